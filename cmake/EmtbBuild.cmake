@@ -1,0 +1,50 @@
+# How every target of emtb is built: C++20, warnings are errors, optional sanitizers, ccache where there is one.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # asserts stay on: a bench would rather stop than run on nonsense
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+set(EMTB_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: address,undefined or thread")
+if(EMTB_SANITIZE)
+  add_compile_options(-fsanitize=${EMTB_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${EMTB_SANITIZE})
+endif()
+
+# emtb_room(NAME [SOURCES ...] [USES ...]): one room of the house, the static library emtb_NAME. Without sources: headers only.
+function(emtb_room name)
+  cmake_parse_arguments(ROOM "" "" "SOURCES;USES" ${ARGN})
+  if(ROOM_SOURCES)
+    add_library(emtb_${name} STATIC ${ROOM_SOURCES})
+    target_include_directories(emtb_${name} PUBLIC ${CMAKE_SOURCE_DIR})
+    target_link_libraries(emtb_${name} PUBLIC ${ROOM_USES})
+    emtb_warnings(emtb_${name})
+  else()
+    add_library(emtb_${name} INTERFACE)
+    target_include_directories(emtb_${name} INTERFACE ${CMAKE_SOURCE_DIR})
+    target_link_libraries(emtb_${name} INTERFACE ${ROOM_USES})
+  endif()
+endfunction()
+
+function(emtb_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast
+                                           -Wunused -Woverloaded-virtual -Wdouble-promotion -Werror)
+endfunction()
+
+# emtb_test(ROOM SOURCES ... [USES ...]): the tests of one room, one program ROOM_tests, labelled ROOM in ctest.
+function(emtb_test room)
+  cmake_parse_arguments(TEST "" "" "SOURCES;USES" ${ARGN})
+  add_executable(${room}_tests ${TEST_SOURCES})
+  target_include_directories(${room}_tests PRIVATE ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${room}_tests PRIVATE ${TEST_USES} GTest::gmock GTest::gtest_main)
+  emtb_warnings(${room}_tests)
+  gtest_discover_tests(${room}_tests TEST_PREFIX ${room}: PROPERTIES LABELS ${room} TIMEOUT 300 DISCOVERY_TIMEOUT 60)
+endfunction()

@@ -1,0 +1,39 @@
+#include "hal/fault.h"
+
+namespace emtb {
+
+std::string_view text(Fault fault) noexcept {
+  switch (fault) {
+    case Fault::none:
+      return "no fault";
+    case Fault::over_speed:
+      return "over_speed: the speed exceeds limits.omega";
+    case Fault::over_current:
+      return "over_current: the armature current exceeds limits.i_a";
+    case Fault::over_torque:
+      return "over_torque: the shaft torque exceeds limits.torque";
+    case Fault::run_too_long:
+      return "run_too_long: the run lasts longer than limits.time";
+    case Fault::non_finite:
+      return "non_finite: a signal reads NaN or infinity";
+    case Fault::stale_signal:
+      return "stale_signal: a device has not delivered for too long";
+    case Fault::device_lost:
+      return "device_lost: an input device does not answer any more";
+    case Fault::output_failed:
+      return "output_failed: the reference output refused a value";
+    case Fault::overrun:
+      return "overrun: the loop missed too many deadlines";
+    case Fault::recorder_failed:
+      return "recorder_failed: the session cannot be written";
+    case Fault::recorder_behind:
+      return "recorder_behind: the recorder cannot keep up with the loop";
+    case Fault::client_lost:
+      return "client_lost: the client that controlled the run is gone";
+    case Fault::terminated:
+      return "terminated: the process was asked to end";
+  }
+  return "unknown fault";
+}
+
+}  // namespace emtb

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace emtb {
+
+/// Why the loop dropped the reference to its safe value, by number. Numbers never change their meaning.
+///
+/// 1xx a limit of the bench, 2xx a signal, 3xx a device, 4xx the loop, 5xx the recorder, 6xx a client, 7xx the process.
+enum class Fault : std::uint16_t {
+  none = 0,
+  over_speed = 101,
+  over_current = 102,
+  over_torque = 103,
+  run_too_long = 104,
+  non_finite = 201,       ///< a signal reads NaN or infinity
+  stale_signal = 202,     ///< a device has not delivered for too long
+  device_lost = 301,      ///< an input device does not answer any more
+  output_failed = 302,    ///< the reference output refused a value
+  overrun = 401,          ///< the loop missed too many deadlines
+  recorder_failed = 501,  ///< the session cannot be written
+  recorder_behind = 502,  ///< the ring to the recorder is full
+  client_lost = 601,      ///< the client that controls the run is gone
+  terminated = 701,       ///< the process was asked to end
+};
+
+/// What the fault means, for a person: `over_speed: the speed exceeds limits.omega`.
+std::string_view text(Fault fault) noexcept;
+
+}  // namespace emtb

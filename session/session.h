@@ -1,0 +1,54 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hal/signal.h"
+
+namespace emtb {
+
+/// What one channel recorded: values at their own times, never interpolated.
+struct Series {
+  std::vector<double> t;      ///< [s] from the start of the run, increasing
+  std::vector<double> value;  ///< SI, as long as t
+  double window = 0;          ///< [s] each value is the mean over this time before it; 0: an instant
+  double lsb = 0;             ///< resolution of the instrument in the signal's unit; 0: unknown
+  std::string source;         ///< the device and channel, or the file's column
+};
+
+/// Something that happened during a session.
+struct Event {
+  double t = 0;  ///< [s]
+  int code = 0;  ///< a Fault's number, or one of `event_code`
+  std::string text;
+};
+
+/// Codes of events that are not faults.
+namespace event_code {
+inline constexpr int run = 1;         ///< a run of that name begins
+inline constexpr int gap = 2;         ///< samples are missing here
+inline constexpr int repaired = 3;    ///< the recording ended abruptly and was repaired
+inline constexpr int run_ended = 4;   ///< the run ended as planned
+}  // namespace event_code
+
+/// One experiment with an initial state of its own.
+struct Run {
+  std::string name;  ///< as messages should call it: `steps.csv#a@1:3`
+  std::map<Signal, Series> signals;
+
+  bool has(Signal signal) const { return signals.contains(signal); }
+  const Series& at(Signal signal) const { return signals.at(signal); }
+  double duration() const;  ///< [s] last time of any signal
+};
+
+/// A recorded session: its runs, and what a reader needs to know to repeat it.
+struct Session {
+  std::vector<Run> runs;
+  std::vector<Event> events;
+  std::map<std::string, std::string> attributes;  ///< started_utc, profile, bench, operator, note, software ...
+  std::string config;                             ///< the bench YAML, whole
+  bool complete = true;                           ///< false: the recording ended abruptly
+};
+
+}  // namespace emtb

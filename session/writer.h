@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "hal/input_device.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// Writes a session while it is being recorded, so that whatever is flushed survives the death of the process.
+///
+/// HDF5 in SWMR mode (docs/decisions): all objects are created up front, rows are appended, flush() makes them durable.
+/// Not thread-safe; not for the loop's thread (a flush was seen to take 100 ms).
+class SessionWriter {
+ public:
+  struct Description {
+    std::vector<Channel> channels;
+    std::map<std::string, std::string> attributes;  ///< profile, bench, operator, note, software, started_utc
+    std::string config;                             ///< the bench YAML, whole
+  };
+
+  /// @throws SessionError where the file exists or cannot be created.
+  SessionWriter(const std::filesystem::path& path, const Description& description);
+  ~SessionWriter();  ///< closes as incomplete unless finish() was called
+  SessionWriter(SessionWriter&&) noexcept;
+  SessionWriter& operator=(SessionWriter&&) noexcept;
+
+  /// Appends rows to a signal. @throws SessionError where the disk refuses.
+  void append(Signal signal, std::span<const double> t, std::span<const double> value);
+  void append(const Event& event);
+
+  /// Everything appended so far survives kill -9 from here on. @throws SessionError
+  void flush();
+
+  /// Marks the session complete and closes it. @throws SessionError
+  void finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Makes a session whose writer died readable again; marks it incomplete and notes the repair as an event.
+/// @return true where there was something to repair.
+/// @throws SessionError where the file is not a session or cannot be saved.
+bool repair_session(const std::filesystem::path& path);
+
+}  // namespace emtb
