@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <map>
 #include <string>
 
@@ -30,8 +29,5 @@ struct Mapping {
   char delimiter = ',';
   char decimal = '.';
 };
-
-/// @throws ConfigError with file, line and key.
-Mapping read_mapping(const std::filesystem::path& path);
 
 }  // namespace emtb
