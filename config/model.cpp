@@ -1,0 +1,238 @@
+#include "config/model.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+/// Short and exact enough: nine digits are more than any bench can tell.
+std::string number(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 9).ptr;
+  return {text.data(), end};
+}
+
+Parameter read_parameter(const YamlMap& parent, const std::string& symbol, std::string_view unit, double least, double most) {
+  const YamlMap yaml = parent.map(symbol);
+  yaml.only({"value", "min", "max", "unit", "fixed", "prior", "std_error"});
+  Parameter p;
+  p.symbol = symbol;
+  p.unit = yaml.text_or("unit", unit);
+  if (p.unit != unit) yaml.fail("unit", "is `" + p.unit + "`, but " + symbol + " is in " + std::string(unit));
+  p.value = yaml.number("value");
+  p.fixed = yaml.flag_or("fixed", false);
+  p.min = p.fixed ? yaml.number_or("min", p.value) : yaml.number_or("min", least);
+  p.max = p.fixed ? yaml.number_or("max", p.value) : yaml.number_or("max", most);
+  if (!p.fixed && (!std::isfinite(p.min) || !std::isfinite(p.max))) {
+    yaml.fail("", "needs min and max (or fixed: true): a fit moves it within them");
+  }
+  if (p.min < least) yaml.fail("min", "is below " + number(least) + " " + p.unit + ", which cannot be");
+  if (p.max < p.min) yaml.fail("max", "is below min");
+  if (p.value < p.min || p.value > p.max) {
+    yaml.fail("value", "is " + number(p.value) + " " + p.unit + ", outside its bounds " + number(p.min) + " to " +
+                           number(p.max) + ". Start within them, or widen them");
+  }
+  if (const auto prior = yaml.map_if("prior")) {
+    prior->only({"value", "std"});
+    p.prior = Prior{prior->number("value"), prior->positive("std")};
+  }
+  if (yaml.has("std_error")) p.std_error = yaml.number("std_error");
+  return p;
+}
+
+/// The physical lower limit of a base parameter: all but friction must be above zero.
+double least_of(std::string_view symbol) { return symbol == "B" ? 0.0 : 1e-12; }
+
+void read_base(const YamlMap& yaml, Model& model) {
+  const YamlMap parameters = yaml.map("parameters");
+  parameters.only({"R_a", "K_b", "K_m", "B", "J"});
+  constexpr double unset = std::numeric_limits<double>::infinity();
+  for (const BaseParameter& b : base_parameters) {
+    const std::string symbol(b.symbol);
+    if (parameters.has(symbol)) {
+      model.base.push_back(read_parameter(parameters, symbol, b.unit, least_of(symbol), unset));
+      continue;
+    }
+    const bool circuit = symbol == "R_a" || symbol == "K_b";
+    if (model.tie.contains(symbol) || (model.input == Signal::i_a && circuit)) {
+      // Tied: its leader's value is used. A current drive: the armature circuit does not matter.
+      model.base.push_back({symbol, std::string(b.unit), 1, 1, 1, true, {}, {}});
+      continue;
+    }
+    parameters.fail(symbol, symbol == "K_m" ? "is missing. Add it, or write `tie: {K_m: K_b}`" : "is missing");
+  }
+}
+
+void read_driver(const YamlMap& yaml, Model& model) {
+  const auto d = yaml.map_if("driver");
+  if (!d) return;
+  d->only({"gain", "rise", "fall", "min", "max"});
+  DriverModel driver;
+  driver.gain = d->number_or("gain", 1);
+  if (driver.gain == 0) d->fail("gain", "must not be 0");
+  if (d->has("rise")) driver.rise = d->positive("rise");
+  if (d->has("fall")) driver.fall = d->positive("fall");
+  driver.min = d->number_or("min", driver.min);
+  driver.max = d->number_or("max", driver.max);
+  if (driver.max <= driver.min) d->fail("max", "must be above min");
+  model.driver = driver;
+}
+
+void read_effects(const YamlMap& yaml, Model& model) {
+  const auto effects = yaml.map_if("effects");
+  if (!effects) return;
+  for (const std::string& id : effects->keys()) {
+    std::size_t effect = 0;
+    try {
+      effect = effect_index(id);
+    } catch (const ModelError& e) {
+      effects->fail(id, std::string("is an ") + e.what());
+    }
+    if (model.includes(effect)) effects->fail(id, "stands twice. Keep one");
+    model.include(effect);
+    const YamlMap given = effects->map(id);
+    IncludedEffect& included = *std::ranges::find(model.effects, effect, &IncludedEffect::effect);
+    for (const std::string& key : given.keys()) {
+      if (std::ranges::find(included.parameters, key, &Parameter::symbol) == included.parameters.end()) {
+        given.fail(key, "is not a parameter of " + id);
+      }
+    }
+    for (Parameter& p : included.parameters) {
+      if (given.has(p.symbol)) p = read_parameter(given, p.symbol, p.unit, p.min, p.max);
+    }
+  }
+}
+
+void read_history(const YamlMap& yaml, Model& model) {
+  for (const YamlMap& entry : yaml.maps("history")) {
+    entry.only({"action", "train", "held_out", "sessions"});
+    HistoryEntry h;
+    h.action = entry.text("action");
+    if (entry.has("train")) h.train = entry.number("train");
+    if (entry.has("held_out")) h.held_out = entry.number("held_out");
+    if (entry.has("sessions")) h.sessions = entry.texts("sessions");
+    model.history.push_back(std::move(h));
+  }
+}
+
+void write_parameter(YAML::Emitter& out, const Parameter& p) {
+  out << YAML::Key << p.symbol << YAML::Value << YAML::Flow << YAML::BeginMap;
+  out << YAML::Key << "value" << YAML::Value << number(p.value);
+  if (p.fixed) {
+    out << YAML::Key << "fixed" << YAML::Value << true;
+  } else {
+    out << YAML::Key << "min" << YAML::Value << number(p.min) << YAML::Key << "max" << YAML::Value << number(p.max);
+  }
+  if (p.prior) {
+    out << YAML::Key << "prior" << YAML::Value << YAML::BeginMap << YAML::Key << "value" << YAML::Value
+        << number(p.prior->value) << YAML::Key << "std" << YAML::Value << number(p.prior->std) << YAML::EndMap;
+  }
+  if (p.std_error) out << YAML::Key << "std_error" << YAML::Value << number(*p.std_error);
+  out << YAML::Key << "unit" << YAML::Value << p.unit << YAML::EndMap;
+}
+
+}  // namespace
+
+Model read_model(const std::filesystem::path& path) { return read_model(YamlMap::load(path)); }
+
+Model read_model(const YamlMap& yaml) {
+  yaml.only({"name", "input", "driver", "tie", "parameters", "noise", "effects", "history"});
+  Model model;
+  model.name = yaml.text_or("name", yaml.file().stem().string());
+  const std::string input = yaml.text_or("input", "u_ref");
+  model.input = signal_named(input).value_or(Signal::temperature);
+  if (model.input != Signal::u_ref && model.input != Signal::e_a && model.input != Signal::i_a) {
+    yaml.fail("input", "is `" + input + "`. Write u_ref, e_a, or i_a for a current drive");
+  }
+  read_driver(yaml, model);
+  if (const auto tie = yaml.map_if("tie")) {
+    for (const std::string& follower : tie->keys()) model.tie[follower] = tie->text(follower);
+  }
+  read_base(yaml, model);
+  read_effects(yaml, model);
+  const std::vector<std::string> names = model.names();
+  for (const auto& [follower, leader] : model.tie) {
+    for (const std::string& name : {follower, leader}) {
+      if (std::ranges::find(names, name) == names.end()) yaml.fail("tie", "names `" + name + "`, which is no parameter here");
+    }
+    if (model.tie.contains(leader)) yaml.fail("tie", "ties " + follower + " to " + leader + ", which is tied itself");
+  }
+  if (const auto noise = yaml.map_if("noise")) {
+    for (const std::string& key : noise->keys()) {
+      const auto signal = signal_named(key);
+      if (!signal) noise->fail(key, "is not a signal");
+      model.noise[*signal] = noise->positive(key);
+    }
+  }
+  read_history(yaml, model);
+  return model;
+}
+
+std::string to_yaml(const Model& model) {
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  out << YAML::Key << "name" << YAML::Value << model.name;
+  out << YAML::Key << "input" << YAML::Value << std::string(info(model.input).name);
+  if (model.driver) {
+    const DriverModel& d = *model.driver;
+    out << YAML::Key << "driver" << YAML::Value << YAML::Flow << YAML::BeginMap;
+    out << YAML::Key << "gain" << YAML::Value << number(d.gain);
+    const auto known = [&](const char* key, double value) {
+      if (std::abs(value) < DriverModel::unlimited) out << YAML::Key << key << YAML::Value << number(value);
+    };
+    known("rise", d.rise);
+    known("fall", d.fall);
+    known("min", d.min);
+    known("max", d.max);
+    out << YAML::EndMap;
+  }
+  if (!model.tie.empty()) out << YAML::Key << "tie" << YAML::Value << YAML::Flow << model.tie;
+  out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
+  for (const Parameter& p : model.base) {
+    if (!model.tie.contains(p.symbol)) write_parameter(out, p);
+  }
+  out << YAML::EndMap;
+  if (!model.noise.empty()) {
+    out << YAML::Key << "noise" << YAML::Value << YAML::Flow << YAML::BeginMap;
+    for (const auto& [signal, sigma] : model.noise) {
+      out << YAML::Key << std::string(info(signal).name) << YAML::Value << number(sigma);
+    }
+    out << YAML::EndMap;
+  }
+  out << YAML::Key << "effects" << YAML::Value;
+  if (model.effects.empty()) out << YAML::Flow;
+  out << YAML::BeginMap;
+  for (const IncludedEffect& e : model.effects) {
+    out << YAML::Key << std::string(effect_catalogue()[e.effect].id) << YAML::Value << YAML::BeginMap;
+    for (const Parameter& p : e.parameters) write_parameter(out, p);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndMap;
+  out << YAML::Key << "history" << YAML::Value;
+  if (model.history.empty()) out << YAML::Flow;
+  out << YAML::BeginSeq;
+  for (const HistoryEntry& h : model.history) {
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "action" << YAML::Value << h.action;
+    if (h.train) out << YAML::Key << "train" << YAML::Value << number(*h.train);
+    if (h.held_out) out << YAML::Key << "held_out" << YAML::Value << number(*h.held_out);
+    if (!h.sessions.empty()) out << YAML::Key << "sessions" << YAML::Value << YAML::Flow << h.sessions;
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
+}
+
+void write_model(const std::filesystem::path& path, const Model& model) {
+  std::ofstream file(path);
+  file << to_yaml(model);
+  file.close();
+  if (!file) throw ConfigError(path.string() + ": cannot be written");
+}
+
+}  // namespace emtb

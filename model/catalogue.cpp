@@ -1,0 +1,44 @@
+#include "model/catalogue.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "hal/error.h"
+#include "model/structure.h"
+
+namespace emtb {
+namespace {
+
+constexpr auto infos = []<class... Effect>(std::tuple<Effect...>*) {
+  return std::array<EffectInfo, sizeof...(Effect)>{Effect::info...};
+}(static_cast<AllEffects*>(nullptr));
+
+static_assert(std::ranges::is_sorted(infos, {}, &EffectInfo::stage), "AllEffects must stand in the order of the stages");
+
+}  // namespace
+
+std::string_view name_of(Stage stage) noexcept {
+  constexpr std::array<std::string_view, 6> names{"driver", "armature", "air gap", "shaft", "load", "sensors"};
+  return names[static_cast<std::size_t>(stage)];
+}
+
+std::span<const EffectInfo> effect_catalogue() noexcept { return infos; }
+
+std::size_t effect_index(std::string_view id) {
+  const auto found = std::ranges::find(infos, id, &EffectInfo::id);
+  if (found == infos.end()) {
+    std::string known;
+    for (const EffectInfo& info : infos) known += (known.empty() ? "" : ", ") + std::string(info.id);
+    throw ModelError("unknown effect `" + std::string(id) + "`. Known: " + known);
+  }
+  return static_cast<std::size_t>(found - infos.begin());
+}
+
+std::size_t ModelStructure::parameter_count() const {
+  std::size_t count = base_count;
+  for (const std::size_t effect : effects) count += infos[effect].parameter_count;
+  return count;
+}
+
+}  // namespace emtb

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace emtb {
+
+/// N doubles that the compiler keeps in vector registers.
+template <std::size_t N>
+struct VectorOf;
+template <>
+struct VectorOf<2> {
+  using type = double __attribute__((vector_size(16)));
+};
+template <>
+struct VectorOf<4> {
+  using type = double __attribute__((vector_size(32)));
+};
+template <>
+struct VectorOf<8> {
+  using type = double __attribute__((vector_size(64)));
+};
+
+/// A number that carries its derivatives with respect to N parameters: forward-mode automatic differentiation.
+///
+/// The whole model is written once, as templates over the scalar; run with Dual it yields sensitivities that are exact for
+/// the discretised equations. Why this and not perturbed copies or hand-written derivatives: docs/decisions/sensitivities.md.
+/// Comparisons look at the value alone, so that a simulation takes the same branches with and without derivatives.
+template <std::size_t N>
+struct Dual {
+  using Gradient = typename VectorOf<N>::type;
+
+  double v = 0;
+  Gradient d{};
+
+  Dual() = default;
+  Dual(double value) : v(value) {}  // NOLINT: constants enter equations as they are written
+  Dual(double value, const Gradient& gradient) : v(value), d(gradient) {}
+
+  /// The i-th of the N independent parameters.
+  static Dual variable(double value, std::size_t i) {
+    Dual x(value);
+    x.d[i] = 1;
+    return x;
+  }
+
+  Dual& operator+=(const Dual& b) { return v += b.v, d += b.d, *this; }
+  Dual& operator-=(const Dual& b) { return v -= b.v, d -= b.d, *this; }
+  Dual& operator*=(const Dual& b) { return *this = *this * b; }
+
+  friend Dual operator-(const Dual& a) { return {-a.v, -a.d}; }
+  friend Dual operator+(const Dual& a, const Dual& b) { return {a.v + b.v, a.d + b.d}; }
+  friend Dual operator-(const Dual& a, const Dual& b) { return {a.v - b.v, a.d - b.d}; }
+  friend Dual operator*(const Dual& a, const Dual& b) { return {a.v * b.v, a.v * b.d + b.v * a.d}; }
+  friend Dual operator/(const Dual& a, const Dual& b) {
+    const double inverse = 1 / b.v;
+    const double q = a.v * inverse;
+    return {q, (a.d - q * b.d) * inverse};
+  }
+  // Against plain numbers: most factors of the model are known constants, and need no derivative.
+  friend Dual operator+(const Dual& a, double b) { return {a.v + b, a.d}; }
+  friend Dual operator+(double a, const Dual& b) { return {a + b.v, b.d}; }
+  friend Dual operator-(const Dual& a, double b) { return {a.v - b, a.d}; }
+  friend Dual operator-(double a, const Dual& b) { return {a - b.v, -b.d}; }
+  friend Dual operator*(const Dual& a, double b) { return {a.v * b, a.d * b}; }
+  friend Dual operator*(double a, const Dual& b) { return {a * b.v, a * b.d}; }
+  friend Dual operator/(const Dual& a, double b) { return a * (1 / b); }
+  friend Dual operator/(double a, const Dual& b) { return {a / b.v, (-a / (b.v * b.v)) * b.d}; }
+
+  friend bool operator<(const Dual& a, const Dual& b) { return a.v < b.v; }
+  friend bool operator>(const Dual& a, const Dual& b) { return a.v > b.v; }
+
+  friend Dual exp(const Dual& a) {
+    const double e = std::exp(a.v);
+    return {e, e * a.d};
+  }
+  friend Dual sin(const Dual& a) { return {std::sin(a.v), std::cos(a.v) * a.d}; }
+  friend Dual abs(const Dual& a) { return a.v < 0 ? -a : a; }
+};
+
+inline double value_of(double x) { return x; }
+template <std::size_t N>
+double value_of(const Dual<N>& x) {
+  return x.v;
+}
+
+using std::abs;
+using std::exp;
+using std::sin;
+
+/// The larger and the smaller of two numbers, with the derivative of the one that is taken.
+template <class Scalar>
+Scalar larger(const Scalar& a, const Scalar& b) {
+  return a < b ? b : a;
+}
+template <class Scalar>
+Scalar smaller(const Scalar& a, const Scalar& b) {
+  return b < a ? b : a;
+}
+template <class Scalar>
+Scalar clamped(const Scalar& x, const Scalar& low, const Scalar& high) {
+  return smaller(larger(x, low), high);
+}
+
+/// x, pulled towards zero by `threshold`: the exact solution of a step with dry friction (Moreau): within the threshold it sticks.
+template <class Scalar>
+Scalar soft_threshold(const Scalar& x, const Scalar& threshold) {
+  if (x > threshold) return x - threshold;
+  if (x < -threshold) return x + threshold;
+  return Scalar(0.0);
+}
+
+/// exp(-h/tau), and 0 where tau is so short (or not positive) that it and all its derivatives vanish.
+template <class Scalar>
+Scalar decay(double h, const Scalar& tau) {
+  return tau > Scalar(h / 700) ? exp(-h / tau) : Scalar(0.0);  // exp(-700) = 1e-304
+}
+
+/// Solves `tau dy/dt = x - y` over a step h, exactly for an x that is linear over the step: y at its end.
+template <class Scalar>
+Scalar first_order_lag(const Scalar& tau, double h, const Scalar& x0, const Scalar& x1, const Scalar& y0) {
+  const Scalar lag = (x1 - x0) / h * tau;  // how far y trails a steady slope
+  return x1 - lag + (y0 - x0 + lag) * decay(h, tau);
+}
+
+}  // namespace emtb

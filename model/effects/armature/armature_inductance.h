@@ -1,0 +1,26 @@
+#pragma once
+
+#include "model/effect.h"
+
+namespace emtb {
+
+/// Armature inductance: the term of equation (1) that equation (2) neglects.
+struct ArmatureInductance {
+  static constexpr EffectInfo info{
+      .id = "armature_inductance",
+      .name = "armature inductance",
+      .stage = Stage::armature,
+      .equation = "L_a di_a/dt = e_a - R_a i_a - K_b omega",
+      .what = "The current needs time to follow the voltage.",
+      .shows = "The current lags the edges of the voltage, the speed a little. Excited by fast edges; slow drivers hide it.",
+      .told_apart = "From tacho_lag by the current: in the speed alone they are the same.",
+      .source = "Erdal et al. (2011), equation (1)",
+      .parameter_list = {{{.symbol = "L_a", .unit = "H", .null = 0, .min = 0, .max = 10}}}};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.inductance += p[0];
+  }
+};
+
+}  // namespace emtb

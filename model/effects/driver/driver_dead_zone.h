@@ -1,0 +1,28 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A reference that is too small to be obeyed: what is left of it beyond u_d drives the output.
+struct DriverDeadZone {
+  static constexpr EffectInfo info{
+      .id = "driver_dead_zone",
+      .name = "driver dead zone",
+      .stage = Stage::driver,
+      .equation = "u -> sign(u) max(|u| - u_d, 0)",
+      .what = "The driver ignores the first part of its reference.",
+      .shows = "e_a lacks a constant voltage once the motor moves, nothing at zero; the motor starts late.",
+      .told_apart = "From driver_gain_error by small references; from brush_drop by e_a or by reversal; from "
+                    "coulomb_friction by the current.",
+      .source = "Kara and Eker (2004), Nonlinear modeling and identification of a DC motor for bidirectional operation",
+      .parameter_list = {{{.symbol = "u_d", .unit = "V", .null = 0, .min = 0, .max = 10}}}};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.u = soft_threshold(balance.u, p[0]);
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A torque that does not turn round with the motion: a hanging weight, a spring, a constant offset of the drive.
+struct LoadTorque {
+  static constexpr EffectInfo info{
+      .id = "load_torque",
+      .name = "constant load torque",
+      .stage = Stage::load,
+      .equation = "T = T_L, whatever omega; positive brakes positive rotation",
+      .what = "A weight or an unbalanced constant torque pulls the shaft one way.",
+      .shows = "The current has an offset that does not change its sign with the direction; the shaft may move by itself "
+               "with the drive off.",
+      .told_apart = "From coulomb_friction by a reversal or a standstill; in one direction without a gauge they are the same.",
+      .source = "Erdal et al. (2011), equation (5): T_L",
+      .parameter_list = {{{.symbol = "T_L", .unit = "N m", .null = 0, .min = -10, .max = 10}}}};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.load_torque += p[0];
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// The filter behind a tachogenerator.
+struct TachoLag {
+  static constexpr EffectInfo info{
+      .id = "tacho_lag",
+      .name = "tachogenerator lag",
+      .stage = Stage::sensors,
+      .equation = "tau dy/dt = omega - y, y is read",
+      .what = "The filter that takes the ripple off the tachogenerator makes its reading late.",
+      .shows = "The speed is late against the current whenever it changes; nothing when settled.",
+      .told_apart = "From armature_inductance by current in transients; from J by the current.",
+      .source = "first-order filter; Leonhard, Control of Electrical Drives",
+      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
+      .memory = 2};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
+    Scalar& y = memory[0];
+    Scalar& previous = memory[1];
+    y = x.h > 0 ? first_order_lag(p[0], x.h, previous, balance.omega_reading, y) : balance.omega_reading;
+    previous = balance.omega_reading;
+    balance.omega_reading = y;
+  }
+};
+
+}  // namespace emtb

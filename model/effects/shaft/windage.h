@@ -1,0 +1,29 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// The air that the rotor drags along, c_w omega |omega|.
+struct Windage {
+  static constexpr EffectInfo info{
+      .id = "windage",
+      .name = "windage",
+      .stage = Stage::shaft,
+      .equation = "T = c_w omega |omega|",
+      .what = "Rotor and fan move air; the torque grows with the square of the speed.",
+      .shows = "The friction curve bends up: B comes out too large at high speed and too small at low speed. Excited by a "
+               "staircase to full speed or a coast-down from it.",
+      .told_apart = "From coulomb_friction by low speeds; from eddy_brake by speeds beyond its maximum.",
+      .source = "Modelica Standard Library, Machines.Losses.Friction (exponent 2)",
+      .parameter_list = {{{.symbol = "c_w", .unit = "N m s2/rad2", .null = 0, .min = 0, .max = 1e-2}}},
+      .opposes_motion = true};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
+    balance.braking_torque += p[0] * x.omega * abs(x.omega);
+  }
+};
+
+}  // namespace emtb

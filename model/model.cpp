@@ -1,0 +1,102 @@
+#include "model/model.h"
+
+#include <algorithm>
+
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+
+ModelStructure Model::structure() const {
+  ModelStructure s;
+  s.input = input;
+  if (driver) s.driver = *driver;
+  for (const IncludedEffect& e : effects) s.effects.push_back(e.effect);
+  return s;
+}
+
+std::vector<double> Model::values() const { return FreeParameters(*this).spread(FreeParameters(*this).pick({})); }
+
+bool Model::includes(std::size_t effect) const {
+  return std::ranges::find(effects, effect, &IncludedEffect::effect) != effects.end();
+}
+
+void Model::include(std::size_t effect) {
+  if (includes(effect)) return;
+  IncludedEffect added{effect, {}};
+  for (const EffectParameter& p : effect_catalogue()[effect].parameters()) {
+    added.parameters.push_back({.symbol = std::string(p.symbol),
+                                .unit = std::string(p.unit),
+                                .value = p.null,
+                                .min = p.min,
+                                .max = p.max,
+                                .fixed = false,
+                                .prior = {},
+                                .std_error = {}});
+  }
+  effects.insert(std::ranges::lower_bound(effects, effect, {}, &IncludedEffect::effect), std::move(added));
+}
+
+void Model::exclude(std::size_t effect) {
+  std::erase_if(effects, [&](const IncludedEffect& e) { return e.effect == effect; });
+}
+
+std::vector<std::string> Model::names() const {
+  std::vector<std::string> names;
+  for (const Parameter& p : base) names.push_back(p.symbol);
+  for (const IncludedEffect& e : effects) {
+    for (const Parameter& p : e.parameters) {
+      names.push_back(std::string(effect_catalogue()[e.effect].id) + "." + p.symbol);
+    }
+  }
+  return names;
+}
+
+const Parameter& Model::at(std::size_t i) const {
+  if (i < base.size()) return base[i];
+  i -= base.size();
+  for (const IncludedEffect& e : effects) {
+    if (i < e.parameters.size()) return e.parameters[i];
+    i -= e.parameters.size();
+  }
+  throw ModelError("no such parameter");
+}
+
+Parameter& Model::at(std::size_t i) { return const_cast<Parameter&>(std::as_const(*this).at(i)); }
+
+FreeParameters::FreeParameters(const Model& model) {
+  const std::vector<std::string> names = model.names();
+  movers_.resize(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    all_.push_back(model.at(i).value);
+    if (!model.at(i).fixed && !model.tie.contains(names[i])) {
+      movers_[i] = free_.size();
+      free_.push_back(i);
+    }
+  }
+  for (const auto& [follower, leader] : model.tie) {
+    const auto f = std::ranges::find(names, follower);
+    const auto l = std::ranges::find(names, leader);
+    if (f == names.end() || l == names.end()) continue;  // the tie of an effect that is not included
+    const auto from = static_cast<std::size_t>(l - names.begin());
+    const auto to = static_cast<std::size_t>(f - names.begin());
+    movers_[to] = movers_[from];
+    all_[to] = all_[from];
+  }
+}
+
+std::vector<double> FreeParameters::pick(std::span<const double> all) const {
+  std::vector<double> free;
+  for (const std::size_t i : free_) free.push_back(all.empty() ? all_[i] : all[i]);
+  return free;
+}
+
+std::vector<double> FreeParameters::spread(std::span<const double> free) const {
+  std::vector<double> all = all_;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (movers_[i]) all[i] = free[*movers_[i]];
+  }
+  return all;
+}
+
+}  // namespace emtb

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/signal.h"
+#include "model/structure.h"
+
+namespace emtb {
+
+/// What is known of a parameter besides this data, e.g. an ohmmeter reading of R_a.
+struct Prior {
+  double value = 0;
+  double std = 0;
+};
+
+/// A parameter as the model file states it.
+struct Parameter {
+  std::string symbol;  ///< `R_a`, `T_c`
+  std::string unit;
+  double value = 0;
+  double min = 0;
+  double max = 0;
+  bool fixed = false;
+  std::optional<Prior> prior;
+  std::optional<double> std_error;  ///< of the last calibration
+};
+
+/// An effect that the model includes.
+struct IncludedEffect {
+  std::size_t effect = 0;             ///< place in the catalogue
+  std::vector<Parameter> parameters;  ///< in the order of its EffectInfo
+};
+
+/// What was done to the model, and what it brought.
+struct HistoryEntry {
+  std::string action;  ///< `calibrated`, `added coulomb_friction`
+  std::optional<double> train;     ///< error on the sessions it was fitted to, in units of the noise floor
+  std::optional<double> held_out;  ///< error on sessions it never saw
+  std::vector<std::string> sessions;
+};
+
+/// A model file in memory: which physics, with which numbers, and how it came to them.
+struct Model {
+  std::string name;
+  Signal input = Signal::u_ref;
+  std::optional<DriverModel> driver;
+  std::map<std::string, std::string> tie;  ///< {K_m: K_b}: the first follows the second
+  std::vector<Parameter> base;             ///< R_a, K_b, K_m, B, J
+  std::vector<IncludedEffect> effects;     ///< in the order of the catalogue
+  std::map<Signal, double> noise;          ///< declared sigma
+  std::vector<HistoryEntry> history;
+
+  /// The equations; what is measured (measured_voltage, measured_load) is the data's matter and stays false.
+  ModelStructure structure() const;
+
+  /// All values in the order of the structure, ties resolved.
+  std::vector<double> values() const;
+
+  bool includes(std::size_t effect) const;
+
+  /// Includes an effect at its null value with the catalogue's bounds, free. No-op where it is included already.
+  void include(std::size_t effect);
+  void exclude(std::size_t effect);
+
+  /// `R_a`, or `tacho_lag.tau` for a parameter of an effect, in the order of the structure.
+  std::vector<std::string> names() const;
+
+  /// The parameter at a place of the structure.
+  Parameter& at(std::size_t i);
+  const Parameter& at(std::size_t i) const;
+};
+
+/// The parameters that a fit may move: a model's parameters less those that are fixed or tied.
+class FreeParameters {
+ public:
+  explicit FreeParameters(const Model& model);
+
+  std::size_t size() const { return free_.size(); }
+  std::span<const std::size_t> places() const { return free_; }
+
+  std::vector<double> pick(std::span<const double> all) const;
+
+  /// All values of the structure, with the free ones replaced and ties followed.
+  std::vector<double> spread(std::span<const double> free) const;
+
+  /// Which free parameter moves the parameter at a place of the structure: its index, or nothing.
+  std::optional<std::size_t> mover(std::size_t place) const { return movers_[place]; }
+
+ private:
+  std::vector<std::size_t> free_;
+  std::vector<std::optional<std::size_t>> movers_;
+  std::vector<double> all_;
+};
+
+}  // namespace emtb

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/simulation.h"
+#include "model/step.h"
+
+namespace emtb {
+
+/// The definition of simulate(), for any scalar; included only where it is instantiated.
+template <class Scalar>
+void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
+              Trajectory<Scalar>& out) {
+  const std::size_t n = x.t.size();
+  out.resize(n);
+  Machine<Scalar> machine(structure, parameters);
+  const auto read = [&](std::size_t k) {
+    out.e_a[k] = machine.e_driver;
+    out.i_a[k] = machine.i_a_reading;
+    out.omega[k] = machine.omega_reading;
+    out.theta[k] = machine.theta;
+    out.torque[k] = machine.torque_reading;
+  };
+  const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };
+  if (n == 0) return;
+  StepInput in{.u_ref = at(x.u_ref, 0), .e_a_start = at(x.e_a, 0), .e_a_end = at(x.e_a, 0), .i_a = at(x.i_a, 0)};
+  machine.start(x.initial, in);
+  read(0);
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    const double interval = x.t[k + 1] - x.t[k];
+    const int steps = std::max(1, static_cast<int>(std::ceil(interval / x.longest_step - 1e-6)));
+    const double h = interval / steps;
+    in.u_ref = at(x.u_ref, k);
+    in.i_a = at(x.i_a, k);
+    in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
+    for (int s = 0; s < steps; ++s) {
+      const auto part = [&](const std::vector<double>& values, double where) {
+        return values.empty() ? 0.0 : values[k] + (values[k + 1] - values[k]) * where;
+      };
+      in.e_a_start = part(x.e_a, static_cast<double>(s) / steps);
+      in.e_a_end = part(x.e_a, static_cast<double>(s + 1) / steps);
+      in.load = part(x.load, (s + 0.5) / steps);
+      in.omega = part(x.omega, (s + 0.5) / steps);
+      machine.step(in, x.t[k] + s * h, h);
+    }
+    read(k + 1);
+  }
+}
+
+}  // namespace emtb

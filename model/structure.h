@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/signal.h"
+
+namespace emtb {
+
+/// What is known of the driver (figure 8 of Erdal et al. 2011: 22.5 and -20.4 V/s). Absent from the model file: ideal.
+struct DriverModel {
+  static constexpr double unlimited = 1e12;  ///< larger than any bench, small enough to compute with
+
+  double gain = 1;          ///< [V/V]
+  double rise = unlimited;  ///< [V/s]
+  double fall = unlimited;  ///< [V/s], positive
+  double min = -unlimited;  ///< [V]
+  double max = unlimited;   ///< [V]
+};
+
+/// The base parameters of equations (1)-(5), always present, in this order.
+struct BaseParameter {
+  std::string_view symbol;
+  std::string_view unit;
+  std::string_view name;
+};
+inline constexpr std::array<BaseParameter, 5> base_parameters{{{"R_a", "ohm", "armature resistance"},
+                                                               {"K_b", "V s/rad", "back-EMF constant"},
+                                                               {"K_m", "N m/A", "torque constant"},
+                                                               {"B", "N m s/rad", "viscous friction"},
+                                                               {"J", "kg m2", "inertia"}}};
+
+/// Which equations a simulation solves; the numbers in them come apart from it, as a vector in the order
+/// R_a, K_b, K_m, B, J, then the parameters of each effect.
+struct ModelStructure {
+  static constexpr std::size_t base_count = base_parameters.size();
+
+  Signal input = Signal::u_ref;      ///< u_ref, e_a, or i_a for a current drive
+  DriverModel driver;
+  std::vector<std::size_t> effects;  ///< places in the catalogue, ascending: the order of the stages
+
+  bool measured_voltage = false;  ///< the motor is driven by the measured e_a, the driver predicts e_a on its own
+  bool measured_load = false;     ///< the shaft is loaded by the measured torque, load effects predict it on their own
+
+  std::size_t parameter_count() const;
+};
+
+/// The state at the start of a run.
+struct InitialState {
+  double omega = 0;                ///< [rad/s]
+  double theta = 0;                ///< [rad]
+  double i_a = 0;                  ///< [A]
+  std::optional<double> e_driver;  ///< [V]; absent: settled at the first reference
+};
+
+}  // namespace emtb
