@@ -109,6 +109,17 @@ std::vector<double> YamlMap::numbers(std::string_view key) const {
   return values;
 }
 
+std::vector<std::string> YamlMap::texts(std::string_view key) const {
+  const YAML::Node list = need(key);
+  std::vector<std::string> values;
+  if (!list.IsSequence()) fail(key, "must be a list of texts");
+  for (const auto& entry : list) {
+    if (!entry.IsScalar()) fail(key, "must be a list of texts");
+    values.push_back(entry.Scalar());
+  }
+  return values;
+}
+
 YamlMap YamlMap::map(std::string_view key) const {
   const YAML::Node node = need(key);
   if (!node.IsMap()) fail(key, "must be a map of `key: value` lines");

@@ -37,6 +37,7 @@ class YamlMap {
   std::string text_or(std::string_view key, std::string_view fallback) const;
   bool flag_or(std::string_view key, bool fallback) const;
   std::vector<double> numbers(std::string_view key) const;
+  std::vector<std::string> texts(std::string_view key) const;
 
   YamlMap map(std::string_view key) const;  ///< a map below; @throws ConfigError where absent or not a map
   std::optional<YamlMap> map_if(std::string_view key) const;

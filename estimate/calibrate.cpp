@@ -1,0 +1,309 @@
+#include "estimate/calibrate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <ceres/ceres.h>
+
+#include "estimate/parallel.h"
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+constexpr double block_length = 1.0;  ///< [s] residuals this far apart count as independent
+
+bool wanted(Signal signal, const CalibrationOptions& options) {
+  return options.outputs.empty() || std::ranges::find(options.outputs, signal) != options.outputs.end();
+}
+
+/// The normal equations of one model on all records: SᵀS, Sᵀr, rᵀr, and the gradient of each block.
+struct NormalEquations {
+  Eigen::MatrixXd sts;
+  Eigen::VectorXd str;
+  double rtr = 0;
+  std::vector<Eigen::VectorXd> block_gradients;
+};
+
+class Problem {
+ public:
+  Problem(std::span<const Record> records, const Model& model, const CalibrationOptions& options)
+      : records_(records), model_(model), options_(options), free_(model), moved_(moved_by(free_)) {
+    for (const std::size_t place : free_.places()) {
+      const Parameter& p = model.at(place);
+      if (p.prior) priors_.push_back({prior_column(place), *p.prior});
+    }
+  }
+
+  const FreeParameters& free() const { return free_; }
+
+  NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool with_blocks) const {
+    const auto p = static_cast<Eigen::Index>(free_.size());
+    const std::vector<double> values = free_.spread(x);
+    std::vector<NormalEquations> each(records_.size());
+    parallel_for(records_.size(), [&](std::size_t i) {
+      const auto moved = with_sensitivities ? std::span(moved_) : std::span<const std::vector<std::size_t>>{};
+      NormalEquations& n = each[i];
+      n.sts.setZero(p, p);
+      n.str.setZero(p);
+      std::map<long, Eigen::VectorXd> blocks;
+      for (const Residuals& r : residuals(records_, i, records_[i].structure(model_), values, moved)) {
+        if (!wanted(r.signal, options_)) continue;
+        n.rtr += r.value.squaredNorm();
+        if (!r.informed()) continue;
+        n.sts.selfadjointView<Eigen::Lower>().rankUpdate(r.sensitivity.transpose());
+        n.str.noalias() += r.sensitivity.transpose() * r.value;
+        if (with_blocks) add_blocks(records_[i], r, blocks);
+      }
+      for (auto& [block, gradient] : blocks) n.block_gradients.push_back(std::move(gradient));
+    });
+    NormalEquations sum{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p), 0, {}};
+    for (NormalEquations& n : each) {
+      sum.sts += n.sts;
+      sum.str += n.str;
+      sum.rtr += n.rtr;
+      std::ranges::move(n.block_gradients, std::back_inserter(sum.block_gradients));
+    }
+    sum.sts.triangularView<Eigen::StrictlyUpper>() = sum.sts.transpose();
+    for (const auto& [column, prior] : priors_) {
+      const double r = (prior.value - x[static_cast<std::size_t>(column)]) / prior.std;
+      sum.sts(column, column) += 1 / (prior.std * prior.std);
+      sum.str[column] += r / prior.std;
+      sum.rtr += r * r;
+    }
+    return sum;
+  }
+
+ private:
+  Eigen::Index prior_column(std::size_t place) const { return static_cast<Eigen::Index>(*free_.mover(place)); }
+
+  static void add_blocks(const Record& record, const Residuals& r, std::map<long, Eigen::VectorXd>& blocks) {
+    const auto o = std::ranges::find(record.observations, r.signal, &Observation::signal);
+    for (Eigen::Index begin = 0; begin < r.value.size();) {
+      const auto block_of = [&](Eigen::Index i) {
+        return std::lround(std::floor(record.excitation.t[o->last[static_cast<std::size_t>(i)]] / block_length));
+      };
+      const long block = block_of(begin);
+      Eigen::Index end = begin + 1;
+      while (end < r.value.size() && block_of(end) == block) ++end;
+      const auto rows = end - begin;
+      const Eigen::VectorXd g = r.sensitivity.middleRows(begin, rows).transpose() * r.value.segment(begin, rows);
+      auto& sum = blocks[block];
+      if (sum.size() == 0) sum.setZero(g.size());
+      sum += g;
+      begin = end;
+    }
+  }
+
+  std::span<const Record> records_;
+  const Model& model_;
+  const CalibrationOptions& options_;
+  FreeParameters free_;
+  std::vector<std::vector<std::size_t>> moved_;
+  std::vector<std::pair<Eigen::Index, Prior>> priors_;
+};
+
+/// The compressed sum of squares as Ceres sees it: p + 1 residuals.
+class CompressedCost final : public ceres::CostFunction {
+ public:
+  explicit CompressedCost(const Problem& problem) : problem_(problem) {
+    const auto p = static_cast<int>(problem.free().size());
+    mutable_parameter_block_sizes()->push_back(p);
+    set_num_residuals(p + 1);
+  }
+
+  bool Evaluate(double const* const* parameters, double* out, double** jacobians) const override {
+    const auto p = static_cast<Eigen::Index>(problem_.free().size());
+    const std::span x(parameters[0], static_cast<std::size_t>(p));
+    const bool linearize = jacobians != nullptr && jacobians[0] != nullptr;
+    const NormalEquations n = problem_.normal_equations(x, linearize, false);
+    if (!std::isfinite(n.rtr)) return false;
+    Eigen::Map<Eigen::VectorXd> r(out, p + 1);
+    r.setZero();
+    if (!linearize) {
+      r[p] = std::sqrt(n.rtr);
+      return true;
+    }
+    // SᵀS = L Lᵀ, scaled first: parameters differ by five orders of magnitude. With the Jacobian -Lᵀ, L r = Sᵀ residuals.
+    const Eigen::VectorXd size = n.sts.diagonal().cwiseSqrt().cwiseMax(1e-150);
+    const Eigen::VectorXd inverse = size.cwiseInverse();
+    Eigen::MatrixXd scaled = inverse.asDiagonal() * n.sts * inverse.asDiagonal();
+    scaled.diagonal().array() += 1e-13;  // a column of zeros stays solvable
+    const Eigen::MatrixXd l = Eigen::LLT<Eigen::MatrixXd>(scaled).matrixL();
+    const Eigen::VectorXd head = l.triangularView<Eigen::Lower>().solve(inverse.asDiagonal() * n.str);
+    r.head(p) = head;
+    r[p] = std::sqrt(std::max(0.0, n.rtr - head.squaredNorm()));
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(jacobians[0], p + 1, p);
+    jacobian.setZero();
+    jacobian.topRows(p) = -(l.transpose() * size.asDiagonal());
+    return true;
+  }
+
+ private:
+  const Problem& problem_;
+};
+
+struct Descent {
+  std::vector<double> x;
+  double cost = 0;
+  bool converged = false;
+  int iterations = 0;
+};
+
+Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations) {
+  ceres::Problem ceres_problem;
+  ceres_problem.AddResidualBlock(new CompressedCost(problem), nullptr, x.data());  // NOLINT: Ceres owns it
+  const auto places = problem.free().places();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Parameter& p = model.at(places[i]);
+    ceres_problem.SetParameterLowerBound(x.data(), static_cast<int>(i), p.min);
+    ceres_problem.SetParameterUpperBound(x.data(), static_cast<int>(i), p.max);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 1e-9;
+  options.parameter_tolerance = 1e-9;
+  options.logging_type = ceres::SILENT;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &ceres_problem, &summary);
+  return {std::move(x), summary.final_cost, summary.termination_type == ceres::CONVERGENCE,
+          static_cast<int>(summary.iterations.size())};
+}
+
+/// A number in [0, 1) that looks drawn by lot and is the same everywhere: the additive recurrence of the golden ratio.
+double lot(std::size_t start, std::size_t dimension) {
+  const double irrational = std::sqrt(static_cast<double>(dimension) * 2 + 5);
+  const double x = static_cast<double>(start + 1) * (irrational - std::floor(irrational)) + 0.5;
+  return x - std::floor(x);
+}
+
+std::vector<double> other_start(const Problem& problem, const Model& model, std::size_t start) {
+  std::vector<double> x;
+  const auto places = problem.free().places();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Parameter& p = model.at(places[i]);
+    const double u = lot(start, i);
+    // Sizes are guessed within a factor, so bounds of one sign are divided by ratio.
+    x.push_back(p.min > 0 ? p.min * std::pow(p.max / p.min, u) : p.min + (p.max - p.min) * u * u);
+  }
+  return x;
+}
+
+/// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its range.
+double size_of(const Parameter& p) { return std::max(std::abs(p.value), 1e-3 * (p.max - p.min)); }
+
+Identifiability identifiability_of(const NormalEquations& n, const Model& model, const FreeParameters& free) {
+  Identifiability result;
+  const std::vector<std::string> names = model.names();
+  Eigen::VectorXd size(n.str.size());
+  for (Eigen::Index i = 0; i < size.size(); ++i) size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
+  const Eigen::MatrixXd scaled = size.asDiagonal() * n.sts * size.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+  result.singular_values = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();
+  for (Eigen::Index i = 0; i < size.size(); ++i) {
+    const double singular = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+    const double error = singular > 0 ? 1 / singular : std::numeric_limits<double>::infinity();
+    // Also what is lost in rounding: a direction 10^7 times weaker than the strongest is noise of the arithmetic.
+    if (error < 0.3 && singular > 1e-7 * result.singular_values[0]) continue;
+    const Eigen::VectorXd direction = eigen.eigenvectors().col(i);
+    std::string words;
+    for (Eigen::Index j = 0; j < size.size(); ++j) {
+      if (std::abs(direction[j]) < 0.1) continue;
+      char text[32];
+      std::snprintf(text, sizeof text, "%+.2f ", direction[j] * (direction.cwiseAbs().maxCoeff() == -direction.minCoeff() ? -1 : 1));
+      words += (words.empty() ? "" : " ") + std::string(text) + names[free.places()[static_cast<std::size_t>(j)]];
+    }
+    result.undetermined.push_back({words, error});
+  }
+  return result;
+}
+
+/// Standard errors and identifiability at the optimum; parameters on a bound are left out of the covariance.
+void judge(Calibration& result, const Problem& problem, std::span<const double> x) {
+  const FreeParameters& free = problem.free();
+  const NormalEquations n = problem.normal_equations(x, true, true);
+  const std::vector<std::string> names = result.model.names();
+  const auto p = static_cast<Eigen::Index>(free.size());
+  std::vector<Eigen::Index> inner;
+  for (Eigen::Index i = 0; i < p; ++i) {
+    const std::size_t place = free.places()[static_cast<std::size_t>(i)];
+    Parameter& parameter = result.model.at(place);
+    const double margin = 1e-7 * (parameter.max - parameter.min);
+    const bool on_bound = parameter.value <= parameter.min + margin || parameter.value >= parameter.max - margin;
+    parameter.std_error.reset();
+    if (on_bound) {
+      result.at_bound.push_back(names[place]);
+    } else if (n.sts(i, i) > 0) {
+      inner.push_back(i);
+    }
+  }
+  result.covariance.setZero(p, p);
+  result.identifiability = identifiability_of(n, result.model, free);
+  if (inner.empty()) return;
+  const Eigen::MatrixXd sts = n.sts(inner, inner);
+  const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = inverse_size.asDiagonal() * sts * inverse_size.asDiagonal();
+  const Eigen::MatrixXd inverse = inverse_size.asDiagonal() *
+                                  scaled.completeOrthogonalDecomposition().pseudoInverse() * inverse_size.asDiagonal();
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
+  for (const Eigen::VectorXd& g : n.block_gradients) {
+    const Eigen::VectorXd part = g(inner);
+    meat.noalias() += part * part.transpose();
+  }
+  const double blocks = static_cast<double>(n.block_gradients.size());
+  meat *= blocks / std::max(1.0, blocks - static_cast<double>(inner.size()));
+  const Eigen::MatrixXd sandwich = inverse * meat * inverse;
+  for (std::size_t a = 0; a < inner.size(); ++a) {
+    for (std::size_t b = 0; b < inner.size(); ++b) {
+      const auto ia = static_cast<Eigen::Index>(a), ib = static_cast<Eigen::Index>(b);
+      result.covariance(inner[a], inner[b]) = sandwich(ia, ib);
+    }
+    const auto ia = static_cast<Eigen::Index>(a);
+    const double variance = std::max(sandwich(ia, ia), inverse(ia, ia));
+    result.covariance(inner[a], inner[a]) = variance;
+    result.model.at(free.places()[static_cast<std::size_t>(inner[a])]).std_error = std::sqrt(variance);
+  }
+}
+
+}  // namespace
+
+Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options) {
+  const Problem problem(records, model, options);
+  const FreeParameters& free = problem.free();
+  Calibration result;
+  result.model = model;
+  if (free.size() == 0) {
+    result.cost = 0.5 * problem.normal_equations({}, false, false).rtr;
+    result.converged = true;
+    return result;
+  }
+  const std::vector<double> given = free.pick({});
+  if (!std::isfinite(problem.normal_equations(given, false, false).rtr)) {
+    throw ModelError("model `" + model.name + "` cannot be simulated with its start values: the result is not finite");
+  }
+  Descent best = descend(problem, model, given, options.max_iterations);
+  // Other starts: a glance at each, a few steps from the promising ones.
+  for (int s = 0; s < options.extra_starts; ++s) {
+    Descent other = descend(problem, model, other_start(problem, model, static_cast<std::size_t>(s)), 8);
+    if (other.cost < 2 * best.cost) other = descend(problem, model, other.x, options.max_iterations);
+    if (other.cost < best.cost * (1 - 1e-9)) best = other;
+  }
+  const std::vector<double> all = free.spread(best.x);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (free.mover(i) || !result.model.at(i).fixed) result.model.at(i).value = all[i];
+  }
+  result.cost = best.cost;
+  result.converged = best.converged;
+  result.iterations = best.iterations;
+  if (options.with_covariance) judge(result, problem, best.x);
+  return result;
+}
+
+}  // namespace emtb

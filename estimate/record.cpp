@@ -1,0 +1,245 @@
+#include "estimate/record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "estimate/noise.h"
+#include "hal/error.h"
+
+namespace emtb {
+namespace {
+
+/// [s] Half the time over which a measured voltage or torque that drives the model is averaged, where nothing changes.
+constexpr double longest_smoothing = 0.25;
+
+/// The mean of x over [k - half[k], k + half[k]], for every k.
+std::vector<double> moving_mean(std::span<const double> x, std::span<const std::size_t> half) {
+  std::vector<double> sum(x.size() + 1, 0.0), mean(x.size());
+  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const std::size_t reach = std::min({half[k], k, x.size() - 1 - k});  // symmetric up to the ends: no delay
+    mean[k] = (sum[k + reach + 1] - sum[k - reach]) / static_cast<double>(2 * reach + 1);
+  }
+  return mean;
+}
+
+/// How far each grid point is from the next corner of a piecewise smooth voltage, in samples, at most `longest`.
+std::vector<std::size_t> distance_to_corner(std::span<const double> e, double resolution, std::size_t longest) {
+  const std::size_t n = e.size();
+  std::vector<std::size_t> distance(n, longest);
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    if (std::abs(e[k + 1] - 2 * e[k] + e[k - 1]) > resolution) distance[k] = 0;
+  }
+  for (std::size_t k = 1; k < n; ++k) distance[k] = std::min(distance[k], distance[k - 1] + 1);
+  for (std::size_t k = n - 1; k-- > 0;) distance[k] = std::min(distance[k], distance[k + 1] + 1);
+  return distance;
+}
+
+/// The series on the grid: the reading nearest to each grid point, at most half an interval away.
+/// @throws ModelError where there are holes: what drives a simulation must be known throughout.
+std::vector<double> on_grid(const Series& series, std::span<const double> grid, const std::string& what) {
+  if (std::ranges::equal(series.t, grid)) return series.value;
+  std::vector<double> values(grid.size());
+  std::size_t j = 0;
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    while (j + 1 < series.t.size() && std::abs(series.t[j + 1] - grid[k]) <= std::abs(series.t[j] - grid[k])) ++j;
+    const double interval = k > 0 ? grid[k] - grid[k - 1] : grid[std::min<std::size_t>(1, grid.size() - 1)] - grid[0];
+    if (std::abs(series.t[j] - grid[k]) > 0.75 * interval + 1e-9) {
+      throw ModelError(what + " has no reading near t = " + std::to_string(grid[k]) +
+                       " s. What drives the model must be known throughout: cut the session with @T0:T1");
+    }
+    values[k] = series.value[j];
+  }
+  return values;
+}
+
+std::uint32_t nearest(std::span<const double> grid, double t) {
+  const auto above = std::ranges::lower_bound(grid, t);
+  if (above == grid.begin()) return 0;
+  if (above == grid.end()) return static_cast<std::uint32_t>(grid.size() - 1);
+  const auto below = above - 1;
+  return static_cast<std::uint32_t>((t - *below < *above - t ? below : above) - grid.begin());
+}
+
+Observation observe(const Series& series, Signal signal, std::span<const double> grid) {
+  Observation o;
+  o.signal = signal;
+  o.lsb = series.lsb;
+  o.slow = 2 * series.t.size() < grid.size();
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  for (std::size_t i = 0; i < series.t.size(); ++i) {
+    const std::uint32_t end = nearest(grid, series.t[i]);
+    if (std::abs(grid[end] - series.t[i]) > 0.75 * interval) continue;  // beyond what drives the model
+    std::uint32_t begin = end;
+    if (series.window > 0 || o.slow) {
+      if (i == 0 && series.window <= 0) continue;  // the mean since a reading that is not there
+      const double start = series.window > 0 ? series.t[i] - series.window : series.t[i - 1];
+      if (start < grid.front() - 0.75 * interval) continue;
+      begin = nearest(grid, start);
+    }
+    o.first.push_back(begin);
+    o.last.push_back(end);
+    o.value.push_back(series.value[i]);
+  }
+  return o;
+}
+
+/// The gauge's reading as a load, or nothing where it reads zero throughout: then K_m, B, J and the frictions share a common
+/// factor anyway, and a load of pure noise would only add its noise.
+std::vector<double> load_on_grid(const Series& torque, std::span<const double> grid, const std::string& name) {
+  const std::vector<double> raw = on_grid(torque, grid, name + ": torque_Nm");
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const auto half = static_cast<std::size_t>(std::max(1.0, 0.025 / interval));  // [s] far shorter than the shaft's response
+  const std::vector<std::size_t> reach(grid.size(), half);
+  std::vector<double> load = moving_mean(raw, reach);
+  const double scatter = difference_scatter(raw) / std::sqrt(2.0 * static_cast<double>(half) + 1);
+  const double largest = std::abs(*std::ranges::max_element(load, {}, [](double x) { return std::abs(x); }));
+  if (largest < 6 * scatter + 2 * torque.lsb) return {};
+  return load;
+}
+
+/// The measured terminal voltage, as quiet as can be without touching its edges: the driver's model plus the zero-phase mean
+/// of what the measurement adds to it, over +-0.25 s but never across a corner of the voltage.
+void drive_with_measured_voltage(Record& record, const Series& e_a, const Model& model) {
+  Excitation& x = record.excitation;
+  const std::vector<double> measured = on_grid(e_a, x.t, record.name + ": e_a_V");
+  const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
+  const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+  std::vector<double> expected(measured.size(), 0.0);
+  if (!x.u_ref.empty()) {
+    Trajectory<double> driver;
+    const std::vector<double> values = model.values();
+    ModelStructure structure = model.structure();
+    structure.measured_voltage = false;
+    simulate<double>(structure, values, x, driver);
+    expected = driver.e_a;
+  }
+  std::vector<double> added(measured.size());
+  std::ranges::transform(measured, expected, added.begin(), std::minus{});
+  const double scatter = std::max(difference_scatter(added), e_a.lsb / std::sqrt(12.0));
+  // Without a reference the corners must be seen in the noisy measurement itself.
+  const auto half = x.u_ref.empty() ? distance_to_corner(measured, 8 * scatter, longest)
+                                    : distance_to_corner(expected, 0.5 * scatter, longest);
+  std::vector<double> quiet = moving_mean(added, half);
+  record.voltage_noise.resize(quiet.size());
+  for (std::size_t k = 0; k < quiet.size(); ++k) {
+    quiet[k] += expected[k];
+    const std::size_t reach = std::min({half[k], k, quiet.size() - 1 - k});
+    record.voltage_noise[k] = scatter / std::sqrt(2.0 * static_cast<double>(reach) + 1);
+  }
+  x.e_a = std::move(quiet);
+}
+
+/// Where the run starts: at rest unless the first readings say otherwise.
+double first_speed(const Observation& omega) {
+  const std::size_t n = std::min<std::size_t>(omega.size(), 25);  // few enough that the speed hardly changes
+  if (n == 0) return 0;
+  // Straight line through the first readings; its value at the start and how sure that is.
+  double st = 0, sy = 0, stt = 0, sty = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = static_cast<double>(i);
+    st += t, sy += omega.value[i], stt += t * t, sty += t * omega.value[i];
+  }
+  const double count = static_cast<double>(n);
+  const double slope = n > 1 ? (count * sty - st * sy) / (count * stt - st * st) : 0;
+  const double start = (sy - slope * st) / count;
+  double squares = 0;
+  for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - start - slope * static_cast<double>(i), 2);
+  const double error = 2 * std::sqrt(squares / std::max(1.0, count - 2) / count) + omega.lsb;
+  return std::abs(start) > 3 * error ? start : 0;
+}
+
+}  // namespace
+
+ModelStructure Record::structure(const Model& model) const {
+  ModelStructure s = model.structure();
+  s.measured_voltage = measured_voltage;
+  s.measured_load = measured_load;
+  return s;
+}
+
+Series speed_from_angle(const Series& theta, std::size_t half) {
+  Series omega;
+  omega.source = "slope of " + theta.source;
+  const std::size_t n = theta.t.size();
+  if (n <= 2 * half) return omega;
+  double squares = 0;
+  for (std::size_t j = 1; j <= half; ++j) squares += 2.0 * static_cast<double>(j * j);
+  for (std::size_t k = half; k + half < n; ++k) {
+    double sum = 0;
+    for (std::size_t j = 1; j <= half; ++j) sum += static_cast<double>(j) * (theta.value[k + j] - theta.value[k - j]);
+    const double interval = (theta.t[k + half] - theta.t[k - half]) / (2.0 * static_cast<double>(half));
+    omega.t.push_back(theta.t[k]);
+    omega.value.push_back(sum / squares / interval);
+  }
+  return omega;
+}
+
+Record make_record(const Run& run, const Model& model, Chaining chaining) {
+  const SignalInfo& input = info(model.input);
+  if (!run.has(model.input)) {
+    throw ModelError(run.name + " has no " + std::string(input.column) + ", the input of model `" + model.name +
+                     "`. Record it, map it with --map, or give the model another `input`");
+  }
+  Record record;
+  record.name = run.name;
+  Excitation& x = record.excitation;
+  const Series& grid = run.at(model.input);
+  if (grid.t.size() < 10) throw ModelError(run.name + " is too short: " + std::to_string(grid.t.size()) + " samples");
+  x.t = grid.t;
+  (model.input == Signal::u_ref ? x.u_ref : model.input == Signal::e_a ? x.e_a : x.i_a) = grid.value;
+  if (run.has(Signal::armature_open)) {
+    for (const double open : on_grid(run.at(Signal::armature_open), x.t, run.name + ": armature_open")) {
+      x.armature_open.push_back(open > 0.5);
+    }
+  }
+
+  const auto add = [&](Signal signal, const Series& series) {
+    Observation o = observe(series, signal, x.t);
+    if (o.size() > 0) record.observations.push_back(std::move(o));
+  };
+  const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
+  if (run.has(Signal::omega)) {
+    add(Signal::omega, run.at(Signal::omega));
+  } else if (run.has(Signal::theta)) {
+    // 21 ms are short against any shaft here and long against the encoder's steps.
+    const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.01 / interval)));
+    add(Signal::omega, speed_from_angle(run.at(Signal::theta), half));
+    // The parabola's slope is a weighted mean of the speed over +-half; a plain mean over 0.775 of it has the same spread.
+    const auto reach = static_cast<std::uint32_t>(std::lround(std::sqrt(0.6) * static_cast<double>(half)));
+    if (!record.observations.empty()) {
+      Observation& o = record.observations.back();
+      for (std::size_t i = 0; i < o.size(); ++i) {
+        o.first[i] -= std::min(o.first[i], reach);
+        o.last[i] = std::min(o.last[i] + reach, static_cast<std::uint32_t>(x.t.size() - 1));
+      }
+    }
+  }
+  if (run.has(Signal::i_a) && model.input != Signal::i_a) add(Signal::i_a, run.at(Signal::i_a));
+  if (run.has(Signal::torque)) {
+    add(Signal::torque, run.at(Signal::torque));
+    x.load = load_on_grid(run.at(Signal::torque), x.t, run.name);
+    record.measured_load = !x.load.empty();
+    if (record.measured_load && run.has(Signal::omega)) x.omega = on_grid(run.at(Signal::omega), x.t, run.name + ": omega_rad_s");
+  }
+  if (run.has(Signal::e_a) && model.input == Signal::u_ref) {
+    add(Signal::e_a, run.at(Signal::e_a));
+    if (chaining == Chaining::staged && 2 * run.at(Signal::e_a).t.size() > x.t.size()) {
+      drive_with_measured_voltage(record, run.at(Signal::e_a), model);
+      record.measured_voltage = true;
+    }
+  } else if (model.input == Signal::e_a) {
+    record.measured_voltage = true;
+  }
+  if (record.observations.empty()) {
+    throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
+  }
+  for (const Observation& o : record.observations) {
+    if (o.signal == Signal::omega) x.initial.omega = first_speed(o);
+    if (o.signal == Signal::i_a && !o.slow) x.initial.i_a = o.value.front();
+  }
+  return record;
+}
+
+}  // namespace emtb

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/signal.h"
+#include "model/model.h"
+#include "model/simulation.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// What one instrument read of one signal during a run, in the terms of the simulation.
+///
+/// A reading is the mean of the simulated signal from grid point `first` to grid point `last` (trapezoidal; an instant where
+/// both are one): a slow averaging meter is part of the model of the measurement, never interpolated.
+struct Observation {
+  Signal signal{};
+  std::vector<std::uint32_t> first, last;
+  std::vector<double> value;   ///< SI
+  std::vector<double> sigma;   ///< what the reading may differ from a perfect model: noise, timing, noise of the input; set by
+                               ///< weigh() and then the same for all models that are compared
+  double lsb = 0;
+  bool slow = false;           ///< fewer than half as many readings as the grid has points
+
+  std::size_t size() const { return value.size(); }
+
+  /// The simulated reading, from the simulated signal on the grid.
+  template <class Get>
+  double predicted(std::size_t i, const Get& simulated) const {
+    const std::size_t a = first[i], b = last[i];
+    if (a == b) return simulated(a);
+    double sum = 0.5 * (simulated(a) + simulated(b));
+    for (std::size_t k = a + 1; k < b; ++k) sum += simulated(k);
+    return sum / static_cast<double>(b - a);
+  }
+};
+
+/// A run, prepared for a model: what drives the simulation, stage by stage, and what it is compared with.
+///
+/// Each unit is driven by what was measured upstream, so that an error stays where it arises: the driver by u_ref, the motor
+/// by the measured e_a, the shaft by the measured torque. `chained` drives the motor with the simulated driver instead.
+struct Record {
+  std::string name;
+  Excitation excitation;
+  bool measured_voltage = false;
+  bool measured_load = false;
+  std::vector<double> voltage_noise;      ///< [V] standard deviation of the smoothed e_a at each grid point; empty: none
+  std::vector<Observation> observations;
+
+  /// The model's equations as this record drives them.
+  ModelStructure structure(const Model& model) const;
+};
+
+enum class Chaining { staged, chained };
+
+/// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
+Record make_record(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
+
+/// The angular velocity from an encoder's angle: slope of a least-squares parabola over +-`half` samples (Savitzky-Golay).
+/// Where a run has theta and no omega, make_record() compares with this.
+Series speed_from_angle(const Series& theta, std::size_t half);
+
+}  // namespace emtb
