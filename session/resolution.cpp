@@ -46,11 +46,14 @@ double resolution(std::span<const std::span<const double>> pieces) {
   const double step = sum / steps;
   const bool gapless = steps == static_cast<double>(gaps.size());
   if (!gapless && values.size() < 8) return 0;
-  const bool on_grid = std::ranges::all_of(values, [&](double value) {
+  double off = 0;
+  for (const double value : values) {
     const double position = (value - values.front()) / step;
-    return std::abs(position - std::round(position)) < 0.2;
-  });
-  return on_grid ? step : 0;
+    const double miss = position - std::round(position);
+    if (std::abs(miss) > 0.4) return 0;
+    off += miss * miss;
+  }
+  return off / static_cast<double>(values.size()) < 0.15 * 0.15 ? step : 0;  // on no grid: 0.29 of a step rms
 }
 
 }  // namespace emtb

@@ -38,6 +38,8 @@ TEST(Resolution, IsTheStepOfATwelveBitConverter) {
 TEST(Resolution, SurvivesTheRoundingOfTheTextFile) {
   const double step = 260.0 / 4096;  // 5 digits: 104.49 instead of 104.4873
   EXPECT_NEAR(resolution_of(converted(step, 110, 60000, "%.5g")), step, 1e-3 * step);
+  const double fine = 10.0 / 4096;  // 17.346 instead of 17.34619: rounded by up to a fifth of a step
+  EXPECT_NEAR(resolution_of(converted(fine, 20, 60000, "%.5g")), fine, 1e-3 * fine);
 }
 
 TEST(Resolution, ShowsInASlowMeterAtRestToo) {
