@@ -1,0 +1,263 @@
+#include "diagnose/diagnose.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+/// A model fitted to the training runs and judged on runs that it never saw.
+struct Trial {
+  Model model;
+  double train = 0;
+  Loss held_out;
+};
+
+class Search {
+ public:
+  Search(const Dataset& data, const DiagnoseOptions& options) : data_(data), options_(options) {}
+
+  /// Fits; several starts only where nothing good is known to start from.
+  Trial fit(const Model& start, int extra_starts = 0) const {
+    Trial trial;
+    const CalibrationOptions quick{.extra_starts = extra_starts, .max_iterations = 40, .with_covariance = false, .outputs = {}};
+    trial.model = calibrate(data_.train, start, quick).model;
+    trial.train = error_of(mean_squares(residuals(data_.train, trial.model, trial.model.values(), {})));
+    if (!data_.held_out.empty()) {
+      trial.held_out.add(data_.held_out, residuals(data_.held_out, trial.model, trial.model.values(), {}));
+    } else if (data_.train.size() == 1) {
+      trial.held_out.add(data_.train, residuals(data_.train, trial.model, trial.model.values(), {}));
+    } else {
+      leave_one_out(trial, quick);
+    }
+    return trial;
+  }
+
+  /// Includes a candidate at the size that its score predicts, or not at all where that is out of bounds.
+  static Model with(const Model& model, const Score& score) {
+    Model extended = model;
+    extended.include(score.effect);
+    IncludedEffect& added = *std::ranges::find(extended.effects, score.effect, &IncludedEffect::effect);
+    for (std::size_t i = 0; i < added.parameters.size(); ++i) {
+      Parameter& p = added.parameters[i];
+      p.value = std::clamp(score.expected[i], p.min, p.max);
+    }
+    return extended;
+  }
+
+  std::vector<Score> scores(const Model& fitted) const {
+    std::vector<std::size_t> absent;
+    for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
+      if (!fitted.includes(e)) absent.push_back(e);
+    }
+    return score(data_.train, fitted, absent, options_.score);
+  }
+
+  /// Refits of the best-scored candidates.
+  std::vector<std::pair<Score, Trial>> refits(const Model& fitted, const std::vector<Score>& all) const {
+    std::vector<Score> best = promising(all, options_.score);
+    if (best.size() > options_.refits) best.resize(options_.refits);
+    std::vector<std::pair<Score, Trial>> trials;
+    for (const Score& s : best) trials.emplace_back(s, fit(with(fitted, s)));
+    return trials;
+  }
+
+ private:
+  void leave_one_out(Trial& trial, const CalibrationOptions& options) const {
+    for (std::size_t out = 0; out < data_.train.size(); ++out) {
+      std::vector<Record> rest;
+      for (std::size_t i = 0; i < data_.train.size(); ++i) {
+        if (i != out) rest.push_back(data_.train[i]);
+      }
+      const Model fitted = calibrate(rest, trial.model, options).model;
+      const std::vector<Record> alone{data_.train[out]};
+      trial.held_out.add(alone, residuals(alone, fitted, fitted.values(), {}), out);
+    }
+  }
+
+  const Dataset& data_;
+  const DiagnoseOptions& options_;
+};
+
+std::size_t parameter_count(std::size_t effect) { return effect_catalogue()[effect].parameter_count; }
+
+/// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest parameters.
+const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>>& trials, const Trial& current,
+                                       const Materiality& rule) {
+  const std::pair<Score, Trial>* best = nullptr;
+  for (const auto& t : trials) {
+    if (material(current.held_out, t.second.held_out, rule) &&
+        (best == nullptr || t.second.held_out.error() < best->second.held_out.error())) {
+      best = &t;
+    }
+  }
+  if (best == nullptr) return nullptr;
+  for (const auto& t : trials) {
+    if (parameter_count(t.first.effect) < parameter_count(best->first.effect) &&
+        material(current.held_out, t.second.held_out, rule) && tied(best->second.held_out, t.second.held_out, rule)) {
+      best = &t;
+    }
+  }
+  return best;
+}
+
+/// Did anything move at all? Readings that never leave their noise inform nothing.
+bool informative(const Dataset& data) {
+  for (const Record& record : data.train) {
+    for (const Observation& o : record.observations) {
+      if (o.signal != Signal::omega && o.signal != Signal::i_a) continue;
+      double mean = 0, squares = 0;
+      for (const double v : o.value) mean += v / static_cast<double>(o.size());
+      for (const double v : o.value) squares += (v - mean) * (v - mean);
+      if (std::sqrt(squares / static_cast<double>(o.size())) > 5 * data.noise.at(o.signal).sigma) return true;
+    }
+  }
+  return false;
+}
+
+void remember(std::vector<Candidate>& candidates, const Score& score, std::optional<double> held_out) {
+  auto known = std::ranges::find(candidates, score.effect, [](const Candidate& c) { return c.score.effect; });
+  if (known == candidates.end()) known = candidates.insert(candidates.end(), Candidate{score, {}});
+  // The first score stands: it says what the effect would have explained of the model as it was given. What is detectable is
+  // told by the last, when the others have been repaired.
+  known->score.detectable_size = score.detectable_size;
+  if (held_out && (!known->held_out_error || *held_out < *known->held_out_error)) known->held_out_error = held_out;
+}
+
+}  // namespace
+
+std::string_view word(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::found:
+      return "found";
+    case Verdict::tied:
+      return "tied";
+    case Verdict::unknown_effect:
+      return "unknown_effect";
+    case Verdict::nothing_missing:
+      return "nothing_missing";
+    case Verdict::cannot_tell:
+      return "cannot_tell";
+  }
+  return "cannot_tell";
+}
+
+Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
+                   const DiagnoseOptions& options) {
+  const Materiality& rule = options.materiality;
+  const auto progress = [&](double share, const std::string& doing) {
+    if (options.progress) options.progress(share, doing);
+  };
+  Diagnosis d;
+  const Dataset data = prepare(train, held_out, model);
+  d.left_one_out = held_out.empty() && train.size() > 1;
+  d.judged_on_training = held_out.empty() && train.size() == 1;
+  const Search search(data, options);
+
+  progress(0.02, "fitting the model as given");
+  Trial current = search.fit(model, 4);
+  d.base = current.model;
+  d.base_train = current.train;
+  d.base_held_out = current.held_out.error();
+  d.steps.push_back({"fitted", current.train, d.base_held_out});
+  const std::vector<Record> all = data.all();
+  d.where = residual_maps(all, d.base);
+
+  // Forward: add what removes most, until nothing material is left to remove.
+  std::vector<std::size_t> found;
+  while (found.size() < options.longest_list) {
+    progress(0.1 + 0.15 * static_cast<double>(found.size()), "scoring absent effects");
+    const std::vector<Score> scores = search.scores(current.model);
+    const auto trials = search.refits(current.model, scores);
+    for (const Score& s : scores) remember(d.candidates, s, {});
+    for (const auto& [s, trial] : trials) remember(d.candidates, s, trial.held_out.error());
+    const auto* best = best_of(trials, current, rule);
+    if (best == nullptr) break;
+    found.push_back(best->first.effect);
+    d.steps.push_back({"added " + std::string(effect_catalogue()[found.back()].id), best->second.train,
+                       best->second.held_out.error()});
+    current = Trial(best->second);
+  }
+
+  // Swap: does another effect do as well in the place of a member, or better?
+  std::map<std::size_t, std::vector<std::size_t>> rivals;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    progress(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found.size()), "trying rivals");
+    const std::size_t member = found[i];
+    Model without = current.model;
+    without.exclude(member);
+    const Trial reduced = search.fit(without);
+    for (const auto& [s, trial] : search.refits(reduced.model, search.scores(reduced.model))) {
+      if (s.effect == member || !material(reduced.held_out, trial.held_out, rule)) continue;
+      if (material(current.held_out, trial.held_out, rule) && !tied(trial.held_out, current.held_out, rule)) {
+        d.steps.push_back({"swapped " + std::string(effect_catalogue()[member].id) + " for " +
+                               std::string(effect_catalogue()[s.effect].id),
+                           trial.train, trial.held_out.error()});
+        current = trial;
+        found[i] = s.effect;
+        rivals.erase(member);
+      } else if (tied(current.held_out, trial.held_out, rule)) {
+        rivals[found[i]].push_back(s.effect);
+      }
+      remember(d.candidates, s, trial.held_out.error());
+    }
+  }
+
+  // Prune: what the others have made superfluous goes.
+  for (std::size_t i = 0; i < found.size() && found.size() > 1;) {
+    progress(0.85, "pruning");
+    Model without = current.model;
+    without.exclude(found[i]);
+    Trial reduced = search.fit(without);
+    if (material(reduced.held_out, current.held_out, rule)) {
+      ++i;
+      continue;
+    }
+    d.steps.push_back({"dropped " + std::string(effect_catalogue()[found[i]].id), reduced.train, reduced.held_out.error()});
+    current = std::move(reduced);
+    rivals.erase(found[i]);
+    found.erase(found.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+
+  progress(0.9, "standard errors");
+  const Calibration last = calibrate(data.train, current.model, {.extra_starts = 0, .max_iterations = 40, .with_covariance = true, .outputs = {}});
+  d.final = last.model;
+  d.undetermined = last.identifiability.undetermined;
+  d.final_train = current.train;
+  d.final_held_out = current.held_out.error();
+  d.base = calibrate(data.train, d.base, {.extra_starts = 0, .max_iterations = 5, .with_covariance = true, .outputs = {}}).model;
+  d.where_final = residual_maps(all, d.final);
+  d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
+
+  for (const std::size_t effect : found) {
+    MissingEffect m{effect, {}, {}};
+    for (const std::size_t rival : rivals[effect]) {
+      // Only a rival that is not itself a member: two members are both needed.
+      if (std::ranges::find(found, rival) == found.end()) m.tied_with.push_back(rival);
+    }
+    m.parameters = std::ranges::find(d.final.effects, effect, &IncludedEffect::effect)->parameters;
+    d.missing.push_back(std::move(m));
+  }
+  std::ranges::stable_sort(d.candidates, [](const Candidate& a, const Candidate& b) {
+    const double unfit = 1e300;
+    return std::pair(a.held_out_error.value_or(unfit), -a.score.predicted_drop) <
+           std::pair(b.held_out_error.value_or(unfit), -b.score.predicted_drop);
+  });
+
+  if (!informative(data)) {
+    d.verdict = Verdict::cannot_tell;
+  } else if (remainder(current.held_out, rule)) {
+    d.verdict = Verdict::unknown_effect;
+  } else if (std::ranges::any_of(d.missing, [](const MissingEffect& m) { return !m.tied_with.empty(); })) {
+    d.verdict = Verdict::tied;
+  } else {
+    d.verdict = d.missing.empty() ? Verdict::nothing_missing : Verdict::found;
+  }
+  progress(1, "done");
+  return d;
+}
+
+}  // namespace emtb
