@@ -22,7 +22,7 @@ class Search {
 
   /// Fits; several starts only where nothing good is known to start from.
   Trial fit(const Model& start, int extra_starts = 0) const {
-    Trial trial;
+    Trial trial{{}, 0, Loss(data_.noise)};
     const CalibrationOptions quick{.extra_starts = extra_starts, .max_iterations = 40, .with_covariance = false, .outputs = {}};
     trial.model = calibrate(data_.train, start, quick).model;
     trial.train = error_of(mean_squares(residuals(data_.train, trial.model, trial.model.values(), {})));
@@ -74,7 +74,7 @@ class Search {
       }
       const Model fitted = calibrate(rest, trial.model, options).model;
       const std::vector<Record> alone{data_.train[out]};
-      trial.held_out.add(alone, residuals(alone, fitted, fitted.values(), {}), out);
+      trial.held_out.add(alone, residuals(alone, fitted, fitted.values(), {}));
     }
   }
 

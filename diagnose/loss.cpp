@@ -5,61 +5,66 @@
 
 namespace emtb {
 
-void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals, std::size_t first_record) {
+Loss::Loss(const Noise& noise) {
+  for (const auto& [signal, floor] : noise) autocorrelation_[signal] = floor.autocorrelation;
+}
+
+void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals) {
   for (const Residuals& r : residuals) {
     const Record& record = records[r.record];
     const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
-    Blocks& blocks = signals_[r.signal];
+    Readings& readings = signals_[r.signal];
+    double second = -1;
     for (Eigen::Index i = 0; i < r.value.size(); ++i) {
-      const double t = record.excitation.t[o.last[static_cast<std::size_t>(i)]];
-      Block& block = blocks[{first_record + r.record, std::lround(std::floor(t))}];
-      block.squares += r.value[i] * r.value[i];
-      block.count += 1;
+      const double t = std::floor(record.excitation.t[o.last[static_cast<std::size_t>(i)]]);
+      if (t != second) readings.ends.push_back(readings.residual.size());
+      second = t;
+      readings.residual.push_back(r.value[i]);
+      readings.ends.back() = readings.residual.size();
     }
   }
 }
 
 std::map<Signal, double> Loss::mean_squares() const {
   std::map<Signal, double> mean;
-  for (const auto& [signal, blocks] : signals_) {
-    double squares = 0, count = 0;
-    for (const auto& [key, block] : blocks) squares += block.squares, count += block.count;
-    mean[signal] = squares / std::max(1.0, count);
+  for (const auto& [signal, readings] : signals_) {
+    double squares = 0;
+    for (const double r : readings.residual) squares += r * r;
+    mean[signal] = squares / std::max(1.0, static_cast<double>(readings.residual.size()));
   }
   return mean;
 }
 
 double Loss::error() const { return error_of(mean_squares()); }
 
-double Loss::standard_error(Signal signal) const {
-  const auto found = signals_.find(signal);
-  if (found == signals_.end()) return 0;
-  const double mean = mean_squares().at(signal);
-  double squares = 0, count = 0;
-  for (const auto& [key, block] : found->second) {
-    squares += std::pow(block.squares - mean * block.count, 2);
-    count += block.count;
-  }
-  return std::sqrt(squares) / std::max(1.0, count);
+double Loss::noise_error(Signal signal) const {
+  const double n = static_cast<double>(signals_.at(signal).residual.size());
+  const double squared = autocorrelation_.at(signal) * autocorrelation_.at(signal);  // that of the squares
+  return std::sqrt(2 / std::max(1.0, n) * (1 + squared) / (1 - squared));
 }
 
 std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Loss& better) {
   std::map<Signal, Difference> differences;
-  for (const auto& [signal, blocks] : worse.signals_) {
+  for (const auto& [signal, readings] : worse.signals_) {
     const auto other = better.signals_.find(signal);
     if (other == better.signals_.end()) continue;
-    double gain = 0, count = 0;
-    const auto squares_of = [&](const auto& key) {
-      const auto found = other->second.find(key);
-      return found == other->second.end() ? 0.0 : found->second.squares;
-    };
-    for (const auto& [key, block] : blocks) gain += block.squares - squares_of(key), count += block.count;
-    gain /= std::max(1.0, count);
-    double spread = 0;
-    for (const auto& [key, block] : blocks) {
-      spread += std::pow(block.squares - squares_of(key) - gain * block.count, 2);
+    const std::vector<double>& r = other->second.residual;
+    double gain = 0, variance = 0, added = 0;
+    std::size_t k = 0;
+    for (const std::size_t end : readings.ends) {
+      double random = 0;
+      for (; k < end; ++k) {
+        const double d = readings.residual[k] - r[k];
+        gain += d * d + 2 * r[k] * d;
+        random += 2 * r[k] * d;
+        added += d * d;
+      }
+      variance += random * random;
     }
-    differences[signal] = {gain, std::sqrt(spread) / std::max(1.0, count)};
+    const double n = std::max(1.0, static_cast<double>(r.size()));
+    const double rho = worse.autocorrelation_.at(signal);
+    const double noise = 2 * std::sqrt(added * (1 + rho) / (1 - rho));
+    differences[signal] = {gain / n, noise / n, std::sqrt(variance) / n};
   }
   return differences;
 }
@@ -71,7 +76,7 @@ bool materially_better(const Loss& without, const Loss& with, const Materiality&
   return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {
     const auto& [signal, d] = entry;
     const double excess = std::max(0.0, mean.at(signal) - 1);
-    return d.gain >= rule.share * excess && d.gain >= rule.least && d.gain > rule.errors * d.standard_error;
+    return d.gain >= rule.share * excess && d.gain >= rule.least && d.gain > rule.errors * d.noise_error;
   });
 }
 
@@ -86,14 +91,14 @@ bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
   return std::ranges::all_of(Loss::difference(other, best), [&](const auto& entry) {
     const auto& [signal, d] = entry;
     const double bound = std::max(rule.least, rule.share * (mean.at(signal) - 1));
-    return d.gain <= 2 * d.standard_error || d.gain < bound;
+    return d.gain <= 2 * d.block_error || d.gain < bound;
   });
 }
 
 bool remainder(const Loss& loss, const Materiality& rule) {
   return std::ranges::any_of(loss.mean_squares(), [&](const auto& entry) {
     const auto& [signal, mean] = entry;
-    return mean - 1 > rule.remainder && mean - 1 > rule.errors * loss.standard_error(signal);
+    return mean - 1 > rule.remainder && mean - 1 > rule.errors * loss.noise_error(signal);
   });
 }
 

@@ -4,46 +4,54 @@
 #include <span>
 #include <vector>
 
+#include "estimate/noise.h"
 #include "estimate/record.h"
 #include "estimate/residuals.h"
 #include "hal/signal.h"
 
 namespace emtb {
 
-/// How far a model is from data, signal by signal and block by block: enough to say whether one model is better than another,
-/// and how sure that is.
+/// How far a model is from data, reading by reading: enough to say whether one model is better than another, and how sure that is.
 class Loss {
  public:
-  /// Sums squares over blocks of one second. A model's residuals are correlated over a fraction of that.
-  void add(std::span<const Record> records, std::span<const Residuals> residuals, std::size_t first_record = 0);
+  explicit Loss(const Noise& noise);
+
+  void add(std::span<const Record> records, std::span<const Residuals> residuals);
 
   std::map<Signal, double> mean_squares() const;  ///< (RMSE/sigma)^2 of each signal; 1 = noise floor
   double error() const;                           ///< sqrt(mean over signals)
 
-  /// Standard error of the mean square of a signal.
-  double standard_error(Signal signal) const;
+  /// By how much noise alone scatters the mean square of a signal around 1.
+  double noise_error(Signal signal) const;
 
-  /// Mean square of `worse` less that of `better` on the same readings, and its standard error from paired blocks.
+  /// Mean square of `worse` less that of `better` on the same readings.
+  ///
+  /// With r the residuals of the better model and d what the worse one adds to them, the difference is mean(d^2 + 2 r d); only
+  /// r is random. `noise_error` is its standard error if r is the instrument's noise: what chance alone could have brought.
+  /// `block_error` takes r as it is, summed over blocks of one second beyond which residuals are hardly correlated: it also
+  /// counts what is still missing from the better model, which other experiments would have shown in other proportions.
+  /// (The scatter of the whole difference over blocks would call an effect that acts at a few edges uncertain at 300 sigma.)
   struct Difference {
     double gain = 0;
-    double standard_error = 0;
+    double noise_error = 0;
+    double block_error = 0;
   };
   static std::map<Signal, Difference> difference(const Loss& worse, const Loss& better);
 
  private:
-  struct Block {
-    double squares = 0;
-    double count = 0;
+  struct Readings {
+    std::vector<double> residual;   ///< in units of sigma
+    std::vector<std::size_t> ends;  ///< of each block of one second
   };
-  using Blocks = std::map<std::pair<std::size_t, long>, Block>;  ///< by record and second
-  std::map<Signal, Blocks> signals_;
+  std::map<Signal, Readings> signals_;
+  std::map<Signal, double> autocorrelation_;  ///< of the noise, from one reading to the next
 };
 
 /// What counts as a difference. Every wrong model is coloured and "significant" at 10^5 readings: materiality does the work.
 struct Materiality {
   double share = 0.10;    ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
   double least = 0.02;    ///< of the mean square itself
-  double errors = 3;      ///< block standard errors
+  double errors = 3;      ///< standard errors of the gain under noise alone
   double remainder = 0.25;  ///< excess mean square that is called a remainder: 12 % above the floor
 };
 

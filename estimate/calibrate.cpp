@@ -189,11 +189,28 @@ std::vector<double> other_start(const Problem& problem, const Model& model, std:
   const auto places = problem.free().places();
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Parameter& p = model.at(places[i]);
+    if (places[i] >= ModelStructure::base_count) {
+      x.push_back(p.value);  // bounds of effects are those of physics, far wider than any guess
+      continue;
+    }
     const double u = lot(start, i);
     // Sizes are guessed within a factor, so bounds of one sign are divided by ratio.
     x.push_back(p.min > 0 ? p.min * std::pow(p.max / p.min, u) : p.min + (p.max - p.min) * u * u);
   }
   return x;
+}
+
+/// The shorter records, up to a quarter of the samples, at least two where there are.
+std::vector<Record> shortest(std::span<const Record> records) {
+  std::vector<Record> part(records.begin(), records.end());
+  std::ranges::stable_sort(part, {}, [](const Record& r) { return r.excitation.t.size(); });
+  std::size_t total = 0, taken = 0, keep = 0;
+  for (const Record& r : part) total += r.excitation.t.size();
+  while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].excitation.t.size()) <= total)) {
+    taken += part[keep++].excitation.t.size();
+  }
+  part.resize(keep);
+  return part;
 }
 
 /// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its range.
@@ -289,11 +306,15 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
     throw ModelError("model `" + model.name + "` cannot be simulated with its start values: the result is not finite");
   }
   Descent best = descend(problem, model, given, options.max_iterations);
-  // Other starts: a glance at each, a few steps from the promising ones.
+  // Other starts descend on a part of the data; what they reach is tried on all of it.
+  const std::vector<Record> part = options.extra_starts > 0 ? shortest(records) : std::vector<Record>{};
+  const Problem glance(part, model, options);
   for (int s = 0; s < options.extra_starts; ++s) {
-    Descent other = descend(problem, model, other_start(problem, model, static_cast<std::size_t>(s)), 8);
-    if (other.cost < 2 * best.cost) other = descend(problem, model, other.x, options.max_iterations);
-    if (other.cost < best.cost * (1 - 1e-9)) best = other;
+    const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15);
+    const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
+    if (!(cost < 2 * best.cost)) continue;
+    Descent other = descend(problem, model, rough.x, options.max_iterations);
+    if (other.cost < best.cost * (1 - 1e-9)) best = std::move(other);
   }
   const std::vector<double> all = free.spread(best.x);
   for (std::size_t i = 0; i < all.size(); ++i) {

@@ -85,6 +85,13 @@ void collect(const Record& record, const Observation& o, Settled& settled) {
   }
 }
 
+/// Scatter by third differences, which a smooth movement of the signal leaves out: 1.4826 median|d3 x| / sqrt 20.
+double third_difference_scatter(std::span<const double> x) {
+  std::vector<double> differences;
+  for (std::size_t k = 3; k < x.size(); ++k) differences.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
+  return differences.empty() ? 0 : 1.4826 * median(std::move(differences)) / std::sqrt(20.0);
+}
+
 NoiseFloor floor_of(Signal signal, std::span<const Record> records) {
   NoiseFloor floor;
   Settled settled;
@@ -94,7 +101,7 @@ NoiseFloor floor_of(Signal signal, std::span<const Record> records) {
     for (const Observation& o : record.observations) {
       if (o.signal != signal) continue;
       collect(record, o, settled);
-      differences.push_back(difference_scatter(o.value));
+      differences.push_back(third_difference_scatter(o.value));
       lsb = std::max(lsb, o.lsb);
     }
   }

@@ -62,17 +62,18 @@ std::uint32_t nearest(std::span<const double> grid, double t) {
   return static_cast<std::uint32_t>((t - *below < *above - t ? below : above) - grid.begin());
 }
 
-Observation observe(const Series& series, Signal signal, std::span<const double> grid) {
+/// @param slow each reading is a mean: over its window, or since the reading before it
+Observation observe(const Series& series, Signal signal, std::span<const double> grid, bool slow) {
   Observation o;
   o.signal = signal;
   o.lsb = series.lsb;
-  o.slow = 2 * series.t.size() < grid.size();
+  o.slow = slow;
   const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
   for (std::size_t i = 0; i < series.t.size(); ++i) {
     const std::uint32_t end = nearest(grid, series.t[i]);
     if (std::abs(grid[end] - series.t[i]) > 0.75 * interval) continue;  // beyond what drives the model
     std::uint32_t begin = end;
-    if (series.window > 0 || o.slow) {
+    if (o.slow) {
       if (i == 0 && series.window <= 0) continue;  // the mean since a reading that is not there
       const double start = series.window > 0 ? series.t[i] - series.window : series.t[i - 1];
       if (start < grid.front() - 0.75 * interval) continue;
@@ -132,20 +133,24 @@ void drive_with_measured_voltage(Record& record, const Series& e_a, const Model&
 }
 
 /// Where the run starts: at rest unless the first readings say otherwise.
-double first_speed(const Observation& omega) {
-  const std::size_t n = std::min<std::size_t>(omega.size(), 25);  // few enough that the speed hardly changes
-  if (n == 0) return 0;
+double first_speed(const Observation& omega, std::span<const double> grid) {
+  if (omega.slow) return 0;
+  // As many readings as the speed hardly changes in: 30 ms, three at the least.
+  std::size_t n = 0;
+  while (n < omega.size() && (n < 3 || grid[omega.last[n]] < grid.front() + 0.03)) ++n;
+  if (n < 3) return 0;
   // Straight line through the first readings; its value at the start and how sure that is.
   double st = 0, sy = 0, stt = 0, sty = 0;
+  const auto time_of = [&](std::size_t i) { return 0.5 * (grid[omega.first[i]] + grid[omega.last[i]]) - grid.front(); };
   for (std::size_t i = 0; i < n; ++i) {
-    const double t = static_cast<double>(i);
+    const double t = time_of(i);
     st += t, sy += omega.value[i], stt += t * t, sty += t * omega.value[i];
   }
   const double count = static_cast<double>(n);
-  const double slope = n > 1 ? (count * sty - st * sy) / (count * stt - st * st) : 0;
+  const double slope = (count * sty - st * sy) / (count * stt - st * st);
   const double start = (sy - slope * st) / count;
   double squares = 0;
-  for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - start - slope * static_cast<double>(i), 2);
+  for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - start - slope * time_of(i), 2);
   const double error = 2 * std::sqrt(squares / std::max(1.0, count - 2) / count) + omega.lsb;
   return std::abs(start) > 3 * error ? start : 0;
 }
@@ -166,7 +171,7 @@ Series speed_from_angle(const Series& theta, std::size_t half) {
   if (n <= 2 * half) return omega;
   double squares = 0;
   for (std::size_t j = 1; j <= half; ++j) squares += 2.0 * static_cast<double>(j * j);
-  for (std::size_t k = half; k + half < n; ++k) {
+  for (std::size_t k = half; k + half < n; k += half) {  // closer ones would share most of their noise
     double sum = 0;
     for (std::size_t j = 1; j <= half; ++j) sum += static_cast<double>(j) * (theta.value[k + j] - theta.value[k - j]);
     const double interval = (theta.t[k + half] - theta.t[k - half]) / (2.0 * static_cast<double>(half));
@@ -196,7 +201,8 @@ Record make_record(const Run& run, const Model& model, Chaining chaining) {
   }
 
   const auto add = [&](Signal signal, const Series& series) {
-    Observation o = observe(series, signal, x.t);
+    const bool slow = series.window > 0 || 2 * series.t.size() < x.t.size();
+    Observation o = observe(series, signal, x.t, slow);
     if (o.size() > 0) record.observations.push_back(std::move(o));
   };
   const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
@@ -205,16 +211,14 @@ Record make_record(const Run& run, const Model& model, Chaining chaining) {
   } else if (run.has(Signal::theta)) {
     // 21 ms are short against any shaft here and long against the encoder's steps.
     const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.01 / interval)));
-    add(Signal::omega, speed_from_angle(run.at(Signal::theta), half));
-    // The parabola's slope is a weighted mean of the speed over +-half; a plain mean over 0.775 of it has the same spread.
+    Observation o = observe(speed_from_angle(run.at(Signal::theta), half), Signal::omega, x.t, false);
+    // The line's slope is a weighted mean of the speed over +-half; a plain mean over 0.775 of it has the same spread.
     const auto reach = static_cast<std::uint32_t>(std::lround(std::sqrt(0.6) * static_cast<double>(half)));
-    if (!record.observations.empty()) {
-      Observation& o = record.observations.back();
-      for (std::size_t i = 0; i < o.size(); ++i) {
-        o.first[i] -= std::min(o.first[i], reach);
-        o.last[i] = std::min(o.last[i] + reach, static_cast<std::uint32_t>(x.t.size() - 1));
-      }
+    for (std::size_t i = 0; i < o.size(); ++i) {
+      o.first[i] -= std::min(o.first[i], reach);
+      o.last[i] = std::min(o.last[i] + reach, static_cast<std::uint32_t>(x.t.size() - 1));
     }
+    if (o.size() > 0) record.observations.push_back(std::move(o));
   }
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(Signal::i_a, run.at(Signal::i_a));
   if (run.has(Signal::torque)) {
@@ -236,7 +240,7 @@ Record make_record(const Run& run, const Model& model, Chaining chaining) {
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }
   for (const Observation& o : record.observations) {
-    if (o.signal == Signal::omega) x.initial.omega = first_speed(o);
+    if (o.signal == Signal::omega) x.initial.omega = first_speed(o, x.t);
     if (o.signal == Signal::i_a && !o.slow) x.initial.i_a = o.value.front();
   }
   return record;

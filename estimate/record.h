@@ -60,7 +60,7 @@ enum class Chaining { staged, chained };
 /// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
 Record make_record(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
 
-/// The angular velocity from an encoder's angle: slope of a least-squares parabola over +-`half` samples (Savitzky-Golay).
+/// The angular velocity from an encoder's angle: slope of a least-squares line over +-`half` samples, one value every `half`.
 /// Where a run has theta and no omega, make_record() compares with this.
 Series speed_from_angle(const Series& theta, std::size_t half);
 

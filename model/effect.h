@@ -17,7 +17,7 @@ struct EffectParameter {
   std::string_view symbol;   ///< `T_c`
   std::string_view unit;     ///< `N m`
   double null = 0;
-  double min = 0;            ///< bounds of a physical value; bench and motor usually need only a part
+  double min = 0;            ///< bounds of any physical value, from a watch to a machine tool
   double max = 0;
 };
 

@@ -17,7 +17,7 @@ struct CoulombFriction {
       .told_apart = "From B by two speeds; from load_torque by reversal, a gauge or a standstill; from brush_drop and "
                     "driver_dead_zone by current in transients.",
       .source = "Olsson et al. (1998), Friction models and friction compensation; step after Moreau",
-      .parameter_list = {{{.symbol = "T_c", .unit = "N m", .null = 0, .min = 0, .max = 1}}},
+      .parameter_list = {{{.symbol = "T_c", .unit = "N m", .null = 0, .min = 0, .max = 1e3}}},
       .opposes_motion = true};
 
   template <class Scalar>
