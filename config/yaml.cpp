@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
+#include <limits>
 #include <sstream>
 
 #include "hal/error.h"
@@ -16,27 +18,52 @@ std::string join(std::initializer_list<std::string_view> words) {
   return list;
 }
 
+/// As a person would write it: 6, 0.5, 1e-05.
+std::string words(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
 }  // namespace
 
 YamlMap::YamlMap(YAML::Node node, std::filesystem::path file, std::string path)
     : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {
   if (!node_.IsMap()) fail("", "must be a map of `key: value` lines");
+  // yaml-cpp keeps both of two equal keys and finds the first: the second would be a setting without effect.
+  std::vector<std::string_view> seen;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar()) fail_at(entry.first.Mark(), "", "has a key that is not a plain word");
+    const std::string& key = entry.first.Scalar();
+    if (std::ranges::find(seen, key) != seen.end()) fail_at(entry.first.Mark(), key, "stands twice. Keep one");
+    seen.emplace_back(key);
+  }
 }
 
-YamlMap YamlMap::load(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  std::stringstream text;
-  if (std::filesystem::is_directory(path) || !in || !(text << in.rdbuf())) {
+YamlMap YamlMap::load(const std::filesystem::path& path) { return parse(read_text(path), path.string()); }
+
+std::string YamlMap::read_text(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::ifstream in(path, std::ios::binary);
+  std::string text;
+  if (in && !std::filesystem::is_directory(path, ignored)) text.assign(std::istreambuf_iterator<char>(in), {});
+  if (!in || in.bad() || std::filesystem::is_directory(path, ignored)) {
     throw ConfigError(path.string() + ": cannot be read. Give the path of a YAML file");
   }
-  return parse(text.str(), path.string());
+  return text;
 }
 
 YamlMap YamlMap::parse(const std::string& text, const std::string& name) {
   try {
-    return YamlMap(YAML::Load(text), name, "");
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.empty()) throw ConfigError(name + ":1: is empty. Write `key: value` lines");
+    if (documents.size() > 1) {
+      throw ConfigError(name + ":" + std::to_string(documents[1].Mark().line + 1) +
+                        ": starts a second document. Keep one in a file");
+    }
+    return YamlMap(documents.front(), name, "");
   } catch (const YAML::Exception& e) {
-    throw ConfigError(name + ":" + std::to_string(e.mark.line + 1) + ": not YAML: " + e.msg);
+    throw ConfigError(name + ":" + std::to_string(std::max(e.mark.line + 1, 1)) + ": not YAML: " + e.msg);
   }
 }
 
@@ -59,9 +86,6 @@ void YamlMap::only(std::initializer_list<std::string_view> known) const {
   for (const auto& entry : node_) {
     const std::string& key = entry.first.Scalar();
     if (std::ranges::find(known, key) == known.end()) fail(key, "is not known here. Known: " + join(known));
-    if (std::ranges::count_if(node_, [&](const auto& other) { return other.first.Scalar() == key; }) > 1) {
-      fail(key, "stands twice. Keep one");
-    }
   }
 }
 
@@ -80,8 +104,22 @@ double YamlMap::number_or(std::string_view key, double fallback) const { return 
 
 double YamlMap::positive(std::string_view key) const {
   const double value = number(key);
-  if (value <= 0) fail(key, "must be above 0");
+  if (value <= 0) fail(key, "is " + words(value) + ", but must be above 0");
   return value;
+}
+
+double YamlMap::within(std::string_view key, double min, double max) const {
+  const double value = number(key);
+  if (value < min || value > max) {
+    fail(key, "is " + words(value) + ", but must be " +
+                  (max == std::numeric_limits<double>::infinity() ? words(min) + " or more"
+                                                                  : words(min) + " to " + words(max)));
+  }
+  return value;
+}
+
+double YamlMap::within_or(std::string_view key, double min, double max, double fallback) const {
+  return has(key) ? within(key, min, max) : fallback;
 }
 
 std::string YamlMap::text(std::string_view key) const {
@@ -112,7 +150,7 @@ std::vector<double> YamlMap::numbers(std::string_view key) const {
 YamlMap YamlMap::map(std::string_view key) const {
   const YAML::Node node = need(key);
   if (!node.IsMap()) fail(key, "must be a map of `key: value` lines");
-  return {node, file_, (path_.empty() ? "" : path_ + ".") + std::string(key)};
+  return {node, file_, path_of(key)};
 }
 
 std::optional<YamlMap> YamlMap::map_if(std::string_view key) const {
@@ -126,7 +164,7 @@ std::vector<YamlMap> YamlMap::maps(std::string_view key) const {
   if (!node.IsSequence()) fail(key, "must be a list");
   for (std::size_t i = 0; i < node.size(); ++i) {
     if (!node[i].IsMap()) fail(key, "must be a list of maps");
-    list.push_back({node[i], file_, (path_.empty() ? "" : path_ + ".") + std::string(key) + "[" + std::to_string(i) + "]"});
+    list.push_back({node[i], file_, path_of(key) + "[" + std::to_string(i) + "]"});
   }
   return list;
 }
@@ -143,13 +181,22 @@ std::vector<std::string> YamlMap::keys() const {
   return list;
 }
 
+std::string YamlMap::path_of(std::string_view key) const {
+  return path_ + (path_.empty() || key.empty() ? "" : ".") + std::string(key);
+}
+
 void YamlMap::fail(std::string_view key, std::string_view what) const {
-  const YAML::Node at = key.empty() ? node_ : find(key);
-  const int line = (at.IsDefined() ? at.Mark().line : node_.Mark().line) + 1;
-  std::string name = path_;
-  if (!key.empty()) name += (name.empty() ? "" : ".") + std::string(key);
-  throw ConfigError(file_.string() + ":" + std::to_string(std::max(line, 1)) + ": " + name + (name.empty() ? "" : " ") +
-                    std::string(what));
+  // The key's own line: the value of `limits:` starts on the line after it.
+  for (const auto& entry : node_) {
+    if (node_.IsMap() && !key.empty() && entry.first.Scalar() == key) fail_at(entry.first.Mark(), key, what);
+  }
+  fail_at(node_.Mark(), key, what);
+}
+
+void YamlMap::fail_at(const YAML::Mark& mark, std::string_view key, std::string_view what) const {
+  const std::string name = path_of(key);
+  throw ConfigError(file_.string() + ":" + std::to_string(std::max(mark.line + 1, 1)) + ": " + name +
+                    (name.empty() ? "" : " ") + std::string(what));
 }
 
 }  // namespace emtb

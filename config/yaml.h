@@ -1,5 +1,7 @@
 #pragma once
 
+#include <yaml-cpp/yaml.h>
+
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
@@ -7,8 +9,6 @@
 #include <string_view>
 #include <utility>
 #include <vector>
-
-#include <yaml-cpp/yaml.h>
 
 namespace emtb {
 
@@ -19,11 +19,14 @@ namespace emtb {
 /// Every reader lists the keys it knows with only(): a misspelt key is an error, not a default.
 class YamlMap {
  public:
-  /// @throws ConfigError where the file cannot be read, is not YAML, or is not a map.
+  /// @throws ConfigError where the file cannot be read, is not YAML, is not one map, or has a key twice.
   static YamlMap load(const std::filesystem::path& path);
 
   /// The same for a text in memory. @param name what messages call it
   static YamlMap parse(const std::string& text, const std::string& name);
+
+  /// A file, whole. @throws ConfigError where it cannot be read.
+  static std::string read_text(const std::filesystem::path& path);
 
   bool has(std::string_view key) const;
 
@@ -33,6 +36,8 @@ class YamlMap {
   double number(std::string_view key) const;  ///< finite; @throws ConfigError where absent or not a number
   double number_or(std::string_view key, double fallback) const;
   double positive(std::string_view key) const;  ///< > 0
+  double within(std::string_view key, double min, double max) const;
+  double within_or(std::string_view key, double min, double max, double fallback) const;
   std::string text(std::string_view key) const;
   std::string text_or(std::string_view key, std::string_view fallback) const;
   bool flag_or(std::string_view key, bool fallback) const;
@@ -56,6 +61,8 @@ class YamlMap {
  private:
   YamlMap(YAML::Node node, std::filesystem::path file, std::string path);
   YAML::Node find(std::string_view key) const;
+  std::string path_of(std::string_view key) const;
+  [[noreturn]] void fail_at(const YAML::Mark& mark, std::string_view key, std::string_view what) const;
   YAML::Node need(std::string_view key) const;
   double number_of(const YAML::Node& node, std::string_view key) const;
 

@@ -49,8 +49,13 @@ Profile ramp(std::string name, double level, double rate, double before, double 
 Profile staircase(std::string name, std::span<const double> levels, double before, double hold, double after,
                   double rest = 0);
 
-/// Rest, then levels drawn evenly from [low, high], each held for a time drawn evenly from [shortest, longest], then rest.
-/// The same seed gives the same profile on every machine.
+/// A run of more random levels than this is a typing error (`shortest` in milliseconds, say), not an experiment.
+inline constexpr double most_levels = 100'000;
+
+/// Rest, then levels drawn evenly from [low, high], each held for a time drawn evenly from [shortest, longest], then
+/// rest. The same seed gives the same profile on every machine: times and levels fall on a grid of 1 ms and 1 mV.
+/// @param total [s] what all levels together last; the last one is cut to fit
+/// @throws ConfigError where a range is upside down, or there would be more than most_levels.
 Profile random_steps(std::string name, double low, double high, double shortest, double longest, double before,
                      double total, double after, std::uint64_t seed, double rest = 0);
 

@@ -1,0 +1,96 @@
+#include "config/bench.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <sstream>
+
+namespace emtb {
+namespace {
+
+constexpr double any = std::numeric_limits<double>::infinity();
+
+/// [Hz] Below, no limit would be checked in time; above, no loop of this kind keeps up.
+constexpr double lowest_rate = 100;
+constexpr double highest_rate = 10'000;
+
+std::string volts(double value) {
+  std::ostringstream text;
+  text << value << " V";
+  return text.str();
+}
+
+Realtime read_realtime(const YamlMap& yaml) {
+  constexpr std::array<std::pair<std::string_view, Realtime>, 3> words{
+      {{"require", Realtime::require}, {"prefer", Realtime::prefer}, {"off", Realtime::off}}};
+  const std::string word = yaml.text_or("realtime", "prefer");
+  for (const auto& [name, realtime] : words) {
+    if (name == word) return realtime;
+  }
+  yaml.fail("realtime", "is `" + word + "`. Known: require, prefer, off");
+}
+
+std::vector<BenchConfig::Device> read_devices(const YamlMap& yaml) {
+  std::vector<BenchConfig::Device> devices;
+  for (auto& [name, entry] : yaml.map("devices").entries()) {
+    devices.push_back({.name = name, .driver = entry.text("driver"), .yaml = std::move(entry)});
+  }
+  if (devices.empty()) yaml.fail("devices", "is empty. Give at least the one that drives the reference");
+  return devices;
+}
+
+BenchConfig::Reference read_reference(const YamlMap& yaml, const std::vector<BenchConfig::Device>& devices) {
+  YamlMap entry = yaml.map("reference");
+  const std::string device = entry.text("device");
+  if (std::ranges::find(devices, device, &BenchConfig::Device::name) == devices.end()) {
+    std::string known;
+    for (const auto& one : devices) known += (known.empty() ? "" : ", ") + one.name;
+    entry.fail("device", "is `" + device + "`, which `devices` does not have. It has: " + known);
+  }
+  const Limits limits{.min = entry.number("min"), .max = entry.number("max"), .safe = entry.number("safe")};
+  if (limits.min >= limits.max) {
+    entry.fail("max", "is " + volts(limits.max) + ", but min is " + volts(limits.min) + ". Write a max above min");
+  }
+  if (limits.safe < limits.min || limits.safe > limits.max) {
+    entry.fail("safe", "is " + volts(limits.safe) + ", but the reference goes from " + volts(limits.min) + " to " +
+                           volts(limits.max) + ". Write a value within, usually 0");
+  }
+  const double rate = entry.within_or("rate", 0, any, 0);
+  return {.device = device, .limits = limits, .rate = rate, .yaml = std::move(entry)};
+}
+
+BenchConfig::SafetyLimits read_limits(const YamlMap& yaml) {
+  BenchConfig::SafetyLimits limits;
+  const auto entry = yaml.map_if("limits");
+  if (!entry) return limits;
+  entry->only({"omega", "i_a", "torque", "time"});
+  const auto read = [&](std::string_view key) {
+    return entry->has(key) ? std::optional{entry->positive(key)} : std::nullopt;
+  };
+  limits.omega = read("omega");
+  limits.i_a = read("i_a");
+  limits.torque = read("torque");
+  limits.time = read("time");
+  return limits;
+}
+
+}  // namespace
+
+BenchConfig read_bench(const std::filesystem::path& path) {
+  std::string text = YamlMap::read_text(path);
+  const YamlMap yaml = YamlMap::parse(text, path.string());
+  yaml.only({"name", "rate", "realtime", "reference", "limits", "devices", "simulation"});
+  std::vector<BenchConfig::Device> devices = read_devices(yaml);
+  BenchConfig::Reference reference = read_reference(yaml, devices);
+  return {.name = yaml.text("name"),
+          .rate = yaml.within_or("rate", lowest_rate, highest_rate, 1000),
+          .realtime = read_realtime(yaml),
+          .reference = std::move(reference),
+          .limits = read_limits(yaml),
+          .devices = std::move(devices),
+          .simulation = yaml.map_if("simulation"),
+          .text = std::move(text),
+          .file = path};
+}
+
+}  // namespace emtb

@@ -1,0 +1,118 @@
+#include "config/bench.h"
+
+#include <fstream>
+#include <regex>
+
+#include "tests/config/complains.h"
+
+namespace emtb {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string good =
+    "name: b\n"                                                      // 1
+    "rate: 2000\n"                                                   // 2
+    "realtime: off\n"                                                // 3
+    "reference: {device: daq, min: -1, max: 6, safe: 0, rate: 3}\n"  // 4
+    "limits:\n"                                                      // 5
+    "  omega: 190\n"                                                 // 6
+    "  time: 60\n"                                                   // 7
+    "devices:\n"                                                     // 8
+    "  daq: {driver: simulated_daq, bits: 12}\n"                     // 9
+    "  meter: {driver: simulated_meter}\n"                           // 10
+    "simulation: {pace: 1}\n";                                       // 11
+
+BenchConfig bench(const std::string& text) {
+  const auto path = std::filesystem::path(::testing::TempDir()) / "bench_test.yaml";
+  std::ofstream(path) << text;
+  return read_bench(path);
+}
+
+/// The complaint about the good file with one thing changed, without the folder.
+std::string bad(const std::string& from, const std::string& to) {
+  std::string text = good;
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  return std::regex_replace(complaint([&] { bench(text); }), std::regex("^.*bench_test.yaml"), "b.yaml");
+}
+
+TEST(BenchFile, ReadsAll) {
+  const BenchConfig b = bench(good);
+  EXPECT_EQ(b.name, "b");
+  EXPECT_DOUBLE_EQ(b.rate, 2000);
+  EXPECT_EQ(b.realtime, Realtime::off);
+  EXPECT_EQ(b.reference.device, "daq");
+  EXPECT_DOUBLE_EQ(b.reference.limits.min, -1);
+  EXPECT_DOUBLE_EQ(b.reference.limits.max, 6);
+  EXPECT_DOUBLE_EQ(b.reference.limits.safe, 0);
+  EXPECT_DOUBLE_EQ(b.reference.rate, 3);
+  EXPECT_EQ(b.limits.omega, 190);
+  EXPECT_EQ(b.limits.time, 60);
+  EXPECT_FALSE(b.limits.i_a);
+  EXPECT_FALSE(b.limits.torque);
+  ASSERT_EQ(b.devices.size(), 2U);
+  EXPECT_EQ(b.devices[0].name, "daq");
+  EXPECT_EQ(b.devices[1].driver, "simulated_meter");
+  EXPECT_DOUBLE_EQ(b.devices[0].yaml.number("bits"), 12);
+  ASSERT_TRUE(b.simulation);
+  EXPECT_DOUBLE_EQ(b.simulation->number("pace"), 1);
+  EXPECT_EQ(b.text, good);
+}
+
+TEST(BenchFile, KnowsUsualValues) {
+  const BenchConfig b = bench("name: b\nreference: {device: d, min: 0, max: 6, safe: 0}\ndevices: {d: {driver: x}}\n");
+  EXPECT_DOUBLE_EQ(b.rate, 1000);
+  EXPECT_EQ(b.realtime, Realtime::prefer);
+  EXPECT_DOUBLE_EQ(b.reference.rate, 0);
+  EXPECT_FALSE(b.simulation);
+}
+
+TEST(BenchFile, EachMistakeHasItsLine) {
+  EXPECT_EQ(bad("rate: 2000", "rat: 2000"),
+            "b.yaml:2: rat is not known here. Known: name, rate, realtime, reference, limits, devices, simulation");
+  EXPECT_EQ(bad("rate: 2000", "rate: fast"), "b.yaml:2: rate must be a number, not `fast`");
+  EXPECT_EQ(bad("rate: 2000", "rate: 20000"), "b.yaml:2: rate is 20000, but must be 100 to 10000");
+  EXPECT_EQ(bad("rate: 2000", "rate: 50"), "b.yaml:2: rate is 50, but must be 100 to 10000");
+  EXPECT_EQ(bad("rate: 2000", "name: c"), "b.yaml:2: name stands twice. Keep one");
+  EXPECT_EQ(bad("name: b\n", ""), "b.yaml:1: name is missing");
+  EXPECT_EQ(bad("realtime: off", "realtime: never"), "b.yaml:3: realtime is `never`. Known: require, prefer, off");
+  EXPECT_EQ(bad("  omega: 190", "  speed: 190"),
+            "b.yaml:6: limits.speed is not known here. Known: omega, i_a, torque, time");
+  EXPECT_EQ(bad("  omega: 190", "  omega: -190"), "b.yaml:6: limits.omega is -190, but must be above 0");
+  EXPECT_EQ(bad("  daq: {driver: simulated_daq, bits: 12}", "  daq: {bits: 12}"),
+            "b.yaml:9: devices.daq.driver is missing");
+  EXPECT_EQ(bad("  daq: {driver: simulated_daq, bits: 12}", "  daq: simulated_daq"),
+            "b.yaml:9: devices.daq must be a map of `key: value` lines");
+  EXPECT_EQ(bad("  meter:", "  daq:"), "b.yaml:10: devices.daq stands twice. Keep one");
+}
+
+TEST(BenchFile, TheReferenceMakesSense) {
+  EXPECT_EQ(bad("device: daq", "device: dac"),
+            "b.yaml:4: reference.device is `dac`, which `devices` does not have. It has: daq, meter");
+  EXPECT_EQ(
+      bad("safe: 0", "safe: 7"),
+      "b.yaml:4: reference.safe is 7 V, but the reference goes from -1 V to 6 V. Write a value within, usually 0");
+  EXPECT_EQ(bad("max: 6", "max: -1"), "b.yaml:4: reference.max is -1 V, but min is -1 V. Write a max above min");
+  EXPECT_EQ(bad("safe: 0, ", ""), "b.yaml:4: reference.safe is missing");
+  EXPECT_EQ(bad("rate: 3}", "rate: -3}"), "b.yaml:4: reference.rate is -3, but must be 0 or more");
+}
+
+TEST(BenchFile, WithoutDevicesThereIsNoBench) {
+  EXPECT_THAT(complaint([] { bench("name: b\nreference: {device: d, min: 0, max: 6, safe: 0}\ndevices: {}\n"); }),
+              HasSubstr(":3: devices is empty"));
+}
+
+TEST(ShippedBenches, AllRead) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(EMTB_SOURCE_DIR "/config/benches")) {
+    const BenchConfig b = read_bench(entry.path());
+    EXPECT_EQ(b.name, entry.path().stem());
+    ++count;
+  }
+  EXPECT_GE(count, 2);
+}
+
+}  // namespace
+}  // namespace emtb
