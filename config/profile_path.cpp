@@ -27,7 +27,8 @@ std::filesystem::path profile_path(const std::string& profile, const std::filesy
     if (std::filesystem::is_regular_file(path, ignored)) return path;
     looked += (looked.empty() ? "" : ", ") + folder.string();
   }
-  throw ConfigError("profile `" + profile + "`: no " + profile + ".yaml in " + looked + ". Give a name from there, or a path");
+  throw ConfigError("profile `" + profile + "`: no " + profile + ".yaml in " + looked +
+                    ". Give a name from there, or a path");
 }
 
 }  // namespace emtb

@@ -7,7 +7,8 @@ namespace emtb {
 
 /// When a loop of fixed rate wakes: absolute deadlines, so that no cycle's length adds up to drift.
 ///
-/// A deadline that passes while the loop is late is skipped, never made up for: catching up would run the bench too fast.
+/// A deadline that passes while the loop is late is skipped, never made up for: catching up would run the bench too
+/// fast.
 class Deadline {
  public:
   /// The first deadline is one period after `start`. @param period [s] > 0

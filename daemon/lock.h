@@ -5,7 +5,8 @@
 
 namespace emtb {
 
-/// Holds a file or folder for this process alone (flock); gone with the process, however it dies, and leaves nothing behind.
+/// Holds a file or folder for this process alone (flock); gone with the process, however it dies, and leaves nothing
+/// behind.
 class PathLock {
  public:
   /// @param what for the message: `bench`

@@ -11,12 +11,13 @@
 namespace emtb {
 namespace {
 
-constexpr double shortest_patience = 0.25;  // [s] a stall of the machine alone takes 50 ms; a runaway needs about a second
-constexpr double missed_periods = 5;        // readings that a slow meter may skip before it is stale
-constexpr double safe_repeat = 0.1;         // [s] between repeats of make_safe() while latched
-constexpr double late_memory = 1;           // [s] over which missed deadlines are forgotten
-constexpr std::size_t buffer_size = 1024;   // readings a call; some blocks of eight channels
-constexpr int reads_per_tick = 8;           // so that one device cannot keep the loop
+constexpr double shortest_patience =
+    0.25;                             // [s] a stall of the machine alone takes 50 ms; a runaway needs about a second
+constexpr double missed_periods = 5;  // readings that a slow meter may skip before it is stale
+constexpr double safe_repeat = 0.1;   // [s] between repeats of make_safe() while latched
+constexpr double late_memory = 1;     // [s] over which missed deadlines are forgotten
+constexpr std::size_t buffer_size = 1024;  // readings a call; some blocks of eight channels
+constexpr int reads_per_tick = 8;          // so that one device cannot keep the loop
 
 bool is_fault(std::uint16_t code) noexcept { return code >= 100; }
 
@@ -140,10 +141,7 @@ void Loop::check(double now, std::uint64_t missed) noexcept {
 
   late_ = late_ * std::max(0.0, 1 - settings_.period / late_memory) + static_cast<double>(missed) * settings_.period;
   if (missed > 0 && state_ == State::running && settings_.real_time) {
-    push({.kind = Record::Kind::event,
-          .code = event_code::gap,
-          .t = now - t0_,
-          .value = static_cast<double>(missed)});
+    push({.kind = Record::Kind::event, .code = event_code::gap, .t = now - t0_, .value = static_cast<double>(missed)});
   }
   if (settings_.real_time && late_ > settings_.late_limit) trip({Fault::overrun, {}, static_cast<double>(missed)});
 

@@ -42,9 +42,9 @@ struct Live {
   std::atomic<int> fault_signal{-1};  ///< index of the signal that showed it, or -1
   std::atomic<double> fault_value{0};
   std::atomic<bool> output_broken{false};  ///< the reference output refused to go safe
-  std::atomic<double> now{0};       ///< [s] on the loop's clock
-  std::atomic<double> run_time{0};  ///< [s] since the run began, or its length when it ended
-  std::atomic<double> u_ref{0};     ///< [V] as set
+  std::atomic<double> now{0};              ///< [s] on the loop's clock
+  std::atomic<double> run_time{0};         ///< [s] since the run began, or its length when it ended
+  std::atomic<double> u_ref{0};            ///< [V] as set
   std::atomic<std::uint64_t> ticks{0};
   std::atomic<std::uint64_t> missed{0};  ///< deadlines, since the start of the daemon
   std::atomic<std::uint64_t> resets{0};  ///< the last wish to arm that is decided
@@ -57,19 +57,20 @@ struct Live {
   }
 };
 
-/// The control loop's body. One thread calls it; tick() allocates nothing, locks nothing, logs nothing and throws nothing.
+/// The control loop's body. One thread calls it; tick() allocates nothing, locks nothing, logs nothing and throws
+/// nothing.
 ///
-/// Each tick reads every device, judges what it read, and sets the reference; whatever is wrong makes it safe in that tick and
-/// latches. Readings and events go through the ring to the recorder.
+/// Each tick reads every device, judges what it read, and sets the reference; whatever is wrong makes it safe in that
+/// tick and latches. Readings and events go through the ring to the recorder.
 class Loop {
  public:
   struct Settings {
     BenchConfig::SafetyLimits limits;
-    Limits reference;        ///< [V]
-    double rate = 0;         ///< [V/s]
-    double period = 1e-3;    ///< [s]
-    bool real_time = true;   ///< false: simulated time; waits for the recorder instead of faulting
-    double late_limit = 0.5; ///< [s] of missed deadlines within about a second: overrun
+    Limits reference;         ///< [V]
+    double rate = 0;          ///< [V/s]
+    double period = 1e-3;     ///< [s]
+    bool real_time = true;    ///< false: simulated time; waits for the recorder instead of faulting
+    double late_limit = 0.5;  ///< [s] of missed deadlines within about a second: overrun
   };
 
   /// @throws ConfigError where two channels measure one signal.
@@ -101,7 +102,7 @@ class Loop {
   struct Port {  // one device
     InputDevice* device = nullptr;
     std::optional<Signal> signal;  // its first, to name it by
-    std::size_t first = 0;  // of its channels in watched_
+    std::size_t first = 0;         // of its channels in watched_
     std::size_t count = 0;
   };
 
@@ -135,8 +136,8 @@ class Loop {
 
   State state_ = State::latched;
   double now_ = 0;
-  double dt_ = 0;          // [s] since the tick before
-  double u_ = 0;           // [V] as set
+  double dt_ = 0;  // [s] since the tick before
+  double u_ = 0;   // [V] as set
   bool output_broken_ = false;
   double late_ = 0;        // [s] missed lately
   double safe_again_ = 0;  // [s] when make_safe() is repeated while latched
@@ -144,8 +145,8 @@ class Loop {
 
   const Order* order_ = nullptr;
   bool ended_ = false;
-  double t0_ = 0;  // [s] start of the run; NaN until its first tick
-  Record end_;     // sent once the last readings are in
+  double t0_ = 0;                     // [s] start of the run; NaN until its first tick
+  Record end_;                        // sent once the last readings are in
   std::array<Record, 32> pending_{};  // what the full ring refused and must not be lost
   std::size_t pending_count_ = 0;
 };

@@ -16,7 +16,8 @@ class LoopThread {
   struct Settings {
     double period = 1e-3;  ///< [s]
     Realtime realtime = Realtime::prefer;
-    std::function<void(bool busy)> pace;  ///< simulated time: called when a run begins and when it is over; may be empty
+    std::function<void(bool busy)>
+        pace;  ///< simulated time: called when a run begins and when it is over; may be empty
   };
 
   /// Starts the devices and the beat. @throws Error where real time is required and cannot be had.

@@ -16,7 +16,8 @@ struct RealtimeStep {
 
 /// Real-time settings of the calling thread and of the process; what must be held open is let go by the destructor.
 ///
-/// Each step is tried by itself: on a desktop some fail, and the bench still runs. `require` is for benches where it must not.
+/// Each step is tried by itself: on a desktop some fail, and the bench still runs. `require` is for benches where it
+/// must not.
 class RealtimeScope {
  public:
   /// Call on the loop's thread. @throws Error where `wish` is `require` and a step failed, naming it.

@@ -58,7 +58,8 @@ class Recorder {
   Recorder(Ring& ring, std::atomic<bool>& failed, OpenSink open, Listeners listeners);
 
   /// Begins a session. @throws SessionError where the file cannot be created.
-  void open(const std::filesystem::path& path, const SessionWriter::Description& description, const std::string& profile);
+  void open(const std::filesystem::path& path, const SessionWriter::Description& description,
+            const std::string& profile);
 
   /// Moves what the ring holds, flushes when due. @param now [s] wall time. @return how many records there were
   std::size_t work(double now);
@@ -87,7 +88,7 @@ class Recorder {
   bool open_run_ = false;  // also where the sink failed, until the end record
   std::string problem_;    // why the sink failed
   std::string fault_text_;
-  double flushed_ = 0;  // [s]
+  double flushed_ = 0;          // [s]
   std::vector<Closed> closed_;  // not yet told
   std::map<Signal, Batch> batches_;
 };

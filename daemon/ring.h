@@ -1,9 +1,8 @@
 #pragma once
 
+#include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
 #include <optional>
-
-#include <boost/lockfree/spsc_queue.hpp>
 
 #include "hal/signal.h"
 

@@ -20,7 +20,8 @@ struct Trip {
 
 /// Decides whether the reference may move, and how far. Pure: no device, no clock, no thread.
 ///
-/// Software alone does not make a bench safe: the driver's enable belongs on a hardware interlock with an emergency stop.
+/// Software alone does not make a bench safe: the driver's enable belongs on a hardware interlock with an emergency
+/// stop.
 class Safety {
  public:
   /// @param rate [V/s] largest change of the reference; 0: unlimited
@@ -47,8 +48,8 @@ class Safety {
   /// @param t [s] since the run began
   Trip judge_run_time(double t) const noexcept;
 
-  /// The reference [V] that may be set instead of `wanted`: within the limits, and no faster than the rate from `previous` in
-  /// `dt` [s]. Not finite: the safe value.
+  /// The reference [V] that may be set instead of `wanted`: within the limits, and no faster than the rate from
+  /// `previous` in `dt` [s]. Not finite: the safe value.
   double shape(double wanted, double previous, double dt) const noexcept;
 
   double safe() const noexcept { return reference_.safe; }  ///< [V]

@@ -6,9 +6,8 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <thread>
-
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "config/profile.h"
 #include "config/profile_path.h"
@@ -20,8 +19,8 @@ namespace {
 using nlohmann::json;
 using rpc::Refusal;
 
-constexpr double default_rate = 20;  // [Hz] of live lines
-constexpr double highest_rate = 50;  // [Hz]
+constexpr double default_rate = 20;                      // [Hz] of live lines
+constexpr double highest_rate = 50;                      // [Hz]
 constexpr auto reset_within = std::chrono::seconds(15);  // the slowest meter's patience
 
 std::string_view word(State state) {
@@ -152,12 +151,9 @@ json Service::status(const rpc::Peer& peer) const {
                  {"last_run", nullptr}};
   const std::lock_guard lock(mutex_);
   if (current_) {
-    answer["run"] = {{"id", current_->order->id},
-                     {"profile", current_->order->profile.name()},
-                     {"t", live_.run_time.load()},
-                     {"duration", current_->order->profile.duration()},
-                     {"session", current_->path.string()},
-                     {"controller", who(current_->controller)}};
+    answer["run"] = {{"id", current_->order->id},          {"profile", current_->order->profile.name()},
+                     {"t", live_.run_time.load()},         {"duration", current_->order->profile.duration()},
+                     {"session", current_->path.string()}, {"controller", who(current_->controller)}};
   }
   if (last_) answer["last_run"] = *last_;
   return answer;
@@ -209,8 +205,11 @@ void Service::refuse_if_busy(const std::string& what, const rpc::Peer& peer) con
   const std::lock_guard lock(mutex_);
   if (!current_) return;
   const rpc::Peer& controller = current_->controller;
-  const std::string whose = controller.id == peer.id ? "yours" : "of " + user_name(controller.uid) + ", process " + std::to_string(controller.pid);
-  throw Refusal(rpc::code::busy, what + " has to wait: run " + current_->order->profile.name() + " (" + whose + ") is on",
+  const std::string whose = controller.id == peer.id
+                                ? "yours"
+                                : "of " + user_name(controller.uid) + ", process " + std::to_string(controller.pid);
+  throw Refusal(rpc::code::busy,
+                what + " has to wait: run " + current_->order->profile.name() + " (" + whose + ") is on",
                 {{"who", who(controller)}, {"run", current_->order->id}});
 }
 
@@ -235,7 +234,8 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
                                                         {"software", std::string("emtbd ") + version},
                                                         {"started_utc", utc_text(now)}},
                                          .config = bench_.text};
-  const bool measured = std::ranges::any_of(settings_.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
+  const bool measured =
+      std::ranges::any_of(settings_.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
   if (!measured) {
     description.channels.push_back(
         {.signal = Signal::u_ref, .period = 1 / bench_.rate, .source = "commanded reference"});
@@ -303,13 +303,14 @@ json Service::config() const {
                         {"source", channel.source}});
   }
   const Limits& limits = bench_.reference.limits;
-  return {{"bench", bench_.name},
-          {"file", bench_.file.string()},
-          {"text", bench_.text},
-          {"data", settings_.data.string()},
-          {"rate", bench_.rate},
-          {"reference", {{"min", limits.min}, {"max", limits.max}, {"safe", limits.safe}, {"rate", bench_.reference.rate}}},
-          {"channels", channels}};
+  return {
+      {"bench", bench_.name},
+      {"file", bench_.file.string()},
+      {"text", bench_.text},
+      {"data", settings_.data.string()},
+      {"rate", bench_.rate},
+      {"reference", {{"min", limits.min}, {"max", limits.max}, {"safe", limits.safe}, {"rate", bench_.reference.rate}}},
+      {"channels", channels}};
 }
 
 void Service::gone(const rpc::Peer& peer) {

@@ -5,11 +5,10 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json_fwd.hpp>
 
 #include "config/bench.h"
 #include "daemon/loop.h"
@@ -25,9 +24,9 @@ namespace emtb {
 class Service {
  public:
   struct Settings {
-    std::filesystem::path data;   ///< where sessions go
+    std::filesystem::path data;     ///< where sessions go
     std::vector<Channel> channels;  ///< what the bench measures
-    std::string pace;             ///< `1`, `20`, `max`
+    std::string pace;               ///< `1`, `20`, `max`
   };
 
   /// What the service wants of the socket. Both only from within a method.

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-
 #include <nlohmann/json.hpp>
 
 namespace emtb {
@@ -40,7 +39,8 @@ Client::Client(const std::filesystem::path& socket) : path_(socket) {
   if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     const std::string why = std::strerror(errno);
     if (socket_ >= 0) close(socket_);
-    throw ProtocolError(name + ": no daemon answers (" + why + "). Start `emtbd --config BENCH.yaml`, or give its --socket");
+    throw ProtocolError(name + ": no daemon answers (" + why +
+                        "). Start `emtbd --config BENCH.yaml`, or give its --socket");
   }
 }
 

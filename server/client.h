@@ -1,10 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
-
-#include <nlohmann/json_fwd.hpp>
 
 #include "server/rpc.h"
 
@@ -39,7 +38,8 @@ class Client {
   int id_ = 0;
 };
 
-/// Where the daemon listens unless told otherwise: $XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock where that can be made.
+/// Where the daemon listens unless told otherwise: $XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock where that can be
+/// made.
 /// @throws ProtocolError where neither can.
 std::filesystem::path socket_to_listen();
 

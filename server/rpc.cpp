@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <exception>
-
 #include <nlohmann/json.hpp>
 
 namespace emtb::rpc {

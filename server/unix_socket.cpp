@@ -6,11 +6,6 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <chrono>
-#include <deque>
-#include <map>
-#include <thread>
-
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
@@ -18,6 +13,10 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
+#include <chrono>
+#include <deque>
+#include <map>
+#include <thread>
 
 namespace emtb {
 namespace {
@@ -184,14 +183,18 @@ UnixSocketServer::UnixSocketServer(const std::filesystem::path& path) : impl_(st
 }
 
 UnixSocketServer::~UnixSocketServer() {
+  stop();
+  std::error_code ignored;
+  std::filesystem::remove(impl_->path, ignored);
+}
+
+void UnixSocketServer::stop() {
   if (impl_->thread.joinable()) {
     impl_->context.stop();
     impl_->thread.join();
   }
-  impl_->handlers.gone = nullptr;
+  impl_->handlers = {};
   while (!impl_->clients.empty()) impl_->clients.begin()->second->close();
-  std::error_code ignored;
-  std::filesystem::remove(impl_->path, ignored);
 }
 
 void UnixSocketServer::start(Handlers handlers) {
