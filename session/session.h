@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,21 +27,31 @@ struct Event {
 
 /// Codes of events that are not faults.
 namespace event_code {
-inline constexpr int run = 1;         ///< a run of that name begins
-inline constexpr int gap = 2;         ///< samples are missing here
-inline constexpr int repaired = 3;    ///< the recording ended abruptly and was repaired
-inline constexpr int run_ended = 4;   ///< the run ended as planned
+inline constexpr int run = 1;        ///< a run of that name begins
+inline constexpr int gap = 2;        ///< samples are missing here
+inline constexpr int repaired = 3;   ///< the recording ended abruptly and was repaired
+inline constexpr int run_ended = 4;  ///< the run ended as planned
 }  // namespace event_code
 
 /// One experiment with an initial state of its own.
 struct Run {
-  std::string name;  ///< as messages should call it: `steps.csv#a@1:3`
+  std::string name;  ///< read_session(): as the file calls it, may be empty; read_runs(): as messages should call it,
+                     ///< `steps.csv#a@1:3`
   std::map<Signal, Series> signals;
 
   bool has(Signal signal) const { return signals.contains(signal); }
   const Series& at(Signal signal) const { return signals.at(signal); }
   double duration() const;  ///< [s] last time of any signal
 };
+
+/// A slow meter among faster signals: fewer than half the samples of the fastest signal of the run. Where it has no
+/// window, each of its readings is the mean since the reading before it; see window_start().
+bool is_sparse(const Run& run, Signal signal);
+
+/// When the mean that reading k stands for began [s]: a window before it, or else at the reading before it. The first
+/// reading of all has none before it: it is taken to have lasted as long as the second, from the start of the run at
+/// the earliest.
+double window_start(const Series& series, std::size_t k);
 
 /// A recorded session: its runs, and what a reader needs to know to repeat it.
 struct Session {

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+
+#include "session/mapping.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// Reads a CSV file: one row a point in time, one column a signal, an empty cell where a signal has no reading (never
+/// interpolated).
+///
+/// Without a mapping the columns are the contract's (`t_s`, `omega_rad_s` ..., hal/signal.h), in any order; a column
+/// `run` splits the file into runs. With a mapping that lists columns, exactly those are read. All other columns are
+/// passed over, but for one trap: a column that can be meant for a signal that the file otherwise lacks is an error
+/// that says so, since leaving it out in silence would change the result. Such is a column that differs from the
+/// contract's by case and punctuation or (from five letters on) by one letter, and a signal's name alone or with
+/// another unit: `i_a`, `omega_rpm`, `theta_deg`; but not `omega_ref`.
+///
+/// Runs stand in the order of their first row, and time is counted from the first row of each. Within a run it must
+/// increase. Byte-order mark, CR LF, blank lines, spaces around cells and quoted cells (on one line) are understood.
+/// @throws SessionError with file, line, column and what would be right.
+Session read_csv(const std::filesystem::path& path, const Mapping& mapping = {});
+
+/// Writes the contract's columns: a row for each time at which any signal has a reading, empty cells for the others,
+/// the shortest digits that read back the same. Several runs: a column `run`. Events, attributes, windows and
+/// resolutions have no place in a CSV.
+void write_csv(const std::filesystem::path& path, const Session& session);
+
+}  // namespace emtb

@@ -1,0 +1,59 @@
+#include "session/resolution.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace emtb {
+namespace {
+
+constexpr std::size_t enough =
+    16384;  // values looked at: a grid shows in these, and sorting more takes longer than reading the file
+
+}  // namespace
+
+double resolution(std::span<const std::span<const double>> pieces) {
+  std::size_t count = 0;
+  std::size_t changes = 0;
+  for (const auto& piece : pieces) {
+    count += piece.size();
+    for (std::size_t i = 1; i < piece.size(); ++i) changes += piece[i] != piece[i - 1] ? 1 : 0;
+  }
+  if (changes < std::max<std::size_t>(16, count / 100)) return 0;
+
+  std::vector<double> values;
+  const std::size_t stride = count / enough + 1;
+  for (const auto& piece : pieces) {
+    for (std::size_t i = 0; i < piece.size(); i += stride) values.push_back(piece[i]);
+  }
+  std::ranges::sort(values);
+  const double same =
+      1e-9 * (values.back() - values.front());  // arithmetic before the file was written may split a code in two
+  const auto repeated = std::ranges::unique(values, [&](double a, double b) { return b - a <= same; });
+  values.erase(repeated.begin(), repeated.end());
+  if (values.size() < 5) return 0;
+
+  // The step as the mean of the gaps, each of which is one step or several; the smallest first, so that the estimate is
+  // good before it has to tell seven steps from eight.
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < values.size(); ++i) gaps.push_back(values[i] - values[i - 1]);
+  std::ranges::sort(gaps);
+  double sum = 0;
+  double steps = 0;
+  for (const double gap : gaps) {
+    steps += sum == 0 ? 1 : std::round(gap * steps / sum);
+    sum += gap;
+  }
+  const double step = sum / steps;
+  const bool gapless = steps == static_cast<double>(gaps.size());
+  if (!gapless && values.size() < 8) return 0;
+  double off = 0;
+  for (const double value : values) {
+    const double position = (value - values.front()) / step;
+    const double miss = position - std::round(position);
+    if (std::abs(miss) > 0.4) return 0;
+    off += miss * miss;
+  }
+  return off / static_cast<double>(values.size()) < 0.15 * 0.15 ? step : 0;  // on no grid: 0.29 of a step rms
+}
+
+}  // namespace emtb

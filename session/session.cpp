@@ -1,0 +1,28 @@
+#include "session/session.h"
+
+#include <algorithm>
+
+namespace emtb {
+
+double Run::duration() const {
+  double last = 0;
+  for (const auto& [signal, series] : signals) {
+    if (!series.t.empty()) last = std::max(last, series.t.back());
+  }
+  return last;
+}
+
+bool is_sparse(const Run& run, Signal signal) {
+  std::size_t fastest = 0;
+  for (const auto& [other, series] : run.signals) fastest = std::max(fastest, series.t.size());
+  return 2 * run.at(signal).t.size() < fastest;
+}
+
+double window_start(const Series& series, std::size_t k) {
+  const auto& t = series.t;
+  if (series.window > 0) return t[k] - series.window;
+  if (k > 0) return t[k - 1];
+  return t.size() > 1 ? std::max(0.0, t[0] - (t[1] - t[0])) : 0;
+}
+
+}  // namespace emtb

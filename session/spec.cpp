@@ -1,0 +1,191 @@
+#include "session/spec.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <span>
+
+#include "hal/error.h"
+#include "session/csv.h"
+#include "session/hdf5.h"
+#include "session/resolution.h"
+#include "session/text.h"
+#include "session/shift.h"
+
+namespace emtb {
+namespace {
+
+constexpr std::string_view form = "A session is PATH[#RUN][@T0:T1], its PATH ending in .csv or .h5";
+
+bool ends_with(std::string_view text, std::string_view ending) {
+  return text.size() >= ending.size() &&
+         std::ranges::equal(text.substr(text.size() - ending.size()), ending,
+                            [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+}
+
+enum class Kind { csv, hdf5, neither };
+
+Kind kind_of(std::string_view path) {
+  return ends_with(path, ".csv") ? Kind::csv : ends_with(path, ".h5") ? Kind::hdf5 : Kind::neither;
+}
+
+Kind need_kind(const std::filesystem::path& path) {
+  const Kind kind = kind_of(path.string());
+  if (kind == Kind::neither)
+    throw SessionError(path.string() + ": is neither .csv nor .h5, which are what emtb reads and writes");
+  return kind;
+}
+
+/// Where PATH can end: behind each .csv or .h5 that stands at the end or before # or @.
+std::vector<std::size_t> possible_ends(std::string_view text) {
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 1; i <= text.size(); ++i) {
+    const bool boundary = i == text.size() || text[i] == '#' || text[i] == '@';
+    if (boundary && kind_of(text.substr(0, i)) != Kind::neither) ends.push_back(i);
+  }
+  return ends;
+}
+
+/// A folder, a file and a run may all contain # and @, so the file that exists decides; where none does, the first end
+/// with no folder behind it.
+std::size_t end_of_path(std::string_view text) {
+  const auto ends = possible_ends(text);
+  if (ends.empty()) throw SessionError(shown(text) + ": is not a session. " + std::string(form));
+  for (const std::size_t end : ends) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(std::filesystem::path(text.substr(0, end)), error)) return end;
+  }
+  const auto found =
+      std::ranges::find_if(ends, [&](std::size_t end) { return text.find('/', end) == std::string_view::npos; });
+  return found == ends.end() ? ends.back() : *found;
+}
+
+bool looks_like_span(std::string_view text) {
+  return text.find_first_not_of("0123456789.:+-eE") == std::string_view::npos;
+}
+
+void parse_span(std::string_view text, std::string_view span, SessionSpec& spec) {
+  const auto fail = [&](const std::string& why) {
+    throw SessionError(std::string(text) + ": " + why +
+                       ". A span is @T0:T1 in s with T0 < T1, either of which may be left out");
+  };
+  const std::size_t colon = span.find(':');
+  if (colon == std::string_view::npos) fail("the span `@" + shown(span) + "` has no colon");
+  const auto bound = [&](std::string_view digits) -> std::optional<double> {
+    if (digits.empty()) return std::nullopt;
+    double value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value) || value < 0) {
+      fail("`" + shown(digits) + "` is not a time in s from the start of the run");
+    }
+    return value;
+  };
+  spec.t0 = bound(span.substr(0, colon));
+  spec.t1 = bound(span.substr(colon + 1));
+  if (!spec.t0 && !spec.t1) fail("the span `@" + shown(span) + "` has neither beginning nor end");
+  if (spec.t1 && *spec.t1 <= spec.t0.value_or(0)) fail("the span `@" + shown(span) + "` ends before it begins");
+}
+
+std::string span_text(const SessionSpec& spec) {
+  if (!spec.t0 && !spec.t1) return "";
+  return "@" + (spec.t0 ? shortest(*spec.t0) : "") + ":" + (spec.t1 ? shortest(*spec.t1) : "");
+}
+
+/// Whether reading k tells only of time from t0 on: the mean of a meter may have begun before.
+bool begins_within(const Series& series, bool sparse, std::size_t k, double t0) {
+  if (series.t[k] < t0) return false;
+  return t0 <= 0 || (series.window == 0 && !sparse) || window_start(series, k) >= t0 - 1e-9;
+}
+
+/// The readings of t0 <= t < t1: half open, so that two spans that meet share none.
+Run cut(const Run& run, double t0, double t1) {
+  Run out{.name = run.name, .signals = {}};
+  for (const auto& [signal, series] : run.signals) {
+    const bool sparse = is_sparse(run, signal);
+    Series part{.t = {}, .value = {}, .window = series.window, .lsb = series.lsb, .source = series.source};
+    for (std::size_t k = 0; k < series.t.size() && series.t[k] < t1; ++k) {
+      if (!begins_within(series, sparse, k, t0)) continue;
+      part.t.push_back(series.t[k]);
+      part.value.push_back(series.value[k]);
+    }
+    if (part.t.empty()) continue;
+    shift_to_zero(part.t, t0);
+    out.signals.emplace(signal, std::move(part));
+  }
+  return out;
+}
+
+void estimate_resolutions(Session& session) {
+  for (const Signal signal : all_signals()) {
+    std::vector<Series*> series;
+    std::vector<std::span<const double>> pieces;
+    for (Run& run : session.runs) {
+      if (!run.has(signal)) continue;
+      series.push_back(&run.signals.at(signal));
+      pieces.emplace_back(series.back()->value);
+    }
+    if (series.empty() || std::ranges::any_of(series, [](const Series* s) { return s->lsb > 0; })) continue;
+    const double lsb = resolution(pieces);
+    for (Series* s : series) s->lsb = lsb;
+  }
+}
+
+}  // namespace
+
+SessionSpec parse_session_spec(std::string_view text) {
+  const std::size_t end = end_of_path(text);
+  SessionSpec spec;
+  spec.path = text.substr(0, end);
+  std::string_view rest = text.substr(end);
+  const std::size_t at = rest.rfind('@');
+  if (at != std::string_view::npos && (at == 0 || looks_like_span(rest.substr(at + 1)))) {
+    parse_span(text, rest.substr(at + 1), spec);
+    rest = rest.substr(0, at);
+  }
+  if (rest.empty()) return spec;
+  if (rest[0] != '#' || rest.size() == 1) {
+    throw SessionError(std::string(text) + ": `" + shown(rest) + "` names no run. " + std::string(form));
+  }
+  spec.run = rest.substr(1);
+  return spec;
+}
+
+Session read_session(const std::filesystem::path& path, const Mapping& mapping) {
+  Session session = need_kind(path) == Kind::csv ? read_csv(path, mapping) : read_hdf5(path);
+  estimate_resolutions(session);
+  return session;
+}
+
+std::vector<Run> read_runs(std::string_view text, const Mapping& mapping) {
+  const SessionSpec spec = parse_session_spec(text);
+  Session session = read_session(spec.path, mapping);
+  const bool several = session.runs.size() > 1;
+  if (!spec.run.empty()) {
+    std::vector<std::string> names;
+    for (const Run& run : session.runs) names.push_back(run.name);
+    std::erase_if(session.runs, [&](const Run& run) { return run.name != spec.run; });
+    if (session.runs.empty()) {
+      throw SessionError(
+          spec.path.string() + ": no run `" + shown(spec.run) + "`. " +
+          (several ? "Runs here: " + listed(names) : "It holds a single run: leave out #" + shown(spec.run)));
+    }
+  }
+  std::vector<Run> runs;
+  for (const Run& whole : session.runs) {
+    Run run = spec.t0 || spec.t1 ? cut(whole, spec.t0.value_or(0), spec.t1.value_or(HUGE_VAL)) : whole;
+    const std::string name = spec.path.string() + (several || !spec.run.empty() ? "#" + whole.name : "");
+    if (run.signals.empty()) {
+      throw SessionError(name + ": the span " + span_text(spec) + " holds no reading; the run lasts from 0 to " +
+                         shortest(whole.duration()) + " s");
+    }
+    run.name = name + span_text(spec);
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
+void write_session(const std::filesystem::path& path, const Session& session) {
+  need_kind(path) == Kind::csv ? write_csv(path, session) : write_hdf5(path, session);
+}
+
+}  // namespace emtb

@@ -1,0 +1,241 @@
+#include "session/csv.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class Csv : public Scratch {
+ protected:
+  Session session(const std::string& text, const Mapping& mapping = {}) const {
+    return read_csv(write("steps.csv", text), mapping);
+  }
+  Run only_run(const std::string& text, const Mapping& mapping = {}) const {
+    const Session s = session(text, mapping);
+    EXPECT_EQ(s.runs.size(), 1u);
+    return s.runs.at(0);
+  }
+  /// The complaint about that text, from the file's name on.
+  std::string complaint(const std::string& text, const Mapping& mapping = {}) const {
+    const std::string message = message_of<SessionError>([&] { session(text, mapping); });
+    const std::string folder = path("").string();
+    EXPECT_THAT(message, StartsWith(folder));
+    return message.substr(std::min(folder.size(), message.size()));
+  }
+};
+
+TEST_F(Csv, ReadsTheContractsColumnsInAnyOrder) {
+  const Run run = only_run("omega_rad_s,t_s,u_ref_V\n1.5,0,2\n-2.5e1,0.001,3\n");
+  EXPECT_THAT(run.at(Signal::omega).t, ElementsAre(0, 0.001));
+  EXPECT_THAT(run.at(Signal::omega).value, ElementsAre(1.5, -25));
+  EXPECT_THAT(run.at(Signal::u_ref).value, ElementsAre(2, 3));
+  EXPECT_EQ(run.at(Signal::omega).source, "omega_rad_s");
+  EXPECT_FALSE(run.has(Signal::i_a));
+  EXPECT_EQ(run.duration(), 0.001);
+}
+
+TEST_F(Csv, AnEmptyCellIsNoReadingAndNothingIsInterpolated) {
+  const Run run = only_run("t_s,omega_rad_s,i_a_A\n0,1,\n0.1,2,\n0.2,3,0.7\n0.3,4,\n0.4,5,0.9\n");
+  EXPECT_THAT(run.at(Signal::i_a).t, ElementsAre(0.2, 0.4));
+  EXPECT_THAT(run.at(Signal::i_a).value, ElementsAre(0.7, 0.9));
+  EXPECT_EQ(run.at(Signal::omega).t.size(), 5u);
+  EXPECT_TRUE(is_sparse(run, Signal::i_a));
+  EXPECT_FALSE(is_sparse(run, Signal::omega));
+}
+
+TEST_F(Csv, AColumnWithoutAnyReadingIsNoSignal) {
+  EXPECT_FALSE(only_run("t_s,omega_rad_s,i_a_A\n0,1,\n1,2,\n").has(Signal::i_a));
+}
+
+TEST_F(Csv, KnowsWhenTheMeansOfASlowMeterBegan) {
+  const Run run = only_run("t_s,omega_rad_s,i_a_A\n0,0,\n0.2,0,\n0.4,0,1\n0.6,0,\n0.8,0,2\n1,0,\n1.2,0,3\n");
+  EXPECT_DOUBLE_EQ(window_start(run.at(Signal::i_a), 0), 0);
+  EXPECT_DOUBLE_EQ(window_start(run.at(Signal::i_a), 2), 0.8);
+  Mapping mapping;
+  mapping.window[Signal::i_a] = 0.1;
+  const Run narrow = only_run("t_s,omega_rad_s,i_a_A\n0,0,1\n0.4,0,2\n", mapping);
+  EXPECT_EQ(narrow.at(Signal::i_a).window, 0.1);
+  EXPECT_DOUBLE_EQ(window_start(narrow.at(Signal::i_a), 1), 0.3);
+}
+
+TEST_F(Csv, UnderstandsWhatSpreadsheetsMakeOfIt) {
+  const Run run = only_run("\xEF\xBB\xBF\"t_s\" , \"omega_rad_s\"\r\n 0 ,\t\"1.5\" \r\n\r\n1,+2\r\n");
+  EXPECT_THAT(run.at(Signal::omega).t, ElementsAre(0, 1));
+  EXPECT_THAT(run.at(Signal::omega).value, ElementsAre(1.5, 2));
+}
+
+TEST_F(Csv, TheLastLineNeedsNoNewline) {
+  EXPECT_THAT(only_run("t_s,omega_rad_s\n0,1\n1,2").at(Signal::omega).value, ElementsAre(1, 2));
+}
+
+TEST_F(Csv, ReadsDecimalCommasWhereTheMappingSaysSo) {
+  Mapping mapping;
+  mapping.delimiter = ';';
+  mapping.decimal = ',';
+  EXPECT_THAT(only_run("t_s;omega_rad_s\n0,5;1,25\n1;-3\n", mapping).at(Signal::omega).value, ElementsAre(1.25, -3));
+  EXPECT_THAT(complaint("t_s;omega_rad_s\n0;1.234,5\n", mapping),
+              StartsWith("steps.csv:2: column omega_rad_s: `1.234,5` is not"));
+}
+
+TEST_F(Csv, ARunColumnSplitsTheFileAndEachRunStartsAtZero) {
+  const Session s = session("run,t_s,omega_rad_s\nb,10,1\nb,10.1,2\na,3.1,3\nb,10.2,4\na,3.2,5\n");
+  ASSERT_EQ(s.runs.size(), 2u);
+  EXPECT_EQ(s.runs[0].name, "b");
+  EXPECT_EQ(s.runs[1].name, "a");
+  EXPECT_THAT(s.runs[0].at(Signal::omega).t, ElementsAre(0, 0.1, 0.2));
+  EXPECT_THAT(s.runs[0].at(Signal::omega).value, ElementsAre(1, 2, 4));
+  EXPECT_THAT(s.runs[1].at(Signal::omega).t, ElementsAre(0, 0.1));
+}
+
+TEST_F(Csv, AMappingRenamesScalesAndSplits) {
+  Mapping mapping;
+  mapping.time = "zeit";
+  mapping.run = "versuch";
+  mapping.columns[Signal::omega] = {.column = "n", .scale = 0.1, .offset = 1};
+  mapping.columns[Signal::armature_open] = {.column = "powered", .scale = -1, .offset = 1};
+  const Session s = session("versuch,zeit,n,powered,t_s,i_a\nx,0,10,1,,\ny,5,20,0,,\n", mapping);
+  ASSERT_EQ(s.runs.size(), 2u);
+  EXPECT_THAT(s.runs[0].at(Signal::omega).value, ElementsAre(2));
+  EXPECT_THAT(s.runs[0].at(Signal::armature_open).value, ElementsAre(0));
+  EXPECT_THAT(s.runs[1].at(Signal::armature_open).value, ElementsAre(1));
+  EXPECT_EQ(s.runs[0].at(Signal::omega).source, "n");
+}
+
+TEST_F(Csv, ForeignColumnsArePassedOver) {
+  const Run run = only_run("t_s,omega_rad_s,omega_ref,note,omega_rpm\n0,1,x,\"hello, world\",9.5\n");
+  EXPECT_EQ(run.signals.size(), 1u) << "omega is there, so omega_rpm is no loss";
+}
+
+TEST_F(Csv, AColumnThatIsNearlyASignalIsPointedOut) {
+  for (const std::string column : {"i_a", "I_a", "i_a_mA", "ia_A", "omega_rpm", "omega", "Omega [rad/s]", "omga_rad_s",
+                                   "theta_deg", "torque_Ncm", "E_A_V", "u_ref_mV", "armature_opn", "temperature_C"}) {
+    const std::string near = complaint("t_s,x," + column + "\n0,1,2\n");
+    EXPECT_THAT(near, AllOf(StartsWith("steps.csv:1: column `" + column + "` looks like "), HasSubstr("--map")))
+        << column;
+  }
+  for (const std::string column : {"omega_ref", "id", "iac", "theta_m", "index", "torque_reference_Nm", "u_rel"}) {
+    EXPECT_THAT(complaint("t_s," + column + "\n0,1\n"), StartsWith("steps.csv:1: no column that emtb knows")) << column;
+  }
+}
+
+TEST_F(Csv, ComplaintsSayWhereAndWhatWouldBeRight) {
+  const std::string head = "t_s,u_ref_V,omega_rad_s\n";
+  EXPECT_THAT(complaint(""), AllOf(StartsWith("steps.csv: is empty"), HasSubstr("t_s,u_ref_V,omega_rad_s")));
+  EXPECT_THAT(complaint("\n \r\n\n"), StartsWith("steps.csv: is empty"));
+  EXPECT_THAT(complaint(head), StartsWith("steps.csv:1: has column names but no rows"));
+  EXPECT_THAT(complaint("time,omega_rad_s\n0,1\n"),
+              AllOf(StartsWith("steps.csv:1: no column `t_s`"), HasSubstr("time: time"),
+                    EndsWith("Columns here: time, omega_rad_s")));
+  EXPECT_THAT(complaint("t_s;omega_rad_s\n0;1\n"), HasSubstr("delimiter: \";\""));
+  EXPECT_THAT(complaint("0,1,2\n"), StartsWith("steps.csv:1: no column `t_s`"));
+  EXPECT_THAT(complaint("t_s,omega_rad_s,omega_rad_s\n0,1,2\n"),
+              StartsWith("steps.csv:1: column `omega_rad_s` stands twice"));
+  EXPECT_THAT(complaint(head + "0,1,nan\n"),
+              StartsWith("steps.csv:2: column omega_rad_s: `nan` is not a finite number. Leave"));
+  EXPECT_THAT(complaint(head + "0,1,2\n1,-inf,2\n"), StartsWith("steps.csv:3: column u_ref_V: `-inf` is not a finite"));
+  EXPECT_THAT(complaint(head + "0,1,1e999\n"), StartsWith("steps.csv:2: column omega_rad_s: `1e999` is not a finite"));
+  EXPECT_THAT(complaint(head + "0,1,abc\n"), StartsWith("steps.csv:2: column omega_rad_s: `abc` is not a number"));
+  EXPECT_THAT(complaint(head + "0,1,1.5x\n"), StartsWith("steps.csv:2: column omega_rad_s: `1.5x` is not a number"));
+  EXPECT_THAT(complaint(head + "0,1,\"1,5\"\n"), HasSubstr("decimal: \",\""));
+  EXPECT_THAT(complaint(head + ",1,2\n"), StartsWith("steps.csv:2: column t_s is empty"));
+  EXPECT_THAT(complaint(head + "0,1\n1,2,3\n"), StartsWith("steps.csv:2: 2 cells instead of 3. Leave cells without"));
+  EXPECT_THAT(complaint(head + "0,1,2,3\n"), StartsWith("steps.csv:2: 4 cells instead of 3"));
+  EXPECT_THAT(complaint(head + "0,1,2\n1,2"),
+              StartsWith("steps.csv:3: the last line is cut off: 2 cells instead of 3"));
+  EXPECT_THAT(complaint(head + "0,,\n"), StartsWith("steps.csv: every cell of every signal is empty"));
+  EXPECT_THAT(complaint(head + "0,\"1,2\n"), StartsWith("steps.csv:2: a quote is opened"));
+  EXPECT_THAT(complaint(head + "0,\"1\"x,2\n"), StartsWith("steps.csv:2: text follows the closing quote"));
+  EXPECT_THAT(complaint("t_s,omega_rad_s,armature_open\n0,1,0.5\n"),
+              StartsWith("steps.csv:2: column armature_open: armature_open is 0.5"));
+  EXPECT_THAT(complaint("\xFF\xFEt\0_\0"), HasSubstr("UTF-16"));
+}
+
+TEST_F(Csv, TimeMustIncreaseWithinARun) {
+  std::string text = "t_s,omega_rad_s\n";
+  for (int i = 1; i <= 15; ++i) text += std::to_string(i / 10) + "." + std::to_string(i % 10) + ",0\n";
+  EXPECT_THAT(complaint(text + "1.0,0\n"),
+              AllOf(StartsWith("steps.csv:17: t_s goes back from 1.5 to 1.0 s; "), HasSubstr("run: COLUMN")));
+  EXPECT_THAT(complaint(text + "1.5,0\n"), StartsWith("steps.csv:17: t_s stands still at 1.5 s"));
+  EXPECT_THAT(complaint("run,t_s,omega_rad_s\na,1,0\nb,0,0\na,0.5,0\n"),
+              StartsWith("steps.csv:4: t_s goes back from 1 to 0.5 s; rows of one run"));
+}
+
+TEST_F(Csv, AMappingThatDoesNotFitIsToldSo) {
+  Mapping mapping;
+  mapping.columns[Signal::theta] = {.column = "pos_m"};
+  EXPECT_THAT(
+      complaint("t_s,u_V,pos\n0,1,2\n", mapping),
+      StartsWith("steps.csv:1: no column `pos_m`, from which the mapping takes theta. Columns here: t_s, u_V, pos"));
+  mapping.columns[Signal::theta] = {.column = "pos"};
+  mapping.run = "run";
+  EXPECT_THAT(complaint("t_s,u_V,pos\n0,1,2\n", mapping),
+              StartsWith("steps.csv:1: no column `run`, by which the mapping splits"));
+  mapping = {};
+  mapping.decimal = ',';
+  EXPECT_THAT(complaint("t_s\n", mapping), HasSubstr("They must differ"));
+}
+
+TEST_F(Csv, AFileThatIsNotThereIsToldSo) {
+  EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("none.csv")); }), HasSubstr("none.csv: no such file"));
+  EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("")); }), HasSubstr("is a folder"));
+}
+
+TEST_F(Csv, CutAnywhereItIsReadOrRefusedInOneLine) {
+  const std::string whole =
+      "run,t_s,\"omega_rad_s\",i_a_A\r\na,0,1.5,\r\na,0.1,-2e-3,0.5\r\n\"b\"\"c\",0,3,\r\nb,0.1,4,0.7\r\n";
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    try {
+      session(whole.substr(0, length));
+    } catch (const SessionError& e) {
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
+    }
+  }
+}
+
+TEST_F(Csv, WritesTheUnionOfTimesAndLeavesCellsEmpty) {
+  Session s;
+  s.runs.resize(1);
+  s.runs[0].signals[Signal::omega] = series({0, 0.1, 0.2}, {1, 1.0 / 3, -2});
+  s.runs[0].signals[Signal::i_a] = series({0.15, 0.2}, {1e-7, 2});
+  write_csv(path("out.csv"), s);
+  EXPECT_EQ(read(path("out.csv")), "t_s,i_a_A,omega_rad_s\n0,,1\n0.1,,0.3333333333333333\n0.15,1e-07,\n0.2,2,-2\n");
+}
+
+TEST_F(Csv, WhatIsWrittenReadsBackTheSame) {
+  Session s;
+  s.runs.resize(3);
+  s.runs[0].name = "a, \"b\"";
+  s.runs[0].signals[Signal::omega] = series({0, 0.1}, {0.1 + 0.2, 5e-300});
+  s.runs[1].name = "c";
+  s.runs[1].signals[Signal::i_a] = series({0, 1e5 / 3}, {-1, 1e22});
+  s.runs[2].name = "c";
+  s.runs[2].signals[Signal::i_a] = series({0}, {4});
+  write_csv(path("out.csv"), s);
+  const Session back = read_csv(path("out.csv"));
+  ASSERT_EQ(back.runs.size(), 3u);
+  EXPECT_EQ(back.runs[0].name, s.runs[0].name);
+  EXPECT_EQ(back.runs[2].name, "c_2") << "two runs of one name are kept apart";
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (const auto& [signal, written] : s.runs[r].signals) {
+      EXPECT_EQ(back.runs[r].at(signal).t, written.t);
+      EXPECT_EQ(back.runs[r].at(signal).value, written.value);
+    }
+  }
+}
+
+TEST_F(Csv, WritingWhereOneCannotIsAnError) {
+  EXPECT_THAT(message_of<SessionError>([&] { write_csv(path("no/such/folder.csv"), {}); }),
+              HasSubstr("cannot be written"));
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,66 @@
+#include "config/mapping.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using testing::HasSubstr;
+
+class MappingFile : public Scratch {
+ protected:
+  Mapping mapping(const std::string& text) const { return read_mapping(write("map.yaml", text)); }
+  std::string complaint(const std::string& text) const {
+    return message_of<ConfigError>([&] { mapping(text); });
+  }
+};
+
+TEST_F(MappingFile, SaysAllThatTheContractLists) {
+  const Mapping m = mapping(
+      "time: zeit\nrun: versuch\ncolumns: {theta: {from: pos_m, scale: 2, offset: -1}, i_a: {from: u_V}}\n"
+      "window: {i_a: 0.4}\ndelimiter: \";\"\ndecimal: \",\"\n");
+  EXPECT_EQ(m.time, "zeit");
+  EXPECT_EQ(m.run, "versuch");
+  EXPECT_EQ(m.columns.at(Signal::theta).column, "pos_m");
+  EXPECT_EQ(m.columns.at(Signal::theta).scale, 2);
+  EXPECT_EQ(m.columns.at(Signal::theta).offset, -1);
+  EXPECT_EQ(m.columns.at(Signal::i_a).scale, 1);
+  EXPECT_EQ(m.window.at(Signal::i_a), 0.4);
+  EXPECT_EQ(m.delimiter, ';');
+  EXPECT_EQ(m.decimal, ',');
+}
+
+TEST_F(MappingFile, NothingButAWindowIsEnough) {
+  const Mapping m = mapping("window: {i_a: 0.4}\n");
+  EXPECT_EQ(m.time, "t_s");
+  EXPECT_TRUE(m.columns.empty());
+  EXPECT_EQ(mapping("delimiter: tab\n").delimiter, '\t');
+  EXPECT_EQ(mapping("delimiter: \"\\t\"\n").delimiter, '\t');
+}
+
+TEST_F(MappingFile, ComplaintsNameFileLineAndKey) {
+  EXPECT_THAT(complaint("time: t\ncolumn: {}\n"), HasSubstr("map.yaml:2: column is not known here"));
+  EXPECT_THAT(complaint("columns:\n  omga: {from: n}\n"),
+              HasSubstr("map.yaml:2: columns.omga is not a signal. Signals: u_ref, e_a"));
+  EXPECT_THAT(complaint("columns:\n  omega: {scale: 2}\n"), HasSubstr("map.yaml:2: columns.omega.from is missing"));
+  EXPECT_THAT(complaint("columns:\n  omega: n\n"), HasSubstr("map.yaml:2: columns.omega must be a map"));
+  EXPECT_THAT(complaint("columns:\n  omega: {from: n, factor: 2}\n"),
+              HasSubstr("columns.omega.factor is not known here"));
+  EXPECT_THAT(complaint("columns:\n  omega: {from: n, scale: 0}\n"), HasSubstr("columns.omega.scale is 0"));
+  EXPECT_THAT(complaint("columns:\n  omega: {from: n, scale: .nan}\n"),
+              HasSubstr("columns.omega.scale must be finite"));
+  EXPECT_THAT(complaint("columns:\n  omega: {from: n}\n  omega: {from: m}\n"), HasSubstr("columns.omega stands twice"));
+  EXPECT_THAT(complaint("columns: {omega: {from: n}}\nwindow: {i_a: 1}\n"),
+              HasSubstr("map.yaml:2: window.i_a has a window but no column"));
+  EXPECT_THAT(complaint("window: {i_a: -1}\n"), HasSubstr("window.i_a must be above 0"));
+  EXPECT_THAT(complaint("delimiter: \",,\"\n"), HasSubstr("delimiter must be one character"));
+  EXPECT_THAT(complaint("decimal: \";\"\n"), HasSubstr("decimal must be"));
+  EXPECT_THAT(complaint("decimal: \",\"\n"), HasSubstr("map.yaml:1: decimal is the same for delimiter and decimal"));
+  EXPECT_THAT(complaint("- 1\n"), HasSubstr("must be a map"));
+}
+
+}  // namespace
+}  // namespace emtb

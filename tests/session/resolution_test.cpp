@@ -1,0 +1,72 @@
+#include "session/resolution.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+namespace emtb {
+namespace {
+
+double resolution_of(const std::vector<double>& values) {
+  const std::span<const double> piece(values);
+  return resolution({&piece, 1});
+}
+
+/// A converter of that step behind a noisy signal that runs over `range`, printed with so many significant digits.
+std::vector<double> converted(double step, double range, std::size_t count, const char* format) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise(0, 1.5 * step);
+  std::vector<double> values;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double truth =
+        range * std::sin(0.5 + 3.0 * static_cast<double>(i) / static_cast<double>(count)) + noise(random);
+    char text[32];
+    std::snprintf(text, sizeof text, format, step * std::round(truth / step));
+    values.push_back(std::atof(text));
+  }
+  return values;
+}
+
+TEST(Resolution, IsTheStepOfATwelveBitConverter) {
+  const double step = 260.0 / 4096;
+  EXPECT_NEAR(resolution_of(converted(step, 110, 60000, "%.17g")), step, 1e-4 * step);
+}
+
+TEST(Resolution, SurvivesTheRoundingOfTheTextFile) {
+  const double step = 260.0 / 4096;  // 5 digits: 104.49 instead of 104.4873
+  EXPECT_NEAR(resolution_of(converted(step, 110, 60000, "%.5g")), step, 1e-3 * step);
+  const double fine = 10.0 / 4096;  // 17.346 instead of 17.34619: rounded by up to a fifth of a step
+  EXPECT_NEAR(resolution_of(converted(fine, 20, 60000, "%.5g")), fine, 1e-3 * fine);
+}
+
+TEST(Resolution, ShowsInASlowMeterAtRestToo) {
+  EXPECT_NEAR(resolution_of(converted(0.001, 0, 40, "%.6f")), 0.001, 1e-6);
+}
+
+TEST(Resolution, IsUnknownForValuesThatLieOnNoGrid) {
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> noise;
+  std::vector<double> values(5000);
+  for (double& v : values) v = noise(random);
+  EXPECT_EQ(resolution_of(values), 0);
+  values.resize(30);
+  EXPECT_EQ(resolution_of(values), 0);
+}
+
+TEST(Resolution, TheLevelsOfAStaircaseAreNoGrid) {
+  std::vector<double> values;
+  for (int level = 0; level <= 24; ++level) values.insert(values.end(), 1000, 0.25 * level);
+  EXPECT_EQ(resolution_of(values), 0);
+}
+
+TEST(Resolution, IsUnknownForAConstantAndForNothing) {
+  EXPECT_EQ(resolution_of(std::vector<double>(1000, 3.0)), 0);
+  EXPECT_EQ(resolution_of({}), 0);
+  EXPECT_EQ(resolution({}), 0);
+}
+
+}  // namespace
+}  // namespace emtb
