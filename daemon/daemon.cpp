@@ -1,0 +1,92 @@
+#include "daemon/daemon.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace emtb {
+namespace {
+
+constexpr double ring_seconds = 4;  // [s] that the recorder may be away: worst flush 0.1 s, a disk that spins up 3 s
+
+double wall() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::vector<Channel> channels(const Bench& bench) {
+  std::vector<Channel> all;
+  for (const auto& device : bench.inputs) {
+    all.insert(all.end(), device->channels().begin(), device->channels().end());
+  }
+  return all;
+}
+
+std::size_t ring_size(const BenchConfig& config, const Bench& bench) {
+  double per_second = config.rate;  // u_ref
+  for (const Channel& channel : channels(bench)) per_second += channel.period > 0 ? 1 / channel.period : config.rate;
+  return static_cast<std::size_t>(std::clamp(per_second * ring_seconds, 4096.0, 4e6));
+}
+
+}  // namespace
+
+Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server, Settings settings)
+    : config_(config),
+      bench_(std::move(bench)),
+      server_(server),
+      settings_(std::move(settings)),
+      ring_(ring_size(config_, bench_)),
+      recorder_(ring_, mailbox_.recorder_failed, settings_.open_sink,
+                {.closed =
+                     [this](const Closed& closed) {
+                       settings_.log(closed.path.string() + ": " +
+                                     (closed.outcome == Outcome::done      ? "done"
+                                      : closed.outcome == Outcome::stopped ? "stopped"
+                                                                           : closed.text));
+                       service_.closed(closed);
+                     },
+                 .happened = [this](const std::string& text) { settings_.log(text); }}),
+      service_(config_, {.data = settings_.data, .channels = channels(bench_), .pace = settings_.pace}, mailbox_, live_,
+               recorder_),
+      loop_(bench_,
+            {.limits = config_.limits,
+             .reference = config_.reference.limits,
+             .rate = config_.reference.rate,
+             .period = 1 / config_.rate,
+             .real_time = !settings_.set_pace},
+            mailbox_, live_, ring_) {
+  service_.connect({.subscribe = [this](std::uint64_t peer, double period) { server_.subscribe(peer, period); },
+                    .clients = [this] { return server_.clients(); },
+                    .publish = [this](std::string line) { server_.publish(std::move(line)); }});
+  loop_thread_ = std::make_unique<LoopThread>(
+      loop_, *bench_.clock, live_,
+      LoopThread::Settings{.period = 1 / config_.rate, .realtime = settings_.realtime, .pace = settings_.set_pace});
+  for (const RealtimeStep& step : loop_thread_->realtime()) {
+    settings_.log("real time: " + step.what + (step.ok ? ": yes" : ": no: " + step.why));
+  }
+  service_.set_realtime(loop_thread_->realtime());
+  recorder_thread_ = std::thread([this] {
+    while (!quit_) {
+      if (recorder_.work(wall()) > 1000) continue;  // more is likely waiting
+      std::this_thread::sleep_for(std::chrono::milliseconds(recorder_.recording() ? 5 : 50));
+    }
+  });
+  server_.start({.line = [this](std::string_view line, const rpc::Peer& peer) { return service_.answer(line, peer); },
+                 .gone = [this](const rpc::Peer& peer) { service_.gone(peer); },
+                 .live = [this] { return service_.live_line(); }});
+}
+
+Daemon::~Daemon() {
+  terminate();
+  server_.stop();
+  loop_thread_.reset();
+  bench_.reference->make_safe();
+  quit_ = true;
+  recorder_thread_.join();
+}
+
+void Daemon::terminate() {
+  mailbox_.terminate = true;
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);  // a slow disk's last flush
+  while (service_.busy() && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+}  // namespace emtb

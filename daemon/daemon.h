@@ -1,0 +1,60 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "config/bench.h"
+#include "daemon/loop.h"
+#include "daemon/loop_thread.h"
+#include "daemon/recorder.h"
+#include "daemon/service.h"
+#include "hal/bench.h"
+#include "server/unix_socket.h"
+
+namespace emtb {
+
+/// A bench in service: loop, recorder and socket with their threads. Whatever way it ends, the reference is safe then.
+class Daemon {
+ public:
+  struct Settings {
+    std::filesystem::path data;
+    std::string pace = "1";                     ///< as clients are told
+    std::function<void(bool busy)> set_pace{};  ///< simulated time; empty: real time
+    Realtime realtime = Realtime::off;
+    std::function<void(const std::string&)> log;
+    OpenSink open_sink = open_session;
+  };
+
+  /// Starts everything. @param server already holds its path
+  /// @throws Error where real time is required and cannot be had, or the bench does not fit.
+  Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server, Settings settings);
+  ~Daemon();
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  /// Ends a run with the fault `terminated` and waits until its session is closed.
+  void terminate();
+
+  /// Counts on as long as the loop lives; for the watchdog.
+  std::uint64_t ticks() const noexcept { return live_.ticks.load(); }
+
+ private:
+  const BenchConfig& config_;
+  Bench bench_;
+  UnixSocketServer& server_;
+  Settings settings_;
+  Mailbox mailbox_;
+  Live live_;
+  Ring ring_;
+  Recorder recorder_;
+  Service service_;
+  Loop loop_;
+  std::unique_ptr<LoopThread> loop_thread_;
+  std::atomic<bool> quit_{false};
+  std::thread recorder_thread_;
+};
+
+}  // namespace emtb

@@ -1,0 +1,175 @@
+#include <signal.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+
+#include "daemon/daemon.h"
+#include "daemon/lock.h"
+#include "daemon/options.h"
+#include "daemon/version.h"
+#include "drivers/registry.h"
+#include "drivers/simulated/paced_clock.h"
+#include "hal/error.h"
+#include "server/client.h"
+#include "session/writer.h"
+
+namespace emtb {
+namespace {
+
+/// What an exception that nobody catches, in any thread, still has to do.
+std::atomic<AnalogOutput*> last_resort{nullptr};
+
+void die_safely() {
+  if (AnalogOutput* output = last_resort.exchange(nullptr)) output->make_safe();
+  std::abort();
+}
+
+/// The folder for sessions: made where missing, ours to write in.
+void prepare_data(const std::filesystem::path& data) {
+  std::error_code error;
+  std::filesystem::create_directories(data, error);
+  std::string probe = (data / ".emtbd-XXXXXX").string();
+  const int file = error ? -1 : mkstemp(probe.data());  // asks the disk itself: modes say nothing to root
+  if (file < 0) {
+    const std::string why = error ? error.message() : std::generic_category().message(errno);
+    throw Error(data.string() + ": sessions cannot be written there: " + why + ". Give another --data DIR");
+  }
+  close(file);
+  unlink(probe.c_str());
+}
+
+void repair_sessions(const std::filesystem::path& data) {
+  for (const auto& entry : std::filesystem::directory_iterator(data)) {
+    if (entry.path().extension() != ".h5") continue;
+    try {
+      if (repair_session(entry.path()))
+        spdlog::warn("{}: its recording had ended abruptly; repaired", entry.path().string());
+    } catch (const Error& e) {
+      spdlog::warn("{}", e.what());
+    }
+  }
+}
+
+int make_safe(BenchConfig config) {
+  std::erase_if(config.devices, [&](const auto& device) { return device.name != config.reference.device; });
+  try {
+    const Bench bench = open_bench(config);
+    if (const Fault fault = bench.reference->make_safe(); fault != Fault::none) {
+      throw DeviceError(config.reference.device + ": " + std::string(text(fault)));
+    }
+  } catch (const Error& e) {
+    std::cerr << "emtbd: THE REFERENCE MAY NOT BE SAFE: " << e.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
+
+/// Simulated time: experiments at the pace that was asked for, idle at the pace of people.
+void set_pace(const Options& options, const BenchConfig& config, const Bench& bench, Daemon::Settings& settings) {
+  using simulated::PacedClock;
+  const auto clock = std::dynamic_pointer_cast<PacedClock>(bench.clock);
+  if (!clock) {
+    if (options.pace)
+      throw Error("--pace: " + config.name + " is no simulated bench; its time is the world's. Leave it out");
+    return;
+  }
+  const double asked = options.pace.value_or(clock->pace());
+  const bool fastest = std::isinf(asked) || asked == PacedClock::as_fast_as_possible;
+  const double pace = fastest ? PacedClock::as_fast_as_possible : asked;
+  clock->set_pace(1);
+  if (pace == 1) return;
+  settings.pace = fastest ? "max" : fmt::format("{}", pace);
+  settings.set_pace = [clock, pace](bool busy) { clock->set_pace(busy ? pace : 1); };
+  settings.realtime = Realtime::off;  // a loop that hardly sleeps must not outrank everybody
+}
+
+int serve(const Options& options) {
+  const BenchConfig config = read_bench(options.config);
+  if (options.safe) return make_safe(config);
+  if (!options.replay.empty()) throw Error("--replay: not available yet. Give a bench by --config alone");
+
+  // First what tells whether another daemon is at work; only then the devices.
+  const PathLock bench_lock(options.config, "bench");
+  prepare_data(options.data);
+  const PathLock data_lock(options.data, "data folder");
+  UnixSocketServer server(options.socket.empty() ? socket_to_listen() : options.socket);
+
+  // Signals are taken by sigtimedwait below; every thread started from here on inherits the mask.
+  sigset_t ending;
+  sigemptyset(&ending);
+  sigaddset(&ending, SIGTERM);
+  sigaddset(&ending, SIGINT);
+  sigaddset(&ending, SIGHUP);
+  pthread_sigmask(SIG_BLOCK, &ending, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
+
+  Bench bench = open_bench(config);
+  Daemon::Settings settings{.data = options.data, .realtime = config.realtime, .log = [](const std::string& line) {
+                              spdlog::info("{}", line);
+                            }};
+  set_pace(options, config, bench, settings);
+  repair_sessions(options.data);
+
+  last_resort = bench.reference.get();
+  std::set_terminate(die_safely);
+  struct Reset {
+    ~Reset() { last_resort = nullptr; }
+  } const reset;
+  Daemon daemon(config, std::move(bench), server, std::move(settings));
+  spdlog::info("{} at {} Hz, sessions in {}; latched until `emtb reset`", config.name, config.rate,
+               options.data.string());
+  sd_notify(0, "READY=1");
+
+  std::uint64_t watchdog_us = 0;
+  const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
+  const std::uint64_t wait_us = watched ? std::max<std::uint64_t>(watchdog_us / 3, 1000) : 3'600'000'000;
+  const timespec wait{static_cast<time_t>(wait_us / 1'000'000), static_cast<long>(wait_us % 1'000'000 * 1000)};
+  for (std::uint64_t ticks = 0;;) {
+    const int signal = sigtimedwait(&ending, nullptr, &wait);
+    if (signal > 0) {
+      spdlog::info("{}: ending", strsignal(signal));
+      break;
+    }
+    // A loop that stands still is not worth a sign of life: systemd then restarts us, which makes the reference safe.
+    if (watched && daemon.ticks() != ticks) sd_notify(0, "WATCHDOG=1");
+    ticks = daemon.ticks();
+  }
+  sd_notify(0, "STOPPING=1");
+  daemon.terminate();
+  return 0;
+}
+
+}  // namespace
+}  // namespace emtb
+
+int main(int argc, char** argv) {
+  using namespace emtb;
+  try {
+    const Options options = parse_options(argc, argv);
+    if (options.help) {
+      std::cout << options_help;
+      return 0;
+    }
+    if (options.version) {
+      std::cout << "emtbd " << version << "\n";
+      return 0;
+    }
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("emtbd", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
+    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e %l: %v");
+    return serve(options);
+  } catch (const std::exception& e) {
+    std::cerr << "emtbd: " << e.what() << "\n";
+    return 2;
+  }
+}

@@ -1,0 +1,190 @@
+#include "daemon/recorder.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <exception>
+
+#include "hal/error.h"
+
+namespace emtb {
+namespace {
+
+constexpr double flush_every = 0.1;  // [s]; the promise is 0.25 s, and a flush was seen to take 0.1 s
+
+class WriterSink final : public SessionSink {
+ public:
+  WriterSink(const std::filesystem::path& path, const SessionWriter::Description& description)
+      : writer_(path, description) {}
+  void append(Signal signal, std::span<const double> t, std::span<const double> value) override {
+    writer_.append(signal, t, value);
+  }
+  void append(const Event& event) override { writer_.append(event); }
+  void flush() override { writer_.flush(); }
+  void finish() override { writer_.finish(); }
+
+ private:
+  SessionWriter writer_;
+};
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+std::string describe_gap(const Record& record) {
+  if (!record.signal) return "the loop missed " + number(record.value) + " deadlines";
+  return std::string(info(*record.signal).name) + ": " + number(record.value) + " readings are missing before this";
+}
+
+}  // namespace
+
+std::unique_ptr<SessionSink> open_session(const std::filesystem::path& path,
+                                          const SessionWriter::Description& description) {
+  return std::make_unique<WriterSink>(path, description);
+}
+
+std::string describe(Fault fault, std::optional<Signal> signal, double value) {
+  std::string words(text(fault));
+  if (!signal) return words;
+  const SignalInfo& about = info(*signal);
+  words += " (" + std::string(about.name);
+  if (fault == Fault::stale_signal) {
+    words += ": nothing for " + number(value) + " s";
+  } else if (fault == Fault::over_speed || fault == Fault::over_current || fault == Fault::over_torque ||
+             fault == Fault::non_finite || fault == Fault::output_failed) {
+    words += " = " + number(value) + " " + std::string(about.unit);
+  }
+  return words + ")";
+}
+
+Recorder::Recorder(Ring& ring, std::atomic<bool>& failed, OpenSink open, Listeners listeners)
+    : ring_(ring), failed_(failed), open_(std::move(open)), listeners_(std::move(listeners)) {}
+
+void Recorder::open(const std::filesystem::path& path, const SessionWriter::Description& description,
+                    const std::string& profile) {
+  const std::lock_guard lock(mutex_);
+  if (open_run_) throw SessionError(path_.string() + ": is still being recorded. Wait for the run to end");
+  sink_ = open_(path, description);
+  sink_->append(Event{0, event_code::run, profile});
+  sink_->flush();
+  path_ = path;
+  open_run_ = true;
+  problem_.clear();
+  fault_text_.clear();
+  failed_ = false;
+}
+
+bool Recorder::recording() const {
+  const std::lock_guard lock(mutex_);
+  return open_run_;
+}
+
+std::size_t Recorder::work(double now) {
+  std::vector<Closed> closed;
+  std::size_t count = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    count = ring_.consume_all([this](const Record& record) { take(record); });
+    write_batches();
+    if (sink_ && (now - flushed_ >= flush_every || now < flushed_)) {
+      attempt([this] { sink_->flush(); });
+      flushed_ = now;
+    }
+    closed.swap(closed_);
+  }
+  if (listeners_.closed) std::ranges::for_each(closed, listeners_.closed);  // unlocked: it may want to open() the next
+  return count;
+}
+
+void Recorder::take(const Record& record) {
+  switch (record.kind) {
+    case Record::Kind::sample: {
+      if (!sink_) return;
+      Batch& batch = batches_[*record.signal];
+      batch.t.push_back(record.t);
+      batch.value.push_back(record.value);
+      return;
+    }
+    case Record::Kind::event: {
+      const bool gap = record.code == event_code::gap;
+      const std::string words =
+          gap ? describe_gap(record) : describe(static_cast<Fault>(record.code), record.signal, record.value);
+      if (listeners_.happened) listeners_.happened(words);
+      if (!gap && fault_text_.empty()) fault_text_ = words;
+      if (sink_) attempt([&] { sink_->append(Event{record.t, record.code, words}); });
+      return;
+    }
+    case Record::Kind::end:
+      close(record);
+      return;
+  }
+}
+
+void Recorder::close(const Record& end) {
+  write_batches();
+  Closed closed{.path = path_, .outcome = end.outcome, .fault = static_cast<Fault>(end.code), .text = {}, .t = end.t};
+  if (sink_) {
+    attempt([&] {
+      if (end.outcome == Outcome::done) sink_->append(Event{end.t, event_code::run_ended, "the run ended as planned"});
+      if (end.outcome == Outcome::stopped) sink_->append(Event{end.t, event_code::run_ended, "the run was stopped"});
+      sink_->finish();
+    });
+  }
+  if (!problem_.empty()) {
+    closed.complete = false;
+    closed.outcome = Outcome::fault;
+    closed.fault = Fault::recorder_failed;
+    fault_text_ = std::string(text(Fault::recorder_failed)) + ": " + problem_;
+  }
+  if (closed.outcome == Outcome::fault) {
+    closed.text = fault_text_.empty() ? std::string(text(closed.fault)) : fault_text_;
+  }
+  sink_.reset();
+  open_run_ = false;
+  failed_ = false;
+  closed_.push_back(std::move(closed));
+}
+
+void Recorder::write_batches() {
+  for (auto& [signal, batch] : batches_) {
+    if (batch.t.empty()) continue;
+    if (sink_) attempt([&, of = signal, &rows = batch] { sink_->append(of, rows.t, rows.value); });
+    batch.t.clear();
+    batch.value.clear();
+  }
+}
+
+void Recorder::attempt(const std::function<void()>& write) {
+  try {
+    write();
+  } catch (const std::exception& e) {
+    problem_ = e.what();
+    failed_ = true;
+    sink_.reset();  // it keeps what was flushed; the rest of the run goes nowhere
+    if (listeners_.happened) listeners_.happened(std::string(text(Fault::recorder_failed)) + ": " + problem_);
+  }
+}
+
+std::filesystem::path session_path(const std::filesystem::path& data, std::int64_t utc, const std::string& profile) {
+  const std::time_t time = utc;
+  std::tm parts{};
+  gmtime_r(&time, &parts);
+  std::array<char, 32> stamp{};
+  std::strftime(stamp.data(), stamp.size(), "%Y%m%dT%H%M%SZ", &parts);
+
+  std::string word = profile.substr(0, 64);
+  for (char& c : word) {
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '_' && c != '-') c = '_';  // never a path of its own
+  }
+  const std::string stem = std::string(stamp.data()) + "-" + (word.empty() ? "run" : word);
+  std::filesystem::path path = data / (stem + ".h5");
+  for (int n = 2; std::filesystem::exists(path); ++n) path = data / (stem + "-" + std::to_string(n) + ".h5");
+  return path;
+}
+
+}  // namespace emtb

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "daemon/ring.h"
+#include "session/writer.h"
+
+namespace emtb {
+
+/// Where a recording goes: SessionWriter, or in tests a disk that refuses. Every call may throw SessionError.
+class SessionSink {
+ public:
+  virtual ~SessionSink() = default;
+  virtual void append(Signal signal, std::span<const double> t, std::span<const double> value) = 0;
+  virtual void append(const Event& event) = 0;
+  virtual void flush() = 0;
+  virtual void finish() = 0;
+};
+
+using OpenSink =
+    std::function<std::unique_ptr<SessionSink>(const std::filesystem::path&, const SessionWriter::Description&)>;
+
+/// Writes HDF5 by SessionWriter.
+std::unique_ptr<SessionSink> open_session(const std::filesystem::path& path,
+                                          const SessionWriter::Description& description);
+
+/// How a run ended, once its file is closed.
+struct Closed {
+  std::filesystem::path path;
+  Outcome outcome = Outcome::done;
+  Fault fault = Fault::none;
+  std::string text;  ///< of the fault with what showed it; empty otherwise
+  double t = 0;      ///< [s] length of the run
+  bool complete = true;
+};
+
+/// What a fault record says, with signal and value: `over_speed: ... (omega = 210.3 rad/s)`.
+std::string describe(Fault fault, std::optional<Signal> signal, double value);
+
+/// Empties the loop's ring into a session, one file a run; what work() has written survives the process after 100 ms.
+///
+/// open() from any thread, work() from the recorder's; both may wait for the disk.
+class Recorder {
+ public:
+  struct Listeners {
+    std::function<void(const Closed&)> closed;              ///< after each run; on work()'s thread
+    std::function<void(const std::string& text)> happened;  ///< faults and gaps, for the log
+  };
+
+  /// @param failed set while the session cannot be written: the loop looks at it
+  Recorder(Ring& ring, std::atomic<bool>& failed, OpenSink open, Listeners listeners);
+
+  /// Begins a session. @throws SessionError where the file cannot be created.
+  void open(const std::filesystem::path& path, const SessionWriter::Description& description,
+            const std::string& profile);
+
+  /// Moves what the ring holds, flushes when due. @param now [s] wall time. @return how many records there were
+  std::size_t work(double now);
+
+  bool recording() const;
+
+ private:
+  struct Batch {
+    std::vector<double> t;
+    std::vector<double> value;
+  };
+
+  void take(const Record& record);
+  void close(const Record& end);
+  void write_batches();
+  void attempt(const std::function<void()>& write);
+
+  Ring& ring_;
+  std::atomic<bool>& failed_;
+  const OpenSink open_;
+  const Listeners listeners_;
+
+  mutable std::mutex mutex_;  // between open() and work()
+  std::unique_ptr<SessionSink> sink_;
+  std::filesystem::path path_;
+  bool open_run_ = false;  // also where the sink failed, until the end record
+  std::string problem_;    // why the sink failed
+  std::string fault_text_;
+  double flushed_ = 0;          // [s]
+  std::vector<Closed> closed_;  // not yet told
+  std::map<Signal, Batch> batches_;
+};
+
+/// A free file name: `DATA/<utc yyyymmddThhmmssZ>-<profile>.h5`, with -2, -3 ... where taken.
+/// @param utc seconds since 1970
+std::filesystem::path session_path(const std::filesystem::path& data, std::int64_t utc, const std::string& profile);
+
+}  // namespace emtb

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstdint>
+#include <optional>
+
+#include "hal/signal.h"
+
+namespace emtb {
+
+/// How a run ended.
+enum class Outcome : std::uint8_t { done, stopped, fault };
+
+/// What the loop tells the recorder.
+struct Record {
+  enum class Kind : std::uint8_t {
+    sample,  ///< a value of a signal
+    event,   ///< a fault or a gap
+    end,     ///< the run is over; the last record of each run, always sent
+  };
+
+  Kind kind = Kind::sample;
+  Outcome outcome = Outcome::done;  ///< of an end
+  std::uint16_t code = 0;           ///< of an event or an end: a Fault, or an event_code
+  std::optional<Signal> signal{};
+  double t = 0;      ///< [s] from the start of the run
+  double value = 0;  ///< of the signal; of a gap: how many are missing
+};
+
+/// From the loop's thread to the recorder's: one producer, one consumer, no lock, no allocation after construction.
+using Ring = boost::lockfree::spsc_queue<Record>;
+
+}  // namespace emtb

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/bench.h"
+#include "daemon/loop.h"
+#include "daemon/realtime.h"
+#include "daemon/recorder.h"
+#include "server/rpc.h"
+
+namespace emtb {
+
+/// What clients may ask of the daemon: the methods of the socket, and the experiment that is on.
+///
+/// Methods run on the server's thread; closed() on the recorder's. Nothing here is waited for by the loop.
+class Service {
+ public:
+  struct Settings {
+    std::filesystem::path data;     ///< where sessions go
+    std::vector<Channel> channels;  ///< what the bench measures
+    std::string pace;               ///< `1`, `20`, `max`
+  };
+
+  /// What the service wants of the socket. Both only from within a method.
+  struct Socket {
+    std::function<void(std::uint64_t peer, double period)> subscribe;
+    std::function<std::vector<rpc::Peer>()> clients;
+    std::function<void(std::string line)> publish;  ///< from any thread
+  };
+
+  Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder);
+  ~Service();
+
+  void connect(Socket socket) { socket_ = std::move(socket); }
+  void set_realtime(std::vector<RealtimeStep> steps) { realtime_ = std::move(steps); }
+
+  std::string answer(std::string_view line, const rpc::Peer& peer) const { return methods_.answer(line, peer); }
+
+  /// The line that subscribers are sent at their rate: `live`.
+  std::string live_line() const;
+
+  /// A client's connection ended: its run ends with it.
+  void gone(const rpc::Peer& peer);
+
+  /// A run's file is closed: subscribers are told with `ended`.
+  void closed(const Closed& closed);
+
+  /// Whether a run is on or its file still open.
+  bool busy() const;
+
+ private:
+  struct Current {
+    std::unique_ptr<const Order> order;
+    std::filesystem::path path;
+    rpc::Peer controller;
+  };
+
+  nlohmann::json status(const rpc::Peer& peer) const;
+  nlohmann::json run(const rpc::Params& params, const rpc::Peer& peer);
+  nlohmann::json stop();
+  nlohmann::json reset(const rpc::Peer& peer);
+  nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer) const;
+  nlohmann::json config() const;
+
+  Profile find_profile(const std::string& text) const;
+  void check(const Profile& profile) const;
+  nlohmann::json fault() const;
+  nlohmann::json signals() const;
+  void refuse_if_busy(const std::string& what, const rpc::Peer& peer) const;
+
+  const BenchConfig& bench_;
+  const Settings settings_;
+  Mailbox& mailbox_;
+  Live& live_;
+  Recorder& recorder_;
+  Socket socket_;
+  std::vector<RealtimeStep> realtime_;
+  rpc::Methods methods_;
+
+  mutable std::mutex mutex_;
+  std::optional<Current> current_;
+  std::unique_ptr<nlohmann::json> last_;  // how the run before ended; null: none yet
+  std::uint64_t next_run_ = 1;
+};
+
+}  // namespace emtb

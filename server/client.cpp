@@ -1,0 +1,126 @@
+#include "server/client.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+
+constexpr double answer_within = 30;  // [s]; a reset may wait for a slow meter's next readings
+
+const std::filesystem::path system_socket = "/run/emtb/emtb.sock";
+
+std::filesystem::path users_socket() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime == nullptr || *runtime == '\0') return {};
+  return std::filesystem::path(runtime) / "emtb.sock";
+}
+
+}  // namespace
+
+Client::Client(const std::filesystem::path& socket) : path_(socket) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string name = socket.string();
+  if (name.size() >= sizeof address.sun_path) throw ProtocolError(name + ": too long for a socket's path");
+  std::memcpy(address.sun_path, name.c_str(), name.size() + 1);
+  socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    const std::string why = std::strerror(errno);
+    if (socket_ >= 0) close(socket_);
+    throw ProtocolError(name + ": no daemon answers (" + why +
+                        "). Start `emtbd --config BENCH.yaml`, or give its --socket");
+  }
+}
+
+Client::~Client() { close(socket_); }
+
+void Client::send(const std::string& text) {
+  for (std::size_t sent = 0; sent < text.size();) {
+    const ssize_t n = ::send(socket_, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw ProtocolError(path_.string() + ": the daemon is gone");
+    sent += static_cast<std::size_t>(n);
+  }
+}
+
+bool Client::fill(double timeout) {
+  pollfd readable{.fd = socket_, .events = POLLIN, .revents = 0};
+  if (poll(&readable, 1, static_cast<int>(std::ceil(timeout * 1e3))) <= 0) return false;
+  std::array<char, 65536> chunk;
+  const ssize_t n = recv(socket_, chunk.data(), chunk.size(), 0);
+  if (n < 0 && errno == EINTR) return false;
+  if (n <= 0) throw ProtocolError(path_.string() + ": the daemon is gone");
+  input_.append(chunk.data(), static_cast<std::size_t>(n));
+  return true;
+}
+
+std::optional<std::string> Client::line() {
+  const auto end = input_.find('\n');
+  if (end == std::string::npos) return std::nullopt;
+  std::string text = input_.substr(0, end);
+  input_.erase(0, end + 1);
+  return text;
+}
+
+json Client::call(const std::string& method, const json& params) {
+  const int id = ++id_;
+  send(json{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params}}.dump() + "\n");
+  int patience = static_cast<int>(answer_within);
+  while (true) {
+    while (const auto text = line()) {
+      const json answer = json::parse(*text, nullptr, false);
+      if (!answer.is_object()) throw ProtocolError(path_.string() + ": what answers there is no emtb daemon");
+      if (answer.contains("method")) {
+        kept_ += *text + "\n";
+        continue;
+      }
+      if (answer.contains("error") && answer["error"].is_object()) {
+        const json& error = answer["error"];
+        throw rpc::Refusal(error.value("code", 0), error.value("message", ""), error.value("data", json()));
+      }
+      if (answer.value("id", json()) == id && answer.contains("result")) return answer["result"];
+      throw ProtocolError(path_.string() + ": what answers there is no emtb daemon");
+    }
+    if (!fill(1) && --patience <= 0) throw ProtocolError(path_.string() + ": the daemon does not answer");
+  }
+}
+
+std::optional<json> Client::notification(double timeout) {
+  input_ = kept_ + input_;
+  kept_.clear();
+  auto text = line();
+  if (!text && fill(timeout)) text = line();
+  if (!text) return std::nullopt;
+  json message = json::parse(*text, nullptr, false);
+  if (!message.is_object() || !message.contains("method")) return std::nullopt;
+  return message;
+}
+
+std::filesystem::path socket_to_listen() {
+  if (const auto own = users_socket(); !own.empty()) return own;
+  if (access(system_socket.parent_path().c_str(), W_OK | X_OK) == 0) return system_socket;
+  throw ProtocolError(
+      "no place for the socket: XDG_RUNTIME_DIR is not set and /run/emtb cannot be written. Give --socket PATH");
+}
+
+std::filesystem::path socket_to_call() {
+  const auto own = users_socket();
+  std::error_code ignored;
+  return own.empty() || (!std::filesystem::exists(own, ignored) && std::filesystem::exists(system_socket, ignored))
+             ? system_socket
+             : own;
+}
+
+}  // namespace emtb

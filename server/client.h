@@ -1,0 +1,49 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "server/rpc.h"
+
+namespace emtb {
+
+/// The other end of the socket, for the command line: one request at a time, notifications in between.
+class Client {
+ public:
+  /// @throws ProtocolError where nobody answers, saying how to start the daemon.
+  explicit Client(const std::filesystem::path& socket);
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// @return the result. @throws rpc::Refusal with the daemon's code and message; ProtocolError where it is gone.
+  nlohmann::json call(const std::string& method, const nlohmann::json& params);
+
+  /// The next notification: `{"method": ..., "params": ...}`, or nothing within `timeout` [s] or at a signal.
+  /// @throws ProtocolError where the daemon is gone.
+  std::optional<nlohmann::json> notification(double timeout);
+
+ private:
+  /// @return false at the time-out, or where a signal arrived.
+  bool fill(double timeout);
+  std::optional<std::string> line();
+  void send(const std::string& text);
+
+  std::filesystem::path path_;
+  int socket_ = -1;
+  std::string input_;
+  std::string kept_;  // notifications that came before an answer, one a line
+  int id_ = 0;
+};
+
+/// Where the daemon listens unless told otherwise: $XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock where that can be
+/// made.
+/// @throws ProtocolError where neither can.
+std::filesystem::path socket_to_listen();
+
+/// Where the command line looks for it: the same places, whichever has a socket.
+std::filesystem::path socket_to_call();
+
+}  // namespace emtb

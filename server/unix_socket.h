@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/rpc.h"
+
+namespace emtb {
+
+/// Lines over a Unix socket, many clients, on a thread of its own.
+///
+/// A client that sends a line of more than 64 KiB, or does not read what it is sent, is dropped; nobody waits for it.
+class UnixSocketServer {
+ public:
+  static constexpr std::size_t longest_line = 64 * 1024;    // [byte]
+  static constexpr std::size_t longest_queue = 256 * 1024;  // [byte] unsent to one client; beyond: dropped
+  static constexpr std::size_t most_clients = 64;
+
+  /// All called on the server's thread.
+  struct Handlers {
+    std::function<std::string(std::string_view line, const rpc::Peer&)> line;  ///< the answer; empty: none
+    std::function<void(const rpc::Peer&)> gone;                                ///< a client's connection ended
+    std::function<std::string()> live;                                         ///< what subscribers are sent
+  };
+
+  /// Takes the path (mode 0660, group emtb where there is one); the socket file of a dead daemon is replaced.
+  /// @throws ProtocolError where a living daemon answers there, or the path cannot be had.
+  explicit UnixSocketServer(const std::filesystem::path& path);
+  ~UnixSocketServer();  ///< stops, and removes the socket file
+
+  void start(Handlers handlers);
+
+  /// Ends the thread and closes every connection; no handler is called any more.
+  void stop();
+
+  /// Sends live() to this client every `period` [s] from now on, and all that is published. Only from within a handler.
+  void subscribe(std::uint64_t peer, double period);
+
+  /// Sends a line to all subscribers. From any thread.
+  void publish(std::string line);
+
+  /// Who is connected. Only from within a handler.
+  std::vector<rpc::Peer> clients() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace emtb

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace emtb {
+
+/// One command of `emtb`: what it is called with, and what it does.
+///
+/// A thin cover over the parser (CLI11), which takes seconds to compile: only command_line.cpp sees it. What is bound
+/// by reference must live until the command has run: keep it in a struct held by std::shared_ptr, which the action
+/// captures.
+class Command {
+ public:
+  struct Impl;
+  explicit Command(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+  /// Names in help stand for what they are: `MODEL`, `SESSION`.
+  Command& argument(const std::string& name, std::string& value, const std::string& help);  ///< must be given
+  Command& arguments(const std::string& name, std::vector<std::string>& values,
+                     const std::string& help);                                            ///< one or more
+  Command& option(const std::string& name, std::string& value, const std::string& help);  ///< `--note`
+  Command& option(const std::string& name, double& value, const std::string& help);
+  Command& option(const std::string& name, int& value, const std::string& help);
+  Command& options(const std::string& name, std::vector<std::string>& values,
+                   const std::string& help);  ///< one or more
+  Command& flag(const std::string& name, bool& value, const std::string& help);
+
+  /// What the command does. @return the exit code: 0 done, 1 the answer is no; bad use and input are thrown as Error
+  /// (2).
+  void action(std::function<int()> run);
+
+ private:
+  std::shared_ptr<Impl> impl_;
+};
+
+/// The command line of `emtb`.
+class CommandLine {
+ public:
+  CommandLine(const std::string& description, const std::string& version);
+  ~CommandLine();
+
+  /// What stands before the command, for all of them: `--socket`.
+  Command& global() { return global_; }
+
+  Command command(const std::string& name, const std::string& help);
+
+  /// Parses and runs. @return the exit code; bad use is one line on stderr and 2.
+  int run(int argc, const char* const* argv);
+
+ private:
+  std::shared_ptr<Command::Impl> impl_;
+  Command global_;
+};
+
+}  // namespace emtb

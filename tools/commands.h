@@ -1,0 +1,12 @@
+#pragma once
+
+#include "tools/command_line.h"
+
+namespace emtb {
+
+/// Each group of commands adds itself to the command line: one function and one file a group.
+
+/// status, watch, run, stop, reset, estimates: those that talk to the daemon.
+void add_daemon_commands(CommandLine& line);
+
+}  // namespace emtb

@@ -1,0 +1,229 @@
+#include <signal.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "hal/error.h"
+#include "hal/signal.h"
+#include "server/client.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+
+volatile sig_atomic_t interrupted = 0;
+
+/// Ctrl-C becomes a wish that the command obeys in its own time. The second one ends the process: the daemon then sees
+/// its client gone.
+void catch_interrupt() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { interrupted = 1; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // and no SA_RESTART: poll() shall return
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+std::string format(const char* pattern, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+std::string number(const json& value) { return value.is_number() ? format("%.4g", value.get<double>()) : "-"; }
+
+void write_json(const std::string& file, const json& value) {
+  if (file.empty()) return;
+  if (file == "-") {
+    std::cout << value.dump(2) << "\n";
+    return;
+  }
+  std::ofstream out(file);
+  out << value.dump(2) << "\n";
+  if (!out.flush()) throw Error(file + ": cannot be written. Give another --json FILE");
+}
+
+/// `omega 102.3 rad/s  i_a 0.41 A`, in the order of the signals.
+std::string values(const json& signals) {
+  std::string line;
+  for (const Signal signal : all_signals()) {
+    const auto found = signals.find(info(signal).name);
+    if (found == signals.end()) continue;
+    const json& value = found->is_object() ? (*found)["value"] : *found;
+    line += (line.empty() ? "" : "  ") + std::string(info(signal).name) + " " + number(value) + " " +
+            std::string(info(signal).unit == "1" ? "" : info(signal).unit);
+  }
+  return line;
+}
+
+std::string run_text(const json& run) {
+  return run["profile"].get<std::string>() + " " + format("%.1f", run["t"].get<double>()) + "/" +
+         format("%.1f s", run["duration"].get<double>());
+}
+
+struct Options {
+  std::string socket;
+  std::string json_file;
+  std::string profile;
+  std::string note;
+  std::string operator_name;
+  bool reset = false;
+  double rate = 10;  // [Hz]
+
+  Client connect() const { return Client(socket.empty() ? socket_to_call() : std::filesystem::path(socket)); }
+};
+
+int status(const Options& options) {
+  Client daemon = options.connect();
+  const json now = daemon.call("status", json::object());
+  write_json(options.json_file, now);
+  if (options.json_file == "-") return 0;
+  std::cout << now["bench"].get<std::string>() << ": " << now["state"].get<std::string>();
+  if (!now["fault"].is_null()) std::cout << ": " << now["fault"]["text"].get<std::string>();
+  std::cout << "\n" << values(now["signals"]) << "\n";
+  if (!now["reference_safe"].get<bool>()) std::cout << "THE REFERENCE DOES NOT GO SAFE: switch the driver off\n";
+  if (!now["run"].is_null()) {
+    const json& who = now["run"]["controller"];
+    std::cout << "run " << run_text(now["run"]) << " by " << who["user"].get<std::string>() << ", process "
+              << who["pid"].dump() << ": " << now["run"]["session"].get<std::string>() << "\n";
+  }
+  if (!now["last_run"].is_null()) {
+    const json& last = now["last_run"];
+    std::cout << "last run: " << last["outcome"].get<std::string>()
+              << (last["fault"].is_null() ? "" : ": " + last["fault"]["text"].get<std::string>()) << ": "
+              << last["session"].get<std::string>() << "\n";
+  }
+  const json& late = now["loop"]["late_us"];
+  std::cout << "loop: " << number(now["loop"]["rate"]) << " Hz, late " << number(late["p50"]) << " us typically, "
+            << number(late["p99"]) << " us in 1 % of the ticks, " << now["loop"]["missed"].dump()
+            << " deadlines missed\n";
+  return 0;
+}
+
+int watch(const Options& options) {
+  Client daemon = options.connect();
+  daemon.call("subscribe", {{"rate", options.rate}});
+  catch_interrupt();
+  const bool terminal = isatty(STDOUT_FILENO) == 1;
+  while (interrupted == 0) {
+    const auto message = daemon.notification(0.5);
+    if (!message || (*message)["method"] != "live") continue;
+    const json& now = (*message)["params"];
+    std::string line = now["state"].get<std::string>();
+    if (!now["run"].is_null()) line += " " + run_text(now["run"]);
+    line += "  " + values(now["signals"]);
+    if (!now["fault"].is_null()) line += "  " + now["fault"]["text"].get<std::string>();
+    std::cout << (terminal ? "\r\033[K" : "") << line << (terminal ? "" : "\n") << std::flush;
+    if (!std::cout) break;  // nobody listens any more
+  }
+  if (terminal) std::cout << "\n";
+  return 0;
+}
+
+/// What the daemon is told: the text of a file that we can read, else the name for it to look up.
+std::string profile_parameter(const std::string& profile) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(profile, ignored)) return profile;
+  std::ifstream in(profile);
+  std::stringstream text;
+  if (!(text << in.rdbuf())) throw ConfigError(profile + ": cannot be read");
+  if (text.str().find('\n') == std::string::npos) text << "\n";  // marks it as a text
+  return text.str();
+}
+
+int run(const Options& options) {
+  Client daemon = options.connect();
+  daemon.call("subscribe", {{"rate", 10}});
+  if (options.reset) daemon.call("reset", json::object());
+  json wish = {{"profile", profile_parameter(options.profile)}, {"note", options.note}};
+  if (!options.operator_name.empty()) wish["operator"] = options.operator_name;
+  catch_interrupt();
+  const json started = daemon.call("run", wish);
+
+  Progress progress;
+  bool stopping = false;
+  while (true) {
+    if (interrupted != 0 && !stopping) {
+      stopping = true;
+      daemon.call("stop", json::object());
+    }
+    const auto message = daemon.notification(0.2);
+    if (!message) continue;
+    const json& now = (*message)["params"];
+    if ((*message)["method"] == "live" && !now["run"].is_null()) {
+      progress.show(now["run"]["t"].get<double>() / now["run"]["duration"].get<double>(),
+                    run_text(now["run"]) + "  " + values(now["signals"]));
+    }
+    if ((*message)["method"] != "ended" || now["run"] != started["run"]) continue;
+    progress.show(1, "");
+    write_json(options.json_file, now);
+    std::cout << now["session"].get<std::string>() << std::endl;
+    if (now["outcome"] == "done") return 0;
+    std::cerr << "emtb: the run ended early: "
+              << (now["fault"].is_null() ? "stopped" : now["fault"]["text"].get<std::string>()) << "\n";
+    return 1;
+  }
+}
+
+int stop(const Options& options) {
+  const json stopped = options.connect().call("stop", json::object());
+  if (stopped["stopped"].is_null()) std::cerr << "emtb: no run is on\n";
+  return 0;
+}
+
+int reset(const Options& options) {
+  try {
+    options.connect().call("reset", json::object());
+  } catch (const rpc::Refusal& refusal) {
+    if (refusal.code() != rpc::code::cause_stands) throw;
+    std::cerr << "emtb: " << refusal.what() << "\n";  // no mistake of the caller's: the answer is no
+    return 1;
+  }
+  return 0;
+}
+
+int estimates(const Options& options) {
+  const json now = options.connect().call("estimates", json::object());
+  write_json(options.json_file.empty() ? "-" : options.json_file, now);
+  return 0;
+}
+
+}  // namespace
+
+void add_daemon_commands(CommandLine& line) {
+  const auto options = std::make_shared<Options>();
+  line.global().option("--socket", options->socket,
+                       "where the daemon listens [$XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock]");
+  const auto act = [&options](int (*command)(const Options&)) {
+    return [options, command] { return command(*options); };
+  };
+
+  line.command("status", "what the daemon and its bench are doing")
+      .option("--json", options->json_file, "writes it all to this file; - for standard output")
+      .action(act(status));
+  line.command("watch", "shows the signals as they are measured, until Ctrl-C")
+      .option("--rate", options->rate, "[Hz] lines a second, 50 at most")
+      .action(act(watch));
+  line.command("run", "runs an experiment and prints where its session is; Ctrl-C stops it")
+      .argument("PROFILE", options->profile, "a profile's file, or the name of one that the daemon knows")
+      .flag("--reset", options->reset, "arms the bench first; see that it is safe")
+      .option("--note", options->note, "kept in the session")
+      .option("--operator", options->operator_name, "who is responsible, kept in the session [you]")
+      .option("--json", options->json_file, "writes how the run ended to this file; - for standard output")
+      .action(act(run));
+  line.command("stop", "ends the run that is on; the reference goes to its safe value").action(act(stop));
+  line.command("reset", "arms the bench, where no cause against it stands").action(act(reset));
+  line.command("estimates", "the live estimates")
+      .option("--json", options->json_file, "writes them to this file; - for standard output")
+      .action(act(estimates));
+}
+
+}  // namespace emtb

@@ -1,0 +1,9 @@
+#include "daemon/version.h"
+#include "tools/commands.h"
+
+int main(int argc, char** argv) {
+  emtb::CommandLine line("Runs a DC-motor test bench, and finds out what the model of the motor is missing.",
+                         emtb::version);
+  emtb::add_daemon_commands(line);
+  return line.run(argc, argv);
+}
