@@ -7,23 +7,23 @@
 
 namespace emtb {
 
-std::vector<Record> Dataset::all() const {
-  std::vector<Record> records = train;
+std::vector<PreparedRun> Dataset::all() const {
+  std::vector<PreparedRun> records = train;
   records.insert(records.end(), held_out.begin(), held_out.end());
   return records;
 }
 
 Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model, Chaining chaining) {
   Dataset data;
-  for (const Run& run : train) data.train.push_back(make_record(run, model, chaining));
-  for (const Run& run : held_out) data.held_out.push_back(make_record(run, model, chaining));
+  for (const Run& run : train) data.train.push_back(prepare_run(run, model, chaining));
+  for (const Run& run : held_out) data.held_out.push_back(prepare_run(run, model, chaining));
   data.noise = estimate_noise(data.all(), model);
   weigh(data.train, data.noise, model);
   weigh(data.held_out, data.noise, model);
   return data;
 }
 
-std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model& model, const Noise& noise) {
+std::map<Signal, SignalFit> fit_of(std::span<const PreparedRun> records, const Model& model, const Noise& noise) {
   struct Sums {
     double squares = 0, scaled = 0, value = 0, value_squares = 0, count = 0;
   };
@@ -56,7 +56,7 @@ Comparison compare(std::span<const Run> runs, const Model& model) {
   result.error = error_of(staged_squares);
   result.signals = fit_of(staged.train, model, staged.noise);
   Dataset chained;
-  for (const Run& run : runs) chained.train.push_back(make_record(run, model, Chaining::chained));
+  for (const Run& run : runs) chained.train.push_back(prepare_run(run, model, Chaining::chained));
   weigh(chained.train, staged.noise, model);
   const auto chained_squares = mean_squares(residuals(chained.train, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);

@@ -7,7 +7,7 @@
 
 #include "diagnose/where.h"
 #include "estimate/noise.h"
-#include "estimate/record.h"
+#include "estimate/prepared_run.h"
 #include "session/session.h"
 
 namespace emtb {
@@ -32,10 +32,10 @@ struct Comparison {
 
 /// Runs, prepared and weighed together so that all share one noise floor.
 struct Dataset {
-  std::vector<Record> train, held_out;
+  std::vector<PreparedRun> train, held_out;
   Noise noise;
 
-  std::vector<Record> all() const;
+  std::vector<PreparedRun> all() const;
 };
 
 /// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
@@ -47,6 +47,6 @@ Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const
 Comparison compare(std::span<const Run> runs, const Model& model);
 
 /// The fit of each signal on records.
-std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model& model, const Noise& noise);
+std::map<Signal, SignalFit> fit_of(std::span<const PreparedRun> records, const Model& model, const Noise& noise);
 
 }  // namespace emtb

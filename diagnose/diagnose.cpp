@@ -68,12 +68,12 @@ class Search {
  private:
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const {
     for (std::size_t out = 0; out < data_.train.size(); ++out) {
-      std::vector<Record> rest;
+      std::vector<PreparedRun> rest;
       for (std::size_t i = 0; i < data_.train.size(); ++i) {
         if (i != out) rest.push_back(data_.train[i]);
       }
       const Model fitted = calibrate(rest, trial.model, options).model;
-      const std::vector<Record> alone{data_.train[out]};
+      const std::vector<PreparedRun> alone{data_.train[out]};
       trial.held_out.add(alone, residuals(alone, fitted, fitted.values(), {}));
     }
   }
@@ -106,7 +106,7 @@ const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>
 
 /// Did anything move at all? Readings that never leave their noise inform nothing.
 bool informative(const Dataset& data) {
-  for (const Record& record : data.train) {
+  for (const PreparedRun& record : data.train) {
     for (const Observation& o : record.observations) {
       if (o.signal != Signal::omega && o.signal != Signal::i_a) continue;
       double mean = 0, squares = 0;
@@ -163,7 +163,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   d.base_train = current.train;
   d.base_held_out = current.held_out.error();
   d.steps.push_back({"fitted", current.train, d.base_held_out});
-  const std::vector<Record> all = data.all();
+  const std::vector<PreparedRun> all = data.all();
   d.where = residual_maps(all, d.base);
 
   // Forward: add what removes most, until nothing material is left to remove.

@@ -9,9 +9,9 @@ Loss::Loss(const Noise& noise) {
   for (const auto& [signal, floor] : noise) autocorrelation_[signal] = floor.autocorrelation;
 }
 
-void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals) {
+void Loss::add(std::span<const PreparedRun> records, std::span<const Residuals> residuals) {
   for (const Residuals& r : residuals) {
-    const Record& record = records[r.record];
+    const PreparedRun& record = records[r.record];
     const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
     Readings& readings = signals_[r.signal];
     double second = -1;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimate/noise.h"
-#include "estimate/record.h"
+#include "estimate/prepared_run.h"
 #include "estimate/residuals.h"
 #include "hal/signal.h"
 
@@ -16,7 +16,7 @@ class Loss {
  public:
   explicit Loss(const Noise& noise);
 
-  void add(std::span<const Record> records, std::span<const Residuals> residuals);
+  void add(std::span<const PreparedRun> records, std::span<const Residuals> residuals);
 
   std::map<Signal, double> mean_squares() const;  ///< (RMSE/sigma)^2 of each signal; 1 = noise floor
   double error() const;                           ///< sqrt(mean over signals)

@@ -135,7 +135,7 @@ double normal_quantile(double tail) {
   return low;
 }
 
-Score score_one(std::span<const Record> records, const Model& fitted, const std::vector<std::vector<Base>>& bases,
+Score score_one(std::span<const PreparedRun> records, const Model& fitted, const std::vector<std::vector<Base>>& bases,
                 std::size_t parameters, std::size_t effect, std::size_t candidates, const ScoreOptions& options) {
   const EffectInfo& about = effect_catalogue()[effect];
   Model with = fitted;
@@ -201,7 +201,7 @@ Score score_one(std::span<const Record> records, const Model& fitted, const std:
 
 }  // namespace
 
-std::vector<Score> score(std::span<const Record> records, const Model& fitted, std::span<const std::size_t> candidates,
+std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted, std::span<const std::size_t> candidates,
                          const ScoreOptions& options) {
   const FreeParameters free(fitted);
   std::vector<std::vector<Base>> bases(records.size());

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "estimate/record.h"
+#include "estimate/prepared_run.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -37,7 +37,7 @@ struct ScoreOptions {
 };
 
 /// Scores each candidate on the records, at the values of the fitted model.
-std::vector<Score> score(std::span<const Record> records, const Model& fitted, std::span<const std::size_t> candidates,
+std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted, std::span<const std::size_t> candidates,
                          const ScoreOptions& options = {});
 
 /// Those that pass the gate (Holm's step-down over all scores), largest predicted drop first.

@@ -50,11 +50,11 @@ ResidualMap map_of(Signal signal, const std::string& against, const std::vector<
 
 }  // namespace
 
-std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model) {
+std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model) {
   std::map<std::pair<Signal, std::string>, std::vector<Point>> points;
   const std::vector<double> values = model.values();
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const Record& record = records[i];
+    const PreparedRun& record = records[i];
     const Excitation& x = record.excitation;
     Trajectory<double> y;
     simulate<double>(record.structure(model), values, x, y);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimate/record.h"
+#include "estimate/prepared_run.h"
 #include "estimate/residuals.h"
 #include "hal/signal.h"
 
@@ -24,6 +24,6 @@ struct ResidualMap {
 
 /// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own simulation,
 /// which is free of noise. The most telling map of each signal first.
-std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model);
+std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model);
 
 }  // namespace emtb

@@ -32,7 +32,7 @@ struct NormalEquations {
 
 class Problem {
  public:
-  Problem(std::span<const Record> records, const Model& model, const CalibrationOptions& options)
+  Problem(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options)
       : records_(records), model_(model), options_(options), free_(model), moved_(moved_by(free_)) {
     for (const std::size_t place : free_.places()) {
       const Parameter& p = model.at(place);
@@ -82,7 +82,7 @@ class Problem {
  private:
   Eigen::Index prior_column(std::size_t place) const { return static_cast<Eigen::Index>(*free_.mover(place)); }
 
-  static void add_blocks(const Record& record, const Residuals& r, std::map<long, Eigen::VectorXd>& blocks) {
+  static void add_blocks(const PreparedRun& record, const Residuals& r, std::map<long, Eigen::VectorXd>& blocks) {
     const auto o = std::ranges::find(record.observations, r.signal, &Observation::signal);
     for (Eigen::Index begin = 0; begin < r.value.size();) {
       const auto block_of = [&](Eigen::Index i) {
@@ -100,7 +100,7 @@ class Problem {
     }
   }
 
-  std::span<const Record> records_;
+  std::span<const PreparedRun> records_;
   const Model& model_;
   const CalibrationOptions& options_;
   FreeParameters free_;
@@ -201,11 +201,11 @@ std::vector<double> other_start(const Problem& problem, const Model& model, std:
 }
 
 /// The shorter records, up to a quarter of the samples, at least two where there are.
-std::vector<Record> shortest(std::span<const Record> records) {
-  std::vector<Record> part(records.begin(), records.end());
-  std::ranges::stable_sort(part, {}, [](const Record& r) { return r.excitation.t.size(); });
+std::vector<PreparedRun> shortest(std::span<const PreparedRun> records) {
+  std::vector<PreparedRun> part(records.begin(), records.end());
+  std::ranges::stable_sort(part, {}, [](const PreparedRun& r) { return r.excitation.t.size(); });
   std::size_t total = 0, taken = 0, keep = 0;
-  for (const Record& r : part) total += r.excitation.t.size();
+  for (const PreparedRun& r : part) total += r.excitation.t.size();
   while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].excitation.t.size()) <= total)) {
     taken += part[keep++].excitation.t.size();
   }
@@ -291,7 +291,7 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
 
 }  // namespace
 
-Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options) {
+Calibration calibrate(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options) {
   const Problem problem(records, model, options);
   const FreeParameters& free = problem.free();
   Calibration result;
@@ -307,7 +307,7 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
   }
   Descent best = descend(problem, model, given, options.max_iterations);
   // Other starts descend on a part of the data; what they reach is tried on all of it.
-  const std::vector<Record> part = options.extra_starts > 0 ? shortest(records) : std::vector<Record>{};
+  const std::vector<PreparedRun> part = options.extra_starts > 0 ? shortest(records) : std::vector<PreparedRun>{};
   const Problem glance(part, model, options);
   for (int s = 0; s < options.extra_starts; ++s) {
     const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15);

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "estimate/record.h"
+#include "estimate/prepared_run.h"
 #include "estimate/residuals.h"
 
 namespace emtb {
@@ -49,6 +49,6 @@ struct CalibrationOptions {
 /// Standard errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over blocks b of one second, which holds where
 /// residuals are correlated within a block (Morelli and Klein 1995 for output error); never below the white-noise ones.
 /// @throws ModelError where there is nothing to fit, or a simulation is not finite.
-Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options = {});
+Calibration calibrate(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options = {});
 
 }  // namespace emtb

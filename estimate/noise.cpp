@@ -56,7 +56,7 @@ struct Settled {
 };
 
 /// Collects the scatter of one observation in its settled windows.
-void collect(const Record& record, const Observation& o, Settled& settled) {
+void collect(const PreparedRun& record, const Observation& o, Settled& settled) {
   const Excitation& x = record.excitation;
   const std::vector<double>& input = !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
   for (const auto& [begin, end] : constant_stretches(x, input)) {
@@ -92,12 +92,12 @@ double third_difference_scatter(std::span<const double> x) {
   return differences.empty() ? 0 : 1.4826 * median(std::move(differences)) / std::sqrt(20.0);
 }
 
-NoiseFloor floor_of(Signal signal, std::span<const Record> records) {
+NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
   NoiseFloor floor;
   Settled settled;
   std::vector<double> differences;
   double lsb = 0;
-  for (const Record& record : records) {
+  for (const PreparedRun& record : records) {
     for (const Observation& o : record.observations) {
       if (o.signal != signal) continue;
       collect(record, o, settled);
@@ -142,9 +142,9 @@ double difference_scatter(std::span<const double> x) {
   return steps_only ? 0 : std::sqrt(squares / static_cast<double>(differences.size()) / 2);
 }
 
-Noise estimate_noise(std::span<const Record> records, const Model& model) {
+Noise estimate_noise(std::span<const PreparedRun> records, const Model& model) {
   Noise noise;
-  for (const Record& record : records) {
+  for (const PreparedRun& record : records) {
     for (const Observation& o : record.observations) {
       if (noise.contains(o.signal)) continue;
       NoiseFloor floor = floor_of(o.signal, records);
@@ -160,10 +160,10 @@ Noise estimate_noise(std::span<const Record> records, const Model& model) {
   return noise;
 }
 
-void weigh(std::span<Record> records, const Noise& noise, const Model& model) {
+void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& model) {
   const std::vector<double> values = model.values();
   const double resistance = values[0];
-  for (Record& record : records) {
+  for (PreparedRun& record : records) {
     const Excitation& x = record.excitation;
     Trajectory<double> driver;
     if (!x.u_ref.empty()) {

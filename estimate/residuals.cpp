@@ -24,7 +24,7 @@ const std::vector<Scalar>& signal_of(const Trajectory<Scalar>& y, Signal signal)
 }
 
 /// Fills up to four columns of each sensitivity from one pass with derivatives.
-void fill_columns(const Record& record, const Trajectory<Sensitive>& y, Eigen::Index column, Eigen::Index count,
+void fill_columns(const PreparedRun& record, const Trajectory<Sensitive>& y, Eigen::Index column, Eigen::Index count,
                   Eigen::Index columns, std::vector<Residuals>& out) {
   for (std::size_t s = 0; s < record.observations.size(); ++s) {
     const Observation& o = record.observations[s];
@@ -45,9 +45,9 @@ void fill_columns(const Record& record, const Trajectory<Sensitive>& y, Eigen::I
 
 }  // namespace
 
-std::vector<Residuals> residuals(std::span<const Record> records, std::size_t index, const ModelStructure& structure,
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index, const ModelStructure& structure,
                                  std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
-  const Record& record = records[index];
+  const PreparedRun& record = records[index];
   std::vector<Residuals> out;
   const auto compare = [&](const auto& trajectory) {
     for (const Observation& o : record.observations) {
@@ -81,7 +81,7 @@ std::vector<Residuals> residuals(std::span<const Record> records, std::size_t in
   return out;
 }
 
-std::vector<Residuals> residuals(std::span<const Record> records, const Model& model, std::span<const double> values,
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model, std::span<const double> values,
                                  std::span<const std::vector<std::size_t>> moved) {
   std::vector<std::vector<Residuals>> each(records.size());
   parallel_for(records.size(), [&](std::size_t i) {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "estimate/record.h"
+#include "estimate/prepared_run.h"
 
 namespace emtb {
 
@@ -23,11 +23,11 @@ struct Residuals {
 /// Simulates one record and compares it with each of its observations.
 /// @param values all parameters, in the order of the structure
 /// @param moved  for each of the p columns wanted, the places in `values` that this parameter moves (more than one if tied)
-std::vector<Residuals> residuals(std::span<const Record> records, std::size_t record, const ModelStructure& structure,
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t record, const ModelStructure& structure,
                                  std::span<const double> values, std::span<const std::vector<std::size_t>> moved);
 
 /// The same for all records, in their order.
-std::vector<Residuals> residuals(std::span<const Record> records, const Model& model, std::span<const double> values,
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model, std::span<const double> values,
                                  std::span<const std::vector<std::size_t>> moved);
 
 /// For each free parameter, the places that it moves.

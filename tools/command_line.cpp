@@ -18,6 +18,10 @@ Command& Command::argument(const std::string& name, std::string& value, const st
   impl_->app->add_option(name, value, help)->required();
   return *this;
 }
+Command& Command::optional_argument(const std::string& name, std::string& value, const std::string& help) {
+  impl_->app->add_option(name, value, help);
+  return *this;
+}
 Command& Command::arguments(const std::string& name, std::vector<std::string>& values, const std::string& help) {
   impl_->app->add_option(name, values, help)->required();
   return *this;

@@ -20,6 +20,7 @@ class Command {
 
   /// Names in help stand for what they are: `MODEL`, `SESSION`.
   Command& argument(const std::string& name, std::string& value, const std::string& help);  ///< must be given
+  Command& optional_argument(const std::string& name, std::string& value, const std::string& help);
   Command& arguments(const std::string& name, std::vector<std::string>& values,
                      const std::string& help);                                            ///< one or more
   Command& option(const std::string& name, std::string& value, const std::string& help);  ///< `--note`

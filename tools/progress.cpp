@@ -10,14 +10,17 @@ namespace emtb {
 namespace {
 
 constexpr int width = 30;  // [characters] of the bar
-constexpr const char* clear = "\r\033[K";
+constexpr const char* clear_line = "\r\033[K";
 
 }  // namespace
 
 Progress::Progress() : terminal_(isatty(STDERR_FILENO) == 1) {}
 
-Progress::~Progress() {
-  if (shown_) std::fputs(clear, stderr);
+Progress::~Progress() { clear(); }
+
+void Progress::clear() {
+  if (shown_) std::fputs(clear_line, stderr);
+  shown_ = false;
 }
 
 void Progress::show(double share, const std::string& text) {
@@ -28,7 +31,7 @@ void Progress::show(double share, const std::string& text) {
 
 void Progress::show(const std::string& text) {
   if (!terminal_) return;
-  std::fputs((clear + text).c_str(), stderr);
+  std::fputs((clear_line + text).c_str(), stderr);
   std::fflush(stderr);
   shown_ = true;
 }

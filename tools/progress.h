@@ -18,6 +18,9 @@ class Progress {
   /// A line without a bar.
   void show(const std::string& text);
 
+  /// Takes the line away, so that others can write.
+  void clear();
+
  private:
   bool terminal_;
   bool shown_ = false;

@@ -43,7 +43,7 @@ struct Observation {
 ///
 /// Each unit is driven by what was measured upstream, so that an error stays where it arises: the driver by u_ref, the motor
 /// by the measured e_a, the shaft by the measured torque. `chained` drives the motor with the simulated driver instead.
-struct Record {
+struct PreparedRun {
   std::string name;
   Excitation excitation;
   bool measured_voltage = false;
@@ -58,10 +58,10 @@ struct Record {
 enum class Chaining { staged, chained };
 
 /// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
-Record make_record(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
 
 /// The angular velocity from an encoder's angle: slope of a least-squares line over +-`half` samples, one value every `half`.
-/// Where a run has theta and no omega, make_record() compares with this.
+/// Where a run has theta and no omega, prepare_run() compares with this.
 Series speed_from_angle(const Series& theta, std::size_t half);
 
 }  // namespace emtb

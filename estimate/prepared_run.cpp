@@ -1,4 +1,4 @@
-#include "estimate/record.h"
+#include "estimate/prepared_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -102,7 +102,7 @@ std::vector<double> load_on_grid(const Series& torque, std::span<const double> g
 
 /// The measured terminal voltage, as quiet as can be without touching its edges: the driver's model plus the zero-phase mean
 /// of what the measurement adds to it, over +-0.25 s but never across a corner of the voltage.
-void drive_with_measured_voltage(Record& record, const Series& e_a, const Model& model) {
+void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const Model& model) {
   Excitation& x = record.excitation;
   const std::vector<double> measured = on_grid(e_a, x.t, record.name + ": e_a_V");
   const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
@@ -157,7 +157,7 @@ double first_speed(const Observation& omega, std::span<const double> grid) {
 
 }  // namespace
 
-ModelStructure Record::structure(const Model& model) const {
+ModelStructure PreparedRun::structure(const Model& model) const {
   ModelStructure s = model.structure();
   s.measured_voltage = measured_voltage;
   s.measured_load = measured_load;
@@ -181,13 +181,13 @@ Series speed_from_angle(const Series& theta, std::size_t half) {
   return omega;
 }
 
-Record make_record(const Run& run, const Model& model, Chaining chaining) {
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   const SignalInfo& input = info(model.input);
   if (!run.has(model.input)) {
     throw ModelError(run.name + " has no " + std::string(input.column) + ", the input of model `" + model.name +
                      "`. Record it, map it with --map, or give the model another `input`");
   }
-  Record record;
+  PreparedRun record;
   record.name = run.name;
   Excitation& x = record.excitation;
   const Series& grid = run.at(model.input);

@@ -1,0 +1,263 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "config/mapping.h"
+#include "config/model.h"
+#include "config/profile.h"
+#include "config/profile_path.h"
+#include "estimate/inverse_dynamics.h"
+#include "hal/error.h"
+#include "model/catalogue.h"
+#include "model/simulation.h"
+#include "session/spec.h"
+#include "tools/commands.h"
+#include "tools/result_json.h"
+#include "tools/text.h"
+
+namespace emtb {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+struct Options {
+  std::string model, profile, effect, map, out, json_file, truth;
+  std::vector<std::string> sessions, models;
+  double rate = 1000;  ///< [Hz]
+
+  Mapping mapping() const { return map.empty() ? Mapping{} : read_mapping(map); }
+
+  std::vector<Run> runs() const {
+    std::vector<Run> all;
+    for (const std::string& spec : sessions) std::ranges::move(read_runs(spec, mapping()), std::back_inserter(all));
+    return all;
+  }
+};
+
+int effects_command(const Options& o) {
+  if (o.effect.empty()) {
+    Table table({"id", "stage", "parameters", "equation"});
+    for (const EffectInfo& e : effect_catalogue()) {
+      std::string parameters;
+      for (const EffectParameter& p : e.parameters()) {
+        parameters += (parameters.empty() ? "" : ", ") + std::string(p.symbol) + " [" + std::string(p.unit) + "]";
+      }
+      table.row({std::string(e.id), std::string(name_of(e.stage)), parameters, std::string(e.equation)});
+    }
+    std::cout << table.text();
+    return 0;
+  }
+  const EffectInfo& e = effect_catalogue()[effect_index(o.effect)];
+  std::cout << e.id << ": " << e.name << " (" << name_of(e.stage) << ")\n\n    " << e.equation << "\n\n" << e.what << "\n\nHow it shows: "
+            << e.shows << "\n\nTold apart: " << e.told_apart << "\n\nParameters:\n";
+  for (const EffectParameter& p : e.parameters()) {
+    std::cout << "    " << p.symbol << " [" << p.unit << "], absent at " << p.null << ", from " << p.min << " to " << p.max << "\n";
+  }
+  std::cout << "\nSource: " << e.source << "\n";
+  return 0;
+}
+
+/// The reference of a profile, sampled as the loop would set it, through driver, motor and sensors in a row.
+int simulate_command(const Options& o) {
+  const Model model = read_model(o.model);
+  if (model.input != Signal::u_ref) throw Error(o.model + " is driven by " + std::string(info(model.input).name) + ": a profile is a driver reference, u_ref");
+  const Profile profile = read_profile(profile_path(o.profile));
+  if (!(o.rate >= 10 && o.rate <= 1e5)) throw Error("--rate must be 10 to 100000 Hz");
+  Excitation x;
+  const auto n = static_cast<std::size_t>(std::floor(profile.duration() * o.rate)) + 1;
+  for (std::size_t k = 0; k < n; ++k) {
+    x.t.push_back(static_cast<double>(k) / o.rate);
+    x.u_ref.push_back(profile.reference(x.t.back()));
+  }
+  Trajectory<double> y;
+  const std::vector<double> values = model.values();
+  simulate<double>(model.structure(), values, x, y);
+  if (!std::ranges::all_of(y.omega, [](double w) { return std::isfinite(w); })) {
+    throw ModelError(o.model + ": the simulation is not finite. Look at J, R_a and the effects' parameters");
+  }
+  Run run;
+  run.name = profile.name();
+  const auto put = [&](Signal signal, const std::vector<double>& values_of) {
+    run.signals[signal] = {.t = x.t, .value = values_of, .window = 0, .lsb = 0, .source = "simulated by model " + model.name};
+  };
+  put(Signal::u_ref, x.u_ref);
+  put(Signal::e_a, y.e_a);
+  put(Signal::i_a, y.i_a);
+  put(Signal::omega, y.omega);
+  put(Signal::theta, y.theta);
+  put(Signal::torque, y.torque);
+  Session session;
+  session.runs.push_back(std::move(run));
+  session.attributes = {{"profile", profile.name()}, {"note", "simulated by model " + model.name}};
+  session.config = to_yaml(model);
+  if (o.out.empty()) throw Error("simulate needs --out FILE, .csv or .h5: where the simulated session goes");
+  write_session(o.out, session);
+  std::cout << o.out << "\n";
+  return 0;
+}
+
+int convert_command(const Options& o) {
+  if (o.sessions.size() != 1) throw Error("one SESSION at a time");
+  if (o.out.empty()) throw Error("--out FILE is missing: where the session goes, .csv or .h5");
+  Session session;
+  const SessionSpec spec = parse_session_spec(o.sessions.front());
+  if (spec.run.empty() && !spec.t0 && !spec.t1) {
+    session = read_session(spec.path, o.mapping());
+  } else {
+    session.runs = o.runs();
+    session.attributes["note"] = "cut from " + o.sessions.front();
+  }
+  write_session(o.out, session);
+  std::cout << o.out << "\n";
+  return 0;
+}
+
+int info_command(const Options& o) {
+  json all = json::array();
+  for (const std::string& text : o.sessions) {
+    const SessionSpec spec = parse_session_spec(text);
+    const Session session = read_session(spec.path, o.mapping());
+    json one{{"session", text}, {"complete", session.complete}, {"attributes", session.attributes}};
+    std::cout << text << (session.complete ? "" : "  (incomplete: the recording ended abruptly)") << "\n";
+    for (const auto& [key, value] : session.attributes) std::cout << "  " << key << ": " << value << "\n";
+    one["runs"] = json::array();
+    for (const Run& run : read_runs(text, o.mapping())) {
+      Table table({"  " + run.name, "readings", "from [s]", "to [s]", "window [s]", "resolution", "unit", "lowest", "highest"});
+      json signals = json::object();
+      for (const auto& [signal, s] : run.signals) {
+        const auto [low, high] = std::ranges::minmax(s.value);
+        table.row({"  " + std::string(info(signal).name), std::to_string(s.t.size()), pretty(s.t.front(), 6), pretty(s.t.back(), 6),
+                   s.window > 0 ? pretty(s.window) : "-", s.lsb > 0 ? pretty(s.lsb) : "-", std::string(info(signal).unit),
+                   pretty(low), pretty(high)});
+        signals[std::string(info(signal).name)] = {{"readings", s.t.size()}, {"from", s.t.front()}, {"to", s.t.back()},
+                                                   {"window", s.window}, {"lsb", s.lsb}, {"min", low}, {"max", high}};
+      }
+      std::cout << table.text();
+      one["runs"].push_back({{"name", run.name}, {"signals", signals}});
+    }
+    one["events"] = json::array();
+    for (const Event& e : session.events) {
+      std::cout << "  event " << e.code << " at " << pretty(e.t, 6) << " s: " << e.text << "\n";
+      one["events"].push_back({{"t", e.t}, {"code", e.code}, {"text", e.text}});
+    }
+    all.push_back(std::move(one));
+  }
+  write_json(o.json_file, all);
+  return 0;
+}
+
+int estimate_command(const Options& o) {
+  if (o.model.empty()) throw Error("estimate needs --model FILE: its K_m turns the current into torque");
+  const Model model = read_model(o.model);
+  const InverseDynamics result = inverse_dynamics(o.runs(), model.values()[2]);
+  json out = json::object();
+  Table table({"inverse dynamics", "value", "+- std error", "unit"});
+  for (const auto& v : result.values) {
+    table.row({v.symbol, pretty(v.value, 5), pretty(v.std_error, 2), v.unit});
+    out["parameters"][v.symbol] = {{"value", v.value}, {"std_error", v.std_error}, {"unit", v.unit}};
+  }
+  out["residual"] = result.residual;
+  out["r_squared"] = result.r_squared;
+  write_json(o.json_file, out);
+  if (o.json_file == "-") return 0;
+  std::cout << table.text() << "R2 " << pretty(result.r_squared, 6) << ", residual " << pretty(result.residual, 3) << " N m, "
+            << result.rows << " equations\n";
+  return 0;
+}
+
+/// The parameters of several models side by side; --truth adds what a simulated bench was built with.
+int table_command(const Options& o) {
+  std::vector<Model> models;
+  for (const std::string& file : o.models) models.push_back(read_model(file));
+  std::vector<std::string> names;
+  for (const Model& model : models) {
+    for (const std::string& name : model.names()) {
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    }
+  }
+  std::vector<std::string> heading{"parameter"};
+  for (const Model& model : models) heading.push_back(model.name);
+  std::optional<YamlMap> simulation;
+  if (!o.truth.empty()) {
+    simulation = YamlMap::load(o.truth).map("simulation");
+    heading.push_back("true");
+  }
+  heading.push_back("unit");
+  Table table(heading);
+  for (const std::string& name : names) {
+    std::vector<std::string> row{name};
+    std::string unit;
+    for (const Model& model : models) {
+      const std::vector<std::string> own = model.names();
+      const auto found = std::ranges::find(own, name);
+      if (found == own.end()) {
+        row.push_back("");
+        continue;
+      }
+      const auto place = static_cast<std::size_t>(found - own.begin());
+      unit = model.at(place).unit;
+      row.push_back(pretty(model.values()[place], 4));
+    }
+    if (simulation) {
+      // The plant groups its parameters by place: motor, friction ...; the symbol is unique.
+      const std::string symbol = name.substr(name.find('.') == std::string::npos ? 0 : name.find('.') + 1);
+      std::string value;
+      for (const std::string& key : simulation->keys()) {
+        if (!simulation->node()[key].IsMap()) continue;
+        const YamlMap part = simulation->map(key);
+        if (part.has(symbol)) value = pretty(part.number(symbol), 4);
+      }
+      row.push_back(value);
+    }
+    row.push_back(unit);
+    table.row(row);
+  }
+  std::cout << table.text();
+  return 0;
+}
+
+}  // namespace
+
+void add_file_commands(CommandLine& line) {
+  const auto o = std::make_shared<Options>();
+  const auto act = [&o](int (*command)(const Options&)) { return [o, command] { return command(*o); }; };
+  const auto session_help = "PATH[#RUN][@T0:T1], .csv or .h5";
+  const auto map_help = "how the columns of foreign CSV files become signals";
+
+  line.command("effects", "lists the physical effects that a model can include, or explains one")
+      .optional_argument("ID", o->effect, "the effect to explain")
+      .action(act(effects_command));
+  line.command("simulate", "simulates a model under a profile")
+      .argument("MODEL", o->model, "the model's YAML")
+      .argument("PROFILE", o->profile, "a profile's file or name")
+      .option("--out", o->out, "the simulated session, .csv or .h5")
+      .option("--rate", o->rate, "[Hz] samples a second")
+      .action(act(simulate_command));
+  for (const auto& [name, help] : {std::pair{"import", "turns a foreign file into a session"},
+                                   std::pair{"export", "turns a session into another format"}}) {
+    line.command(name, help)
+        .arguments("SESSION", o->sessions, session_help)
+        .option("--map", o->map, map_help)
+        .option("--out", o->out, "the file to write, .csv or .h5")
+        .action(act(convert_command));
+  }
+  line.command("info", "says what a session holds")
+      .arguments("SESSION", o->sessions, session_help)
+      .option("--map", o->map, map_help)
+      .option("--json", o->json_file, "writes it to this file; - for standard output")
+      .action(act(info_command));
+  line.command("estimate", "estimates J, B, T_c and T_L without a simulation, by inverse dynamics")
+      .arguments("SESSION", o->sessions, session_help)
+      .option("--model", o->model, "the model whose K_m turns the current into torque")
+      .option("--map", o->map, map_help)
+      .option("--json", o->json_file, "writes it to this file; - for standard output")
+      .action(act(estimate_command));
+  line.command("table", "puts the parameters of several models side by side")
+      .arguments("MODEL", o->models, "models' YAML")
+      .option("--truth", o->truth, "a simulated bench's YAML: what its plant was built with")
+      .action(act(table_command));
+}
+
+}  // namespace emtb

@@ -1,0 +1,293 @@
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "config/mapping.h"
+#include "config/model.h"
+#include "diagnose/compare.h"
+#include "diagnose/diagnose.h"
+#include "diagnose/score.h"
+#include "estimate/calibrate.h"
+#include "hal/error.h"
+#include "model/catalogue.h"
+#include "session/spec.h"
+#include "tools/commands.h"
+#include "tools/progress.h"
+#include "tools/result_json.h"
+#include "tools/text.h"
+
+namespace emtb {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+struct Options {
+  std::string effect, model;
+  std::vector<std::string> sessions, held_out, outputs;
+  std::string map, out, json_file;
+  bool fit = false;
+
+  std::vector<Run> runs(const std::vector<std::string>& specs) const {
+    const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
+    std::vector<Run> all;
+    for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
+    return all;
+  }
+
+  CalibrationOptions calibration() const {
+    CalibrationOptions options;
+    for (const std::string& name : outputs) {
+      const auto signal = signal_named(name);
+      if (!signal) throw Error("--outputs " + name + ": no such signal. Known: omega, i_a, e_a, torque");
+      options.outputs.push_back(*signal);
+    }
+    return options;
+  }
+};
+
+std::string id(std::size_t effect) { return std::string(effect_catalogue()[effect].id); }
+
+std::string error_cell(std::optional<double> error) { return error ? pretty(*error, 4) : "-"; }
+
+/// Values with intervals, what rests on a bound, what the data do not determine.
+void print_parameters(const Model& model, const std::vector<std::string>& at_bound, const std::vector<Undetermined>& undetermined) {
+  Table table({"parameter", "value", "+- std error", "unit", ""});
+  const std::vector<std::string> names = model.names();
+  const std::vector<double> values = model.values();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Parameter& p = model.at(i);
+    const auto tie = model.tie.find(names[i]);
+    std::string remark;
+    if (tie != model.tie.end()) {
+      remark = "= " + tie->second;
+    } else if (p.fixed) {
+      remark = "fixed";
+    } else if (std::ranges::find(at_bound, names[i]) != at_bound.end()) {
+      remark = "rests on its bound";
+    }
+    table.row({names[i], pretty(values[i], 5), p.std_error ? pretty(*p.std_error, 2) : "-", p.unit, remark});
+  }
+  std::cout << table.text();
+  for (const Undetermined& u : undetermined) {
+    std::cout << "These data do not determine " << u.combination << " (relative changes): +-"
+              << (std::isfinite(u.relative_error) && u.relative_error < 100 ? pretty(100 * u.relative_error, 2) + " %" : "anything") << "\n";
+  }
+}
+
+void print_signals(const std::map<Signal, SignalFit>& signals, const std::map<Signal, double>& chained = {}) {
+  std::vector<std::string> heading{"signal", "RMSE", "unit", "noise floor", "from", "RMSE/floor", "fit"};
+  if (!chained.empty()) heading.push_back("chained RMSE/floor");
+  Table table(heading);
+  for (const auto& [signal, f] : signals) {
+    std::vector<std::string> row{std::string(info(signal).name), pretty(f.rmse, 3), std::string(info(signal).unit),
+                                 pretty(f.noise.sigma, 3), f.noise.from + (f.noise.lower_bound ? " (at least)" : ""),
+                                 pretty(f.ratio, 3), pretty(f.fit_percent, 4) + " %"};
+    if (const auto c = chained.find(signal); c != chained.end()) row.push_back(pretty(c->second, 3));
+    table.row(row);
+  }
+  std::cout << table.text();
+}
+
+/// The most telling map of each signal that is above its floor.
+void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, SignalFit>& signals) {
+  std::vector<Signal> shown;
+  for (const ResidualMap& m : maps) {
+    const auto fit = signals.find(m.signal);
+    if (fit == signals.end() || fit->second.ratio < 1.1 || m.against == "t" || m.against == "sign(omega)") continue;
+    if (std::ranges::find(shown, m.signal) != shown.end() || m.bins.size() < 3) continue;
+    shown.push_back(m.signal);
+    double largest = 0;
+    for (const double mean : m.mean) largest = std::max(largest, std::abs(mean));
+    std::cout << "\n" << info(m.signal).name << ", measured - simulated [" << info(m.signal).unit << "], against " << m.against
+              << " (explains " << pretty(100 * m.explained, 2) << " % of the residual)\n";
+    Table table({m.against, "mean", "", "RMSE/floor"});
+    for (std::size_t b = 0; b < m.bins.size(); ++b) {
+      table.row({pretty(m.bins[b], 3), pretty(m.mean[b], 3), bar(largest > 0 ? m.mean[b] / largest : 0, 40), pretty(m.ratio[b], 3)});
+    }
+    std::cout << table.text("  ");
+  }
+  if (shown.empty()) std::cout << "No signal is above its noise floor by more than a tenth.\n";
+}
+
+double error_on(std::span<const PreparedRun> runs, const Model& model) {
+  return error_of(mean_squares(residuals(runs, model, model.values(), {})));
+}
+
+void finish_model(const Options& o, const Model& model) {
+  if (o.out.empty()) return;
+  write_model(o.out, model);
+  std::cout << "written: " << o.out << "\n";
+}
+
+/// Fits, reports, writes: what calibrate and add have in common.
+int fit_and_report(const Options& o, const Model& start, const Dataset& data, const std::string& action, json extra) {
+  Calibration c = calibrate(data.train, start, o.calibration());
+  HistoryEntry entry{action, error_on(data.train, c.model), {}, o.sessions};
+  if (!data.held_out.empty()) entry.held_out = error_on(data.held_out, c.model);
+  c.model.history.push_back(entry);
+
+  json out = std::move(extra);
+  out["converged"] = c.converged;
+  out["parameters"] = parameters_json(c.model);
+  out["error"] = {{"train", *entry.train}, {"held_out", entry.held_out ? json(*entry.held_out) : json(nullptr)}};
+  out["at_bound"] = c.at_bound;
+  out["undetermined"] = json::array();
+  for (const Undetermined& u : c.identifiability.undetermined) out["undetermined"].push_back(u.combination);
+  out["singular_values"] = std::vector<double>(c.identifiability.singular_values.begin(), c.identifiability.singular_values.end());
+  out["signals"] = to_json(fit_of(data.held_out.empty() ? data.train : data.held_out, c.model, data.noise));
+  write_json(o.json_file, out);
+  if (o.json_file == "-") return c.converged ? 0 : 1;
+
+  print_parameters(c.model, c.at_bound, c.identifiability.undetermined);
+  std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out " << error_cell(entry.held_out) << "\n";
+  finish_model(o, c.model);
+  if (!c.converged) std::cerr << "emtb: the fit did not converge: start nearer, or fix what the data do not determine\n";
+  return c.converged ? 0 : 1;
+}
+
+int calibrate_command(const Options& o) {
+  const Model model = read_model(o.model);
+  const Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
+  return fit_and_report(o, model, data, "calibrated", json::object());
+}
+
+int add_command(const Options& o) {
+  Model model = read_model(o.model);
+  const std::size_t effect = effect_index(o.effect);
+  if (model.includes(effect)) throw Error(o.model + " includes " + o.effect + " already. Use emtb calibrate");
+  const Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
+  const Calibration before = calibrate(data.train, model);
+  const std::vector<Score> scores = score(data.train, before.model, std::vector{effect});
+  json extra{{"added", o.effect}};
+  extra["before"] = {{"train", error_on(data.train, before.model)},
+                     {"held_out", data.held_out.empty() ? json(nullptr) : json(error_on(data.held_out, before.model))}};
+  if (o.json_file != "-") {
+    std::cout << "without " << o.effect << ": training " << pretty(extra["before"]["train"].get<double>()) << ", held-out "
+              << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>())) << "\n";
+  }
+  Model with = before.model;
+  with.include(effect);
+  IncludedEffect& added = *std::ranges::find(with.effects, effect, &IncludedEffect::effect);
+  for (std::size_t i = 0; i < added.parameters.size(); ++i) {
+    Parameter& p = added.parameters[i];
+    p.value = std::clamp(scores.front().expected[i], p.min, p.max);
+  }
+  return fit_and_report(o, with, data, "added " + o.effect, extra);
+}
+
+int compare_command(const Options& o) {
+  Model model = read_model(o.model);
+  std::vector<Run> runs = o.runs(o.sessions);
+  const std::vector<Run> held_out = o.runs(o.held_out);
+  if (o.fit) {
+    const Dataset data = prepare(runs, held_out, model);
+    model = calibrate(data.train, model, o.calibration()).model;
+  }
+  if (!held_out.empty()) runs = held_out;  // what is compared: runs that no fit has seen
+  const Comparison c = compare(runs, model);
+  write_json(o.json_file, to_json(c));
+  if (o.json_file == "-") return 0;
+  std::cout << "model `" << model.name << "` on " << runs.size() << (held_out.empty() ? "" : " held-out") << " runs: error "
+            << pretty(c.error) << " (1 = noise floor), all units chained " << pretty(c.chained_error) << "\n";
+  print_signals(c.signals, c.chained);
+  if (!c.failing_unit.empty()) std::cout << "The unit that fails: " << c.failing_unit << "\n";
+  print_where(c.where, c.signals);
+  finish_model(o, model);
+  return 0;
+}
+
+void print_verdict(const Diagnosis& d) {
+  switch (d.verdict) {
+    case Verdict::found:
+    case Verdict::tied:
+      std::cout << (d.verdict == Verdict::found ? "found:" : "found, but tied with others that do as well:");
+      break;
+    case Verdict::unknown_effect:
+      std::cout << "unknown_effect: something is missing that nothing in the library explains; " << pretty(d.final_held_out, 3)
+                << " times the noise floor remains" << (d.missing.empty() ? "." : ", even with");
+      break;
+    case Verdict::nothing_missing:
+      std::cout << "nothing_missing: what is left is noise, or too little to matter.";
+      break;
+    case Verdict::cannot_tell:
+      std::cout << "cannot_tell: nothing in these runs moves enough to inform the model.";
+      break;
+  }
+  std::cout << "\n";
+  for (const MissingEffect& m : d.missing) {
+    std::cout << "  " << id(m.effect) << " (" << effect_catalogue()[m.effect].equation << ")";
+    for (const Parameter& p : m.parameters) {
+      std::cout << "  " << p.symbol << " = " << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
+    }
+    std::cout << "\n";
+    for (const std::size_t rival : m.tied_with) std::cout << "    tied with " << id(rival) << ": " << effect_catalogue()[rival].told_apart << "\n";
+  }
+}
+
+int diagnose_command(const Options& o) {
+  const Model model = read_model(o.model);
+  const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
+  Progress progress;
+  DiagnoseOptions options;
+  options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
+  Diagnosis d = diagnose(train, held_out, model, options);
+  progress.clear();
+  for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, o.sessions});
+  write_json(o.json_file, to_json(d));
+  if (o.json_file == "-") return 0;
+
+  std::cout << "model `" << model.name << "`, " << train.size() << " training and " << held_out.size() << " held-out runs"
+            << (d.left_one_out ? ": each run held out in turn" : d.judged_on_training ? ": one run, judged on itself" : "") << "\n\n";
+  Table steps({"error (1 = noise floor)", "training", "held-out"});
+  for (const Step& s : d.steps) steps.row({s.action, pretty(s.train), pretty(s.held_out)});
+  std::cout << steps.text() << "\n";
+  print_verdict(d);
+  std::cout << "\n";
+  Table candidates({"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
+  for (const Candidate& c : d.candidates) {
+    const EffectParameter& p = effect_catalogue()[c.score.effect].parameters()[0];
+    candidates.row({id(c.score.effect), pretty(c.score.predicted_drop, 3), std::string(p.symbol) + " " + pretty(c.score.expected[0], 3),
+                    std::string(p.unit), pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
+                    pretty(c.score.detectable_size, 2)});
+  }
+  std::cout << candidates.text() << "\n";
+  print_parameters(d.final, {}, d.undetermined);
+  std::cout << "\n";
+  print_signals(d.signals);
+  if (d.verdict != Verdict::nothing_missing && d.verdict != Verdict::cannot_tell) {
+    std::cout << "\nWhere the model as given fails:";
+    std::map<Signal, SignalFit> all_above;  // the maps choose themselves: show those of every signal of the base model
+    for (const ResidualMap& m : d.where) all_above[m.signal].ratio = *std::ranges::max_element(m.ratio);
+    print_where(d.where, all_above);
+  }
+  finish_model(o, d.final);
+  return 0;
+}
+
+}  // namespace
+
+void add_model_commands(CommandLine& line) {
+  const auto o = std::make_shared<Options>();
+  const auto on_files = [&](Command command) {
+    command.argument("MODEL", o->model, "the model's YAML")
+        .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5: what the model is fitted to or compared with")
+        .options("--held-out", o->held_out, "sessions that judge the fit and take no part in it")
+        .option("--map", o->map, "how the columns of foreign CSV files become signals")
+        .option("--out", o->out, "writes the resulting model here; a MODEL is never overwritten otherwise")
+        .option("--json", o->json_file, "writes the result to this file; - for standard output")
+        .options("--outputs", o->outputs, "fits to these signals alone: omega, i_a, e_a, torque");
+    return command;
+  };
+  const auto act = [&o](int (*command)(const Options&)) { return [o, command] { return command(*o); }; };
+  on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds")).action(act(calibrate_command));
+  on_files(line.command("compare", "compares a model with measurements and shows where it fails"))
+      .flag("--fit", o->fit, "fits the model to the sessions first")
+      .action(act(compare_command));
+  on_files(line.command("diagnose", "finds out which physical effect a model is missing")).action(act(diagnose_command));
+  Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
+  add.argument("EFFECT", o->effect, "its id: see emtb effects");
+  on_files(add).action(act(add_command));
+}
+
+}  // namespace emtb

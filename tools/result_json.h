@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "diagnose/compare.h"
+#include "diagnose/diagnose.h"
+#include "estimate/calibrate.h"
+
+namespace emtb {
+
+/// Results as the contract's JSON (section 6 of the design); what is unknown is null.
+nlohmann::ordered_json to_json(const Diagnosis& diagnosis);
+nlohmann::ordered_json to_json(const Comparison& comparison);
+nlohmann::ordered_json to_json(const std::map<Signal, SignalFit>& signals);
+nlohmann::ordered_json parameters_json(const Model& model);
+
+/// Writes to a file, or for `-` to standard output; nothing where the name is empty. @throws Error where it cannot.
+void write_json(const std::string& file, const nlohmann::ordered_json& value);
+
+}  // namespace emtb
