@@ -4,14 +4,13 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <regex>
 
 #include "config/profile.h"
 #include "drivers/simulated/open.h"
 #include "drivers/simulated/paced_clock.h"
 #include "hal/error.h"
+#include "tests/temporary_file.h"
 
 namespace emtb {
 namespace {
@@ -33,9 +32,8 @@ const std::string good =
     "  friction: {law: hard, T_c: 0.003}\n";                             // 12
 
 BenchConfig config(const std::string& text) {
-  const auto path = std::filesystem::path(::testing::TempDir()) / "registry_test.yaml";
-  std::ofstream(path) << text;
-  return read_bench(path);
+  const TemporaryFile file(".yaml", text);
+  return read_bench(file.path());
 }
 
 /// What open_bench says about the good file with one thing changed, without the folder.
@@ -47,7 +45,8 @@ std::string bad(const std::string& from, const std::string& to) {
   try {
     open_bench(config(text));
   } catch (const ConfigError& e) {
-    return std::regex_replace(e.what(), std::regex("^.*registry_test.yaml"), "b.yaml");
+    const std::string line = e.what();
+    return "b.yaml" + line.substr(line.find(".yaml:") + 5);
   }
   return "";
 }
