@@ -236,6 +236,10 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   } else if (model.input == Signal::e_a) {
     record.measured_voltage = true;
   }
+  // A fiftieth of the mechanical time constant: the second-order step is then good to some 1e-5 of the speed.
+  const std::vector<double> p = model.values();
+  const double time_constant = model.input == Signal::i_a ? p[4] / std::max(p[3], 1e-12) : p[4] * p[0] / (p[1] * p[2]);
+  x.longest_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
   if (record.observations.empty()) {
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }
