@@ -1,0 +1,4 @@
+#include "tests/process.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
