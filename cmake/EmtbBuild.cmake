@@ -7,6 +7,7 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # asserts stay on: a bench would rather stop than run on nonsense
+set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g")  # and where a sanitizer looks
 
 find_program(CCACHE ccache)
 if(CCACHE)

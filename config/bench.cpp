@@ -33,7 +33,8 @@ Realtime read_realtime(const YamlMap& yaml) {
 std::vector<BenchConfig::Device> read_devices(const YamlMap& yaml) {
   std::vector<BenchConfig::Device> devices;
   for (auto& [name, entry] : yaml.map("devices").entries()) {
-    devices.push_back({.name = name, .driver = entry.text("driver"), .yaml = std::move(entry)});
+    std::string driver = entry.text("driver");
+    devices.push_back({.name = name, .driver = std::move(driver), .yaml = std::move(entry)});
   }
   if (devices.empty()) yaml.fail("devices", "is empty. Give at least the one that drives the reference");
   return devices;

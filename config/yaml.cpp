@@ -27,8 +27,8 @@ std::string words(double value) {
 
 }  // namespace
 
-YamlMap::YamlMap(YAML::Node node, std::filesystem::path file, std::string path)
-    : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {
+YamlMap::YamlMap(const YAML::Node& node, std::filesystem::path file, std::string path)
+    : node_(node), file_(std::move(file)), path_(std::move(path)) {
   if (!node_.IsMap()) fail("", "must be a map of `key: value` lines");
   // yaml-cpp keeps both of two equal keys and finds the first: the second would be a setting without effect.
   std::vector<std::string_view> seen;

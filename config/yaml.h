@@ -59,7 +59,7 @@ class YamlMap {
   const YAML::Node& node() const noexcept { return node_; }
 
  private:
-  YamlMap(YAML::Node node, std::filesystem::path file, std::string path);
+  YamlMap(const YAML::Node& node, std::filesystem::path file, std::string path);
   YAML::Node find(std::string_view key) const;
   std::string path_of(std::string_view key) const;
   [[noreturn]] void fail_at(const YAML::Mark& mark, std::string_view key, std::string_view what) const;

@@ -1,9 +1,9 @@
 #include "config/yaml.h"
 
-#include <filesystem>
-#include <fstream>
+#include <limits>
 
 #include "tests/config/complains.h"
+#include "tests/temporary_file.h"
 
 namespace emtb {
 namespace {
@@ -106,9 +106,8 @@ TEST(Yaml, FilesThatCannotBeRead) {
 }
 
 TEST(Yaml, AnEmptyFileIsEmptyNotUnreadable) {
-  const auto path = std::filesystem::path(::testing::TempDir()) / "empty.yaml";
-  std::ofstream(path).close();
-  EXPECT_THAT(complaint([&] { YamlMap::load(path); }), HasSubstr(":1: is empty"));
+  const TemporaryFile file(".yaml", "");
+  EXPECT_THAT(complaint([&] { YamlMap::load(file.path()); }), HasSubstr(":1: is empty"));
 }
 
 }  // namespace

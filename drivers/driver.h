@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "config/bench.h"
+#include "hal/analog_output.h"
+#include "hal/clock.h"
+#include "hal/input_device.h"
+
+namespace emtb {
+
+namespace simulated {
+class World;
+}
+
+/// What a device turned out to be: an input, an output, or both.
+struct OpenedDevice {
+  std::unique_ptr<InputDevice> input;
+  std::unique_ptr<AnalogOutput> output;
+};
+
+/// What a driver may look at to open a device.
+struct OpenRequest {
+  const BenchConfig& bench;
+  const BenchConfig::Device& device;        ///< the entry to open; its keys are the driver's to check, with only()
+  std::shared_ptr<Clock> clock;             ///< time stamps are on this one
+  std::shared_ptr<simulated::World> world;  ///< the plant of a simulated bench, or nothing
+
+  /// The reference goes out through this device: then the driver opens the output and checks the keys of `reference`.
+  bool drives_reference() const { return bench.reference.device == device.name; }
+};
+
+/// A kind of device, by the name under which bench files ask for it.
+struct Driver {
+  std::string_view name;
+  /// @throws ConfigError for a setting that cannot be, DeviceError where the device does not answer
+  OpenedDevice (*open)(const OpenRequest&);
+};
+
+}  // namespace emtb

@@ -1,0 +1,67 @@
+#include "drivers/registry.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "drivers/driver.h"
+#include "drivers/simulated/open.h"
+
+namespace emtb {
+namespace {
+
+/// Every driver there is: one line each, and a folder.
+constexpr std::array drivers{
+    Driver{"simulated_daq", simulated::open_daq},
+    Driver{"simulated_meter", simulated::open_meter},
+};
+
+const Driver& driver_of(const BenchConfig::Device& device) {
+  const auto found = std::ranges::find(drivers, device.driver, &Driver::name);
+  if (found != drivers.end()) return *found;
+  std::string known;
+  for (const Driver& driver : drivers) known += (known.empty() ? "" : ", ") + std::string(driver.name);
+  device.yaml.fail("driver", "is `" + device.driver + "`. Known: " + known);
+}
+
+/// A signal that two devices measure would be recorded as one.
+void refuse_twins(const Bench& bench, const InputDevice& input, const BenchConfig::Device& device) {
+  for (const auto& other : bench.inputs) {
+    for (const Channel& theirs : other->channels()) {
+      for (const Channel& ours : input.channels()) {
+        if (ours.signal == theirs.signal) {
+          device.yaml.fail("", "measures " + std::string(info(ours.signal).name) + ", but so does " + theirs.source +
+                                   ". Remove it from one of them");
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Bench open_bench(const BenchConfig& config) {
+  Bench bench;
+  std::shared_ptr<simulated::World> world;
+  if (config.simulation) {
+    bench.clock = simulated::open_clock(*config.simulation);
+    world = simulated::open_world(*config.simulation, bench.clock);
+  } else {
+    bench.clock = std::make_shared<MonotonicClock>();
+  }
+  for (const BenchConfig::Device& device : config.devices) {
+    OpenedDevice opened =
+        driver_of(device).open({.bench = config, .device = device, .clock = bench.clock, .world = world});
+    if (opened.input) {
+      refuse_twins(bench, *opened.input, device);
+      bench.inputs.push_back(std::move(opened.input));
+    }
+    if (opened.output) bench.reference = std::move(opened.output);
+  }
+  if (!bench.reference) {
+    config.reference.yaml.fail("device", "is `" + config.reference.device + "`, which has no analog output");
+  }
+  return bench;
+}
+
+}  // namespace emtb

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+
+#include "config/yaml.h"
+#include "drivers/driver.h"
+#include "drivers/simulated/plant.h"
+#include "drivers/simulated/world.h"
+
+namespace emtb::simulated {
+
+/// Reads the plant from a bench file's `simulation:`; every part of it may be absent, and is then ideal.
+/// @throws ConfigError with file, line and key.
+PlantParameters read_plant(const YamlMap& simulation);
+
+/// MonotonicClock at pace 1, else a PacedClock.
+std::shared_ptr<Clock> open_clock(const YamlMap& simulation);
+
+std::shared_ptr<World> open_world(const YamlMap& simulation, std::shared_ptr<Clock> clock);
+
+/// `simulated_daq`: bits, channels {SIGNAL: {range, bits, noise, correlation, gain, offset}}. Input, and output of the
+/// reference.
+OpenedDevice open_daq(const OpenRequest& request);
+
+/// `simulated_meter`: signal (i_a), period, window, resolution, noise, latency.
+OpenedDevice open_meter(const OpenRequest& request);
+
+}  // namespace emtb::simulated
