@@ -24,7 +24,8 @@ Session read_hdf5(const std::filesystem::path& path);
 
 /// Writes such a file, all at once: what stood there before is replaced only when everything is written.
 /// Run names are made distinct; where the session's own marks still fit its runs, they and with them the times of all
-/// events are kept, otherwise runs are laid one behind the other, each at a whole second.
+/// events are kept, otherwise runs are laid one behind the other, each at a whole
+/// second, while events keep their times.
 void write_hdf5(const std::filesystem::path& path, const Session& session);
 
 }  // namespace emtb

@@ -9,8 +9,8 @@
 #include "session/csv.h"
 #include "session/hdf5.h"
 #include "session/resolution.h"
-#include "session/text.h"
 #include "session/shift.h"
+#include "session/text.h"
 
 namespace emtb {
 namespace {
@@ -159,6 +159,7 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping) 
 std::vector<Run> read_runs(std::string_view text, const Mapping& mapping) {
   const SessionSpec spec = parse_session_spec(text);
   Session session = read_session(spec.path, mapping);
+  if (session.runs.empty()) throw SessionError(spec.path.string() + ": holds no reading. Record at least one signal");
   const bool several = session.runs.size() > 1;
   if (!spec.run.empty()) {
     std::vector<std::string> names;

@@ -25,13 +25,16 @@ class SessionWriter {
 
   /// @throws SessionError where the file exists or cannot be created.
   SessionWriter(const std::filesystem::path& path, const Description& description);
-  ~SessionWriter();  ///< closes as incomplete unless finish() was called
+  ~SessionWriter();  ///< writes what was appended and closes as incomplete, unless finish() was called
   SessionWriter(SessionWriter&&) noexcept;
   SessionWriter& operator=(SessionWriter&&) noexcept;
 
-  /// Appends rows to a signal. @throws SessionError where the disk refuses.
+  /// Appends rows to a signal. A row that is not finite, or not later than the one before, is no reading and is left
+  /// out.
+  /// @throws SessionError where the disk refuses; nothing more can be written then, and what was flushed before is
+  /// kept.
   void append(Signal signal, std::span<const double> t, std::span<const double> value);
-  void append(const Event& event);
+  void append(const Event& event);  ///< a text beyond 240 bytes is cut
 
   /// Everything appended so far survives kill -9 from here on. @throws SessionError
   void flush();
@@ -44,9 +47,14 @@ class SessionWriter {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Whether a process that lives has the session open for recording.
+bool is_being_recorded(const std::filesystem::path& path);
+
 /// Makes a session whose writer died readable again; marks it incomplete and notes the repair as an event.
 /// @return true where there was something to repair.
-/// @throws SessionError where the file is not a session or cannot be saved.
+/// The file is replaced by a copy of all that can be read; it stands as it was until the copy is whole
+/// (docs/decisions). Where rows were lost to more than the death of the writer, it is kept as PATH.damaged.
+/// @throws SessionError where the file is not a session, is being recorded, or cannot be saved.
 bool repair_session(const std::filesystem::path& path);
 
 }  // namespace emtb
