@@ -73,21 +73,24 @@ int make_safe(BenchConfig config) {
   return 0;
 }
 
+/// `--pace` takes the place of simulation.pace. The bench's own text, which sessions keep, stays as it is.
+void override_pace(const Options& options, const BenchConfig& config) {
+  if (!options.pace) return;
+  if (!config.simulation) {
+    throw Error("--pace: " + config.name + " is no simulated bench; its time is the world's. Leave it out");
+  }
+  YAML::Node simulation = config.simulation->node();  // a handle, not a copy
+  simulation["pace"] = std::isinf(*options.pace) ? "max" : fmt::format("{}", *options.pace);
+}
+
 /// Simulated time: experiments at the pace that was asked for, idle at the pace of people.
-void set_pace(const Options& options, const BenchConfig& config, const Bench& bench, Daemon::Settings& settings) {
+void set_pace(const Bench& bench, Daemon::Settings& settings) {
   using simulated::PacedClock;
   const auto clock = std::dynamic_pointer_cast<PacedClock>(bench.clock);
-  if (!clock) {
-    if (options.pace)
-      throw Error("--pace: " + config.name + " is no simulated bench; its time is the world's. Leave it out");
-    return;
-  }
-  const double asked = options.pace.value_or(clock->pace());
-  const bool fastest = std::isinf(asked) || asked == PacedClock::as_fast_as_possible;
-  const double pace = fastest ? PacedClock::as_fast_as_possible : asked;
+  if (!clock) return;
+  const double pace = clock->pace();
   clock->set_pace(1);
-  if (pace == 1) return;
-  settings.pace = fastest ? "max" : fmt::format("{}", pace);
+  settings.pace = pace == PacedClock::as_fast_as_possible ? "max" : fmt::format("{}", pace);
   settings.set_pace = [clock, pace](bool busy) { clock->set_pace(busy ? pace : 1); };
   settings.realtime = Realtime::off;  // a loop that hardly sleeps must not outrank everybody
 }
@@ -113,11 +116,12 @@ int serve(const Options& options) {
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
 
+  override_pace(options, config);
   Bench bench = open_bench(config);
   Daemon::Settings settings{.data = options.data, .realtime = config.realtime, .log = [](const std::string& line) {
                               spdlog::info("{}", line);
                             }};
-  set_pace(options, config, bench, settings);
+  set_pace(bench, settings);
   repair_sessions(options.data);
 
   last_resort = bench.reference.get();

@@ -16,6 +16,7 @@ constexpr double shortest_patience =
 constexpr double missed_periods = 5;  // readings that a slow meter may skip before it is stale
 constexpr double safe_repeat = 0.1;   // [s] between repeats of make_safe() while latched
 constexpr double late_memory = 1;     // [s] over which missed deadlines are forgotten
+constexpr double rounding = 1e-6;     // [s] of the clock: a run of 1 s at 1 kHz has 1000 ticks, not 1001
 constexpr std::size_t buffer_size = 1024;  // readings a call; some blocks of eight channels
 constexpr int reads_per_tick = 8;          // so that one device cannot keep the loop
 
@@ -219,7 +220,7 @@ void Loop::drive(double now) noexcept {
       break;
     case State::running: {
       const double t = now - t0_;
-      if (t >= order_->profile.duration()) {
+      if (t >= order_->profile.duration() - rounding) {
         end(Outcome::done, Fault::none);
         break;
       }

@@ -76,7 +76,9 @@ std::optional<std::string> Client::line() {
 
 json Client::call(const std::string& method, const json& params) {
   const int id = ++id_;
-  send(json{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params}}.dump() + "\n");
+  send(json{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params.is_null() ? json::object() : params}}
+           .dump() +
+       "\n");
   int patience = static_cast<int>(answer_within);
   while (true) {
     while (const auto text = line()) {

@@ -18,6 +18,7 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
+  /// @param params an object, or null for none
   /// @return the result. @throws rpc::Refusal with the daemon's code and message; ProtocolError where it is gone.
   nlohmann::json call(const std::string& method, const nlohmann::json& params);
 

@@ -1,0 +1,239 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "daemon/daemon.h"
+#include "server/client.h"
+#include "session/session.h"
+#include "session/spec.h"
+#include "tests/faulty_device.h"
+#include "tests/process.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// Fake time that a thread can live in: sleeps take a little real time, so that nothing spins.
+class HastyClock final : public Clock {
+ public:
+  double now() const noexcept override { return now_; }
+  void sleep_until(double t) noexcept override {
+    if (idle) std::this_thread::sleep_for(std::chrono::microseconds(200));
+    if (t > now_) now_ = t;
+  }
+  std::atomic<bool> idle{true};
+
+ private:
+  std::atomic<double> now_{5};
+};
+
+const char* const bench =
+    "name: fake\n"
+    "rate: 1000\n"
+    "reference: {device: card, min: 0, max: 6, safe: 0}\n"
+    "limits: {omega: 190, i_a: 2, time: 1000000}\n"
+    "devices: {card: {driver: fake}}\n";
+const char* const level = "name: level\nkind: step\nlevel: 3\nbefore: 0.1\nhold: 0.5\nafter: 0.1\n";
+const char* const endless = "name: endless\nkind: step\nlevel: 3\nbefore: 0.1\nhold: 50000\nafter: 0.1\n";
+
+/// The whole daemon in this process, with fake devices and a real socket.
+class BenchInService : public Scratch {
+ protected:
+  void start() {
+    auto input = std::make_unique<FaultyInput>(
+        clock,
+        std::vector<Channel>{{.signal = Signal::omega, .period = 1e-3, .window = 0, .lsb = 0.1, .source = "card 0"}});
+    auto reference = std::make_unique<FaultyOutput>(config_.reference.limits);
+    card = input.get();
+    output = reference.get();
+    Bench devices;
+    devices.clock = clock;
+    devices.inputs.push_back(std::move(input));
+    devices.reference = std::move(reference);
+    server_ = std::make_unique<UnixSocketServer>(path("sock"));
+    daemon_ = std::make_unique<Daemon>(config_, std::move(devices), *server_,
+                                       Daemon::Settings{.data = path(""),
+                                                        .pace = "max",
+                                                        .set_pace = [this](bool busy) { clock->idle = !busy || slow; },
+                                                        .realtime = Realtime::off,
+                                                        .log =
+                                                            [this](const std::string& line) {
+                                                              const std::lock_guard lock(mutex_);
+                                                              log_ += line + "\n";
+                                                            },
+                                                        .open_sink = open_session});
+  }
+
+  static json ended(Client& client) {
+    json end;
+    eventually([&] {
+      const auto message = client.notification(1);
+      if (message && (*message)["method"] == "ended") end = (*message)["params"];
+      return !end.is_null();
+    });
+    return end;
+  }
+  static int refusal(Client& client, const std::string& method, const json& params = json::object()) {
+    try {
+      client.call(method, params);
+    } catch (const rpc::Refusal& e) {
+      return e.code();
+    }
+    return 0;
+  }
+
+  std::shared_ptr<HastyClock> clock = std::make_shared<HastyClock>();
+  bool slow = false;  // runs take their time too
+  FaultyInput* card = nullptr;
+  FaultyOutput* output = nullptr;
+  const BenchConfig config_ = read_bench(write("bench.yaml", bench));
+  std::unique_ptr<UnixSocketServer> server_;
+  std::unique_ptr<Daemon> daemon_;
+  std::mutex mutex_;
+  std::string log_;
+};
+
+TEST_F(BenchInService, RunsAnExperimentOverTheSocketFromEndToEnd) {
+  start();
+  Client client(path("sock"));
+  EXPECT_EQ(client.call("status", {})["state"], "latched");
+  EXPECT_EQ(refusal(client, "run", {{"profile", level}}), rpc::code::latched);
+  EXPECT_EQ(client.call("reset", {})["state"], "armed");
+  client.call("subscribe", {{"rate", 50}});
+  const json started = client.call("run", {{"profile", level}, {"note", "a note"}, {"operator", "me"}});
+  const json end = ended(client);
+  EXPECT_EQ(end["outcome"], "done") << end;
+  EXPECT_EQ(end["session"], started["session"]);
+  EXPECT_EQ(client.call("status", {})["state"], "armed");
+  EXPECT_EQ(client.call("status", {})["last_run"]["outcome"], "done");
+
+  const Session session = read_session(end["session"].get<std::string>());
+  EXPECT_TRUE(session.complete);
+  EXPECT_EQ(session.attributes.at("note"), "a note");
+  EXPECT_EQ(session.attributes.at("operator"), "me");
+  EXPECT_EQ(session.attributes.at("profile"), "level");
+  EXPECT_EQ(session.config, bench);
+  ASSERT_EQ(session.runs.size(), 1u);
+  const Series& u = session.runs[0].at(Signal::u_ref);
+  EXPECT_NEAR(static_cast<double>(u.t.size()), 701, 1);
+  EXPECT_NEAR(u.t.back(), 0.7, 2e-3);
+  EXPECT_EQ(*std::ranges::max_element(u.value), 3);
+}
+
+TEST_F(BenchInService, OneControlsOthersReadAndAnybodyStops) {
+  slow = true;
+  start();
+  Client owner(path("sock"));
+  Client other(path("sock"));
+  owner.call("reset", {});
+  owner.call("subscribe", {});
+  owner.call("run", {{"profile", endless}});
+  EXPECT_EQ(refusal(other, "run", {{"profile", level}}), rpc::code::busy);
+  EXPECT_EQ(refusal(other, "reset"), rpc::code::busy);
+  try {
+    other.call("run", {{"profile", level}});
+  } catch (const rpc::Refusal& e) {
+    ASSERT_NE(e.data(), nullptr);
+    EXPECT_EQ((*e.data())["who"]["pid"], getpid());
+  }
+  const json status = other.call("status", {});
+  EXPECT_EQ(status["run"]["controller"]["uid"], getuid());
+  EXPECT_EQ(status["clients"].size(), 2u);
+  other.call("stop", {});
+  const json end = ended(owner);
+  EXPECT_EQ(end["outcome"], "stopped");
+  EXPECT_EQ(output->volts, 0);
+}
+
+TEST_F(BenchInService, AClientThatGoesTakesItsRunWithIt) {
+  slow = true;
+  start();
+  Client other(path("sock"));
+  {
+    Client owner(path("sock"));
+    owner.call("reset", {});
+    owner.call("run", {{"profile", endless}});
+    EXPECT_TRUE(eventually([&] { return output->volts == 3; }));
+  }
+  EXPECT_TRUE(eventually([&] { return other.call("status", {})["state"] == "latched"; }));
+  EXPECT_EQ(other.call("status", {})["fault"]["name"], "client_lost");
+  EXPECT_EQ(output->volts, 0);
+}
+
+TEST_F(BenchInService, AFaultEndsTheRunNamesItAndIsInTheSession) {
+  slow = true;
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  client.call("subscribe", {});
+  client.call("run", {{"profile", endless}});
+  EXPECT_TRUE(eventually([&] { return output->volts == 3; }));
+  card->set(Signal::omega, 200);
+  const json end = ended(client);
+  EXPECT_EQ(end["outcome"], "fault");
+  EXPECT_EQ(end["fault"]["code"], 101);
+  EXPECT_THAT(end["fault"]["text"].get<std::string>(), HasSubstr("omega = 200 rad/s"));
+  EXPECT_EQ(output->volts, 0);
+  EXPECT_EQ(refusal(client, "reset"), rpc::code::cause_stands);
+  card->set(Signal::omega, 0);
+  EXPECT_EQ(client.call("reset", {})["state"], "armed");
+  const Session session = read_session(end["session"].get<std::string>());
+  EXPECT_TRUE(std::ranges::any_of(session.events, [](const Event& e) { return e.code == 101; }));
+}
+
+TEST_F(BenchInService, RefusesProfilesThatTheBenchCannotTake) {
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  EXPECT_EQ(refusal(client, "run", {{"profile", "no_such"}}), rpc::code::bad_profile);
+  EXPECT_EQ(refusal(client, "run", {{"profile", "name: x\nkind: nonsense\n"}}), rpc::code::bad_profile);
+  EXPECT_EQ(refusal(client, "run", {{"profile", "name: x\nkind: step\nlevel: 9\nbefore: 1\nhold: 1\nafter: 1\n"}}),
+            rpc::code::bad_profile);
+  EXPECT_EQ(refusal(client, "run", json::object()), rpc::code::invalid_params);
+  EXPECT_EQ(refusal(client, "run", {{"profile", 3}}), rpc::code::invalid_params);
+  EXPECT_EQ(refusal(client, "subscribe", {{"rate", 51}}), rpc::code::invalid_params);
+  EXPECT_EQ(refusal(client, "estimates"), rpc::code::not_available);
+  EXPECT_EQ(client.call("config", {})["text"], bench);
+  EXPECT_EQ(client.call("status", {})["state"], "armed") << "nothing of that touched the bench";
+}
+
+TEST_F(BenchInService, EndingInMidRunMakesSafeAndCompletesTheSession) {
+  slow = true;
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  const json started = client.call("run", {{"profile", endless}});
+  EXPECT_TRUE(eventually([&] { return output->volts == 3; }));
+  std::atomic<double> last{-1};
+  daemon_->terminate();
+  last = output->volts.load();
+  EXPECT_EQ(last, 0);
+  daemon_.reset();
+  const Session session = read_session(started["session"].get<std::string>());
+  EXPECT_TRUE(session.complete);
+  EXPECT_TRUE(std::ranges::any_of(session.events, [](const Event& e) { return e.code == 701; }));
+}
+
+TEST_F(BenchInService, ManyRunsInARowEachHaveTheirOwnFile) {
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  client.call("subscribe", {{"rate", 0.1}});
+  std::set<std::string> files;
+  for (int i = 0; i < 5; ++i) {
+    client.call("run", {{"profile", level}});
+    const json end = ended(client);
+    EXPECT_EQ(end["outcome"], "done") << end;
+    files.insert(end["session"]);
+  }
+  EXPECT_EQ(files.size(), 5u);
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,208 @@
+#include "server/unix_socket.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstring>
+
+#include "tests/process.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using testing::HasSubstr;
+
+/// A client without manners.
+class Raw {
+ public:
+  explicit Raw(const std::filesystem::path& path) : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
+    connected = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  }
+  ~Raw() { close(socket_); }
+  bool send(std::string_view text) const {
+    while (!text.empty()) {
+      const ssize_t n = ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
+      if (n <= 0) return false;
+      text.remove_prefix(static_cast<std::size_t>(n));
+    }
+    return true;
+  }
+  /// One line; empty where none comes, or the connection has ended.
+  std::string line(double seconds = 30) {
+    while (input_.find('\n') == std::string::npos) {
+      pollfd readable{.fd = socket_, .events = POLLIN, .revents = 0};
+      if (poll(&readable, 1, static_cast<int>(seconds * 1e3)) <= 0) return "";
+      char chunk[4096];
+      const ssize_t n = recv(socket_, chunk, sizeof chunk, 0);
+      if (n <= 0) {
+        ended = true;
+        return "";
+      }
+      input_.append(chunk, static_cast<std::size_t>(n));
+    }
+    std::string text = input_.substr(0, input_.find('\n'));
+    input_.erase(0, text.size() + 1);
+    return text;
+  }
+  bool connected = false;
+  bool ended = false;
+
+ private:
+  int socket_;
+  std::string input_;
+};
+
+class UnixSocketTest : public Scratch {
+ protected:
+  void start() {
+    server = std::make_unique<UnixSocketServer>(path("s"));
+    server->start({.line =
+                       [this](std::string_view line, const rpc::Peer& peer) {
+                         if (line == "subscribe") server->subscribe(peer.id, 0.01);
+                         if (line == "clients") return std::to_string(server->clients().size());
+                         if (line == "who") return std::to_string(peer.pid) + " " + std::to_string(peer.uid);
+                         if (line == "flood") return std::string(100'000, 'x');
+                         return "<" + std::string(line) + ">";
+                       },
+                   .gone = [this](const rpc::Peer&) { ++gone; },
+                   .live = [] { return std::string("live"); }});
+  }
+  std::unique_ptr<UnixSocketServer> server;
+  std::atomic<int> gone{0};
+};
+
+TEST_F(UnixSocketTest, AnswersLineByLineHoweverTheyArrive) {
+  start();
+  Raw client(path("s"));
+  client.send("a\nb\nc");
+  EXPECT_EQ(client.line(), "<a>");
+  EXPECT_EQ(client.line(), "<b>");
+  client.send("d\r\n\n");
+  EXPECT_EQ(client.line(), "<cd>");
+  client.send("who\n");
+  EXPECT_EQ(client.line(), std::to_string(getpid()) + " " + std::to_string(getuid()));
+}
+
+TEST_F(UnixSocketTest, IsForOwnerAndGroupOnly) {
+  start();
+  struct stat info {};
+  ASSERT_EQ(stat(path("s").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0660u);
+}
+
+TEST_F(UnixSocketTest, ServesManyClientsAndNoticesEachThatGoes) {
+  start();
+  {
+    std::vector<std::unique_ptr<Raw>> clients;
+    for (int i = 0; i < 20; ++i) clients.push_back(std::make_unique<Raw>(path("s")));
+    for (auto& client : clients) client->send("x\n");
+    for (auto& client : clients) EXPECT_EQ(client->line(), "<x>");
+    clients[0]->send("clients\n");
+    EXPECT_EQ(clients[0]->line(), "20");
+  }
+  EXPECT_TRUE(eventually([&] { return gone == 20; }));
+}
+
+TEST_F(UnixSocketTest, RefusesMoreClientsThanItCanServe) {
+  start();
+  std::vector<std::unique_ptr<Raw>> clients;
+  for (std::size_t i = 0; i < UnixSocketServer::most_clients; ++i) {
+    clients.push_back(std::make_unique<Raw>(path("s")));
+    clients.back()->send("x\n");
+    EXPECT_EQ(clients.back()->line(), "<x>");
+  }
+  Raw one_more(path("s"));
+  EXPECT_EQ(one_more.line(), "");
+  EXPECT_TRUE(one_more.ended);
+}
+
+TEST_F(UnixSocketTest, EndsAClientWhoseLineIsTooLong) {
+  start();
+  Raw client(path("s"));
+  client.send(std::string(UnixSocketServer::longest_line - 1, 'x') + "\n");
+  EXPECT_EQ(client.line().size(), UnixSocketServer::longest_line + 1);
+  client.send(std::string(UnixSocketServer::longest_line + 10, 'x'));
+  EXPECT_THAT(client.line(), HasSubstr("-32600"));
+  EXPECT_EQ(client.line(), "");
+  EXPECT_TRUE(client.ended);
+  EXPECT_TRUE(eventually([&] { return gone == 1; }));
+}
+
+TEST_F(UnixSocketTest, DropsAClientThatDoesNotReadAndServesTheOthers) {
+  start();
+  Raw lazy(path("s"));
+  Raw other(path("s"));
+  for (int i = 0; i < 100 && gone == 0; ++i) lazy.send("flood\n");
+  EXPECT_TRUE(eventually([&] { return gone == 1; }));
+  other.send("x\n");
+  EXPECT_EQ(other.line(), "<x>");
+}
+
+TEST_F(UnixSocketTest, SendsLiveLinesAndPublishedOnesToSubscribersOnly) {
+  start();
+  Raw subscriber(path("s"));
+  Raw other(path("s"));
+  other.send("x\n");
+  EXPECT_EQ(other.line(), "<x>");
+  subscriber.send("subscribe\n");
+  EXPECT_EQ(subscriber.line(), "<subscribe>");
+  EXPECT_EQ(subscriber.line(), "live");
+  server->publish("news");
+  EXPECT_TRUE(eventually([&] { return subscriber.line() == "news"; }));
+  EXPECT_EQ(other.line(0.1), "");
+}
+
+TEST_F(UnixSocketTest, SubscribingTwiceChangesTheRateAndNothingElse) {
+  start();
+  Raw client(path("s"));
+  client.send("subscribe\nsubscribe\nsubscribe\n");
+  int live = 0;
+  for (int i = 0; i < 3; ++i) client.line();
+  const auto start_time = std::chrono::steady_clock::now();
+  while (live < 50) live += client.line() == "live";
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start_time;
+  EXPECT_GT(took.count(), 0.4) << "one timer of 10 ms, not three";
+}
+
+TEST_F(UnixSocketTest, TakesTheSocketOfADeadDaemonButNotOfALivingOne) {
+  start();
+  EXPECT_THAT(message_of<ProtocolError>([&] { UnixSocketServer second(path("s")); }),
+              HasSubstr("another daemon answers"));
+  server.reset();
+  EXPECT_FALSE(std::filesystem::exists(path("s"))) << "an orderly end leaves nothing behind";
+
+  const int dead =
+      ::socket(AF_UNIX, SOCK_STREAM, 0);  // bound, then closed without unlink, as a killed daemon leaves it
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, path("s").c_str(), sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  close(dead);
+  ASSERT_TRUE(std::filesystem::exists(path("s")));
+  start();
+  Raw client(path("s"));
+  client.send("x\n");
+  EXPECT_EQ(client.line(), "<x>");
+}
+
+TEST_F(UnixSocketTest, DoesNotReplaceWhatIsNoSocket) {
+  write("s", "somebody's file");
+  EXPECT_THROW(start(), ProtocolError);
+  EXPECT_EQ(read(path("s")), "somebody's file");
+  EXPECT_THROW(UnixSocketServer(path("no/such/folder/s")), ProtocolError);
+  EXPECT_THROW(UnixSocketServer("/tmp/" + std::string(200, 'x')), ProtocolError);
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,140 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "server/client.h"
+#include "tests/process.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+const char* const brief = "name: brief\nkind: step\nlevel: 2\nbefore: 0.1\nhold: 0.5\nafter: 0.1\n";
+const char* const endless = "name: endless\nkind: step\nlevel: 2\nbefore: 0\nhold: 100\nafter: 0\n";
+
+/// `emtb` as a person calls it, beside a real emtbd on the simulated FH2 bench.
+class DaemonCommands : public Scratch {
+ protected:
+  void start(const std::string& pace = "max") {
+    const auto bench = write("bench.yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml"));
+    emtbd = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"), "--data",
+                                                               path("data"), "--pace", pace},
+                                      path("emtbd"));
+    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path("s")); })) << emtbd->err();
+  }
+
+  std::unique_ptr<Process> launch(std::vector<std::string> words) {
+    words.insert(words.begin(), {EMTB, "--socket", path("s").string()});
+    return std::make_unique<Process>(words, path("emtb" + std::to_string(++launched_)));
+  }
+  int call(std::vector<std::string> words) {
+    last = launch(std::move(words));
+    return last->wait();
+  }
+  json status() { return Client(path("s")).call("status", {}); }
+
+  std::unique_ptr<Process> emtbd;
+  std::unique_ptr<Process> last;
+
+ private:
+  int launched_ = 0;
+};
+
+TEST_F(DaemonCommands, RunPrintsTheSessionsPathAndNothingElse) {
+  start();
+  EXPECT_EQ(call({"reset"}), 0) << last->err();
+  EXPECT_EQ(call({"run", write("brief.yaml", brief), "--note", "n", "--json", path("end.json")}), 0) << last->err();
+  std::string file = last->out();
+  ASSERT_FALSE(file.empty());
+  file.pop_back();
+  EXPECT_TRUE(std::filesystem::is_regular_file(file)) << file;
+  EXPECT_THAT(file, testing::EndsWith("-brief.h5"));
+  EXPECT_EQ(last->err(), "") << "no progress bar into a pipe";
+  EXPECT_EQ(json::parse(read(path("end.json")))["session"], file);
+}
+
+TEST_F(DaemonCommands, RunByNameFindsTheShippedProfiles) {
+  start();
+  EXPECT_EQ(call({"run", "--reset", "fh2_step_low"}), 0) << last->err();
+  EXPECT_EQ(call({"run", "no_such_profile"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("no_such_profile"));
+  EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1);
+}
+
+TEST_F(DaemonCommands, RunSaysWhatToDoWhileLatched) {
+  start();
+  EXPECT_EQ(call({"run", "fh2_step_low"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("`emtb reset`"));
+  EXPECT_EQ(last->out(), "");
+}
+
+TEST_F(DaemonCommands, StopFromElsewhereEndsTheRunWithOne) {
+  start("1");
+  const auto run = launch({"run", "--reset", write("endless.yaml", endless)});
+  EXPECT_TRUE(eventually([&] { return status()["state"] == "running"; }));
+  EXPECT_EQ(call({"status"}), 0);
+  EXPECT_THAT(last->out(), HasSubstr("run endless"));
+  EXPECT_EQ(call({"run", "fh2_step_low"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("is on"));
+  EXPECT_EQ(call({"stop"}), 0);
+  EXPECT_EQ(run->wait(), 1);
+  EXPECT_THAT(run->err(), HasSubstr("stopped"));
+  EXPECT_THAT(run->out(), HasSubstr("-endless.h5"));
+  EXPECT_EQ(status()["state"], "armed");
+}
+
+TEST_F(DaemonCommands, CtrlCStopsTheRun) {
+  start("1");
+  const auto run = launch({"run", "--reset", write("endless.yaml", endless)});
+  EXPECT_TRUE(eventually([&] { return status()["state"] == "running"; }));
+  run->signal(SIGINT);
+  EXPECT_EQ(run->wait(), 1);
+  EXPECT_THAT(run->err(), HasSubstr("stopped"));
+  EXPECT_EQ(status()["state"], "armed");
+}
+
+TEST_F(DaemonCommands, AKilledRunCommandLatchesTheBench) {
+  start("1");
+  const auto run = launch({"run", "--reset", write("endless.yaml", endless)});
+  EXPECT_TRUE(eventually([&] { return status()["state"] == "running"; }));
+  run->signal(SIGKILL);
+  EXPECT_TRUE(eventually([&] { return status()["fault"].is_object(); }));
+  EXPECT_EQ(status()["fault"]["name"], "client_lost");
+  EXPECT_EQ(call({"status"}), 0);
+  EXPECT_THAT(last->out(), HasSubstr("client_lost"));
+}
+
+TEST_F(DaemonCommands, StatusAndWatchShowTheSignals) {
+  start();
+  EXPECT_TRUE(eventually([&] { return status()["signals"]["omega"]["value"].is_number(); }));
+  EXPECT_EQ(call({"status", "--json", "-"}), 0);
+  EXPECT_EQ(json::parse(last->out())["state"], "latched");
+  const auto watch = launch({"watch", "--rate", "50"});
+  EXPECT_TRUE(eventually([&] { return watch->out().find("omega") != std::string::npos; }));
+  watch->signal(SIGINT);
+  EXPECT_EQ(watch->wait(), 0);
+  EXPECT_EQ(call({"estimates"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("no live estimates yet"));
+}
+
+TEST_F(DaemonCommands, BadUseIsOneLineAndTwo) {
+  EXPECT_EQ(call({"status"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("no daemon answers"));
+  EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1);
+  for (const auto& words : std::vector<std::vector<std::string>>{{}, {"frobnicate"}, {"run"}, {"watch", "--rate", "x"}}) {
+    EXPECT_EQ(call(words), 2);
+    EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1) << last->err();
+  }
+  EXPECT_EQ(call({"--help"}), 0);
+  EXPECT_THAT(last->out(), HasSubstr("run"));
+  EXPECT_EQ(call({"run", "--help"}), 0);
+  EXPECT_THAT(last->out(), HasSubstr("PROFILE"));
+}
+
+}  // namespace
+}  // namespace emtb
