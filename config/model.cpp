@@ -18,7 +18,8 @@ std::string number(double value) {
   return {text.data(), end};
 }
 
-Parameter read_parameter(const YamlMap& parent, const std::string& symbol, std::string_view unit, double least, double most) {
+Parameter read_parameter(const YamlMap& parent, const std::string& symbol, std::string_view unit, double least,
+                         double most) {
   const YamlMap yaml = parent.map(symbol);
   yaml.only({"value", "min", "max", "unit", "fixed", "prior", "std_error"});
   Parameter p;
@@ -159,7 +160,8 @@ Model read_model(const YamlMap& yaml) {
   const std::vector<std::string> names = model.names();
   for (const auto& [follower, leader] : model.tie) {
     for (const std::string& name : {follower, leader}) {
-      if (std::ranges::find(names, name) == names.end()) yaml.fail("tie", "names `" + name + "`, which is no parameter here");
+      if (std::ranges::find(names, name) == names.end())
+        yaml.fail("tie", "names `" + name + "`, which is no parameter here");
     }
     if (model.tie.contains(leader)) yaml.fail("tie", "ties " + follower + " to " + leader + ", which is tied itself");
   }

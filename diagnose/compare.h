@@ -25,8 +25,8 @@ struct Comparison {
   double error = 0;          ///< each unit driven by what was measured upstream; 1 = noise floor
   double chained_error = 0;  ///< all units in a row, from the reference alone
   std::map<Signal, SignalFit> signals;
-  std::map<Signal, double> chained;   ///< RMSE/sigma of each signal when chained
-  std::string failing_unit;           ///< driver, motor, load; empty: none is above its floor
+  std::map<Signal, double> chained;  ///< RMSE/sigma of each signal when chained
+  std::string failing_unit;          ///< driver, motor, load; empty: none is above its floor
   std::vector<ResidualMap> where;
 };
 

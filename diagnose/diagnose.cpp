@@ -23,7 +23,8 @@ class Search {
   /// Fits; several starts only where nothing good is known to start from.
   Trial fit(const Model& start, int extra_starts = 0) const {
     Trial trial{{}, 0, Loss(data_.noise)};
-    const CalibrationOptions quick{.extra_starts = extra_starts, .max_iterations = 40, .with_covariance = false, .outputs = {}};
+    const CalibrationOptions quick{
+        .extra_starts = extra_starts, .max_iterations = 40, .with_covariance = false, .outputs = {}};
     trial.model = calibrate(data_.train, start, quick).model;
     trial.train = error_of(mean_squares(residuals(data_.train, trial.model, trial.model.values(), {})));
     if (!data_.held_out.empty()) {
@@ -84,7 +85,8 @@ class Search {
 
 std::size_t parameter_count(std::size_t effect) { return effect_catalogue()[effect].parameter_count; }
 
-/// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest parameters.
+/// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
+/// parameters.
 const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>>& trials, const Trial& current,
                                        const Materiality& rule) {
   const std::pair<Score, Trial>* best = nullptr;
@@ -121,8 +123,8 @@ bool informative(const Dataset& data) {
 void remember(std::vector<Candidate>& candidates, const Score& score, std::optional<double> held_out) {
   auto known = std::ranges::find(candidates, score.effect, [](const Candidate& c) { return c.score.effect; });
   if (known == candidates.end()) known = candidates.insert(candidates.end(), Candidate{score, {}});
-  // The first score stands: it says what the effect would have explained of the model as it was given. What is detectable is
-  // told by the last, when the others have been repaired.
+  // The first score stands: it says what the effect would have explained of the model as it was given. What is
+  // detectable is told by the last, when the others have been repaired.
   known->score.detectable_size = score.detectable_size;
   if (held_out && (!known->held_out_error || *held_out < *known->held_out_error)) known->held_out_error = held_out;
 }
@@ -216,19 +218,23 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       ++i;
       continue;
     }
-    d.steps.push_back({"dropped " + std::string(effect_catalogue()[found[i]].id), reduced.train, reduced.held_out.error()});
+    d.steps.push_back(
+        {"dropped " + std::string(effect_catalogue()[found[i]].id), reduced.train, reduced.held_out.error()});
     current = std::move(reduced);
     rivals.erase(found[i]);
     found.erase(found.begin() + static_cast<std::ptrdiff_t>(i));
   }
 
   progress(0.9, "standard errors");
-  const Calibration last = calibrate(data.train, current.model, {.extra_starts = 0, .max_iterations = 40, .with_covariance = true, .outputs = {}});
+  const Calibration last = calibrate(data.train, current.model,
+                                     {.extra_starts = 0, .max_iterations = 40, .with_covariance = true, .outputs = {}});
   d.final = last.model;
   d.undetermined = last.identifiability.undetermined;
   d.final_train = current.train;
   d.final_held_out = current.held_out.error();
-  d.base = calibrate(data.train, d.base, {.extra_starts = 0, .max_iterations = 5, .with_covariance = true, .outputs = {}}).model;
+  d.base =
+      calibrate(data.train, d.base, {.extra_starts = 0, .max_iterations = 5, .with_covariance = true, .outputs = {}})
+          .model;
   d.where_final = residual_maps(all, d.final);
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
 

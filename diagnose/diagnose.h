@@ -32,8 +32,8 @@ struct MissingEffect {
 
 /// What was tried of one absent effect.
 struct Candidate {
-  Score score;                            ///< at the model where it was last scored
-  std::optional<double> held_out_error;   ///< of the best refit that included it
+  Score score;                           ///< at the model where it was last scored
+  std::optional<double> held_out_error;  ///< of the best refit that included it
 };
 
 struct Step {
@@ -44,30 +44,31 @@ struct Step {
 
 struct Diagnosis {
   Verdict verdict = Verdict::cannot_tell;
-  std::vector<MissingEffect> missing;     ///< in the order found
-  std::vector<Candidate> candidates;      ///< best first
-  Model base, final;                      ///< both fitted to the training runs
+  std::vector<MissingEffect> missing;  ///< in the order found
+  std::vector<Candidate> candidates;   ///< best first
+  Model base, final;                   ///< both fitted to the training runs
   double base_train = 0, base_held_out = 0, final_train = 0, final_held_out = 0;
-  std::map<Signal, SignalFit> signals;    ///< of the final model, on held-out runs
+  std::map<Signal, SignalFit> signals;  ///< of the final model, on held-out runs
   std::vector<Step> steps;
-  std::vector<ResidualMap> where;         ///< of the base model, on all runs: where it fails
-  std::vector<ResidualMap> where_final;   ///< of the final model: what remains
-  std::vector<Undetermined> undetermined; ///< parameters of the final model that these data do not fix
-  bool left_one_out = false;              ///< no held-out runs were named: each run was held out in turn
-  bool judged_on_training = false;        ///< a single run: nothing could be held out
+  std::vector<ResidualMap> where;          ///< of the base model, on all runs: where it fails
+  std::vector<ResidualMap> where_final;    ///< of the final model: what remains
+  std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
+  bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
+  bool judged_on_training = false;         ///< a single run: nothing could be held out
 };
 
 struct DiagnoseOptions {
   Materiality materiality;
   ScoreOptions score;
-  std::size_t refits = 8;         ///< how many of the best-scored candidates are refitted in a round
-  std::size_t longest_list = 6;   ///< no more effects than this are added
+  std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
+  std::size_t longest_list = 6;  ///< no more effects than this are added
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 
 /// Finds out which physical effect the model is missing (section 6 of the design, steps 1-7):
-/// fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something material from held-out
-/// runs; repeat; then try to swap each member for its rivals (those that do as well are tied with it) and to do without it.
+/// fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something material from
+/// held-out runs; repeat; then try to swap each member for its rivals (those that do as well are tied with it) and to
+/// do without it.
 /// @throws ModelError where the runs do not fit the model.
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options = {});

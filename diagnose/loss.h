@@ -11,7 +11,8 @@
 
 namespace emtb {
 
-/// How far a model is from data, reading by reading: enough to say whether one model is better than another, and how sure that is.
+/// How far a model is from data, reading by reading: enough to say whether one model is better than another, and how
+/// sure that is.
 class Loss {
  public:
   explicit Loss(const Noise& noise);
@@ -26,11 +27,12 @@ class Loss {
 
   /// Mean square of `worse` less that of `better` on the same readings.
   ///
-  /// With r the residuals of the better model and d what the worse one adds to them, the difference is mean(d^2 + 2 r d); only
-  /// r is random. `noise_error` is its standard error if r is the instrument's noise: what chance alone could have brought.
-  /// `block_error` takes r as it is, summed over blocks of one second beyond which residuals are hardly correlated: it also
-  /// counts what is still missing from the better model, which other experiments would have shown in other proportions.
-  /// (The scatter of the whole difference over blocks would call an effect that acts at a few edges uncertain at 300 sigma.)
+  /// With r the residuals of the better model and d what the worse one adds to them, the difference is mean(d^2 + 2 r
+  /// d); only r is random. `noise_error` is its standard error if r is the instrument's noise: what chance alone could
+  /// have brought. `block_error` takes r as it is, summed over blocks of one second beyond which residuals are hardly
+  /// correlated: it also counts what is still missing from the better model, which other experiments would have shown
+  /// in other proportions. (The scatter of the whole difference over blocks would call an effect that acts at a few
+  /// edges uncertain at 300 sigma.)
   struct Difference {
     double gain = 0;
     double noise_error = 0;
@@ -47,11 +49,12 @@ class Loss {
   std::map<Signal, double> autocorrelation_;  ///< of the noise, from one reading to the next
 };
 
-/// What counts as a difference. Every wrong model is coloured and "significant" at 10^5 readings: materiality does the work.
+/// What counts as a difference. Every wrong model is coloured and "significant" at 10^5 readings: materiality does the
+/// work.
 struct Materiality {
-  double share = 0.10;    ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
-  double least = 0.02;    ///< of the mean square itself
-  double errors = 3;      ///< standard errors of the gain under noise alone
+  double share = 0.10;      ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
+  double least = 0.02;      ///< of the mean square itself
+  double errors = 3;        ///< standard errors of the gain under noise alone
   double remainder = 0.25;  ///< excess mean square that is called a remainder: 12 % above the floor
 };
 

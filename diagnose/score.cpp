@@ -1,11 +1,10 @@
 #include "diagnose/score.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-
-#include <Eigen/Dense>
 
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
@@ -45,7 +44,8 @@ Base make_base(Residuals r) {
     base.rho = std::clamp(r.value.head(n - 1).dot(r.value.tail(n - 1)) / squares, -0.9, 0.999);
   }
   base.white = whiten(r.value, base.rho, 1.0);
-  base.innovation = std::max(1e-9, std::sqrt(base.white.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n))));
+  base.innovation =
+      std::max(1e-9, std::sqrt(base.white.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n))));
   base.white /= base.innovation;
   if (r.informed()) base.white_sensitivity = whiten(r.sensitivity, base.rho, base.innovation);
   base.plain = std::move(r);
@@ -58,7 +58,11 @@ struct Sums {
   VectorXd sr, cr;
 
   Sums(Eigen::Index p, Eigen::Index q)
-      : ss(MatrixXd::Zero(p, p)), sc(MatrixXd::Zero(p, q)), cc(MatrixXd::Zero(q, q)), sr(VectorXd::Zero(p)), cr(VectorXd::Zero(q)) {}
+      : ss(MatrixXd::Zero(p, p)),
+        sc(MatrixXd::Zero(p, q)),
+        cc(MatrixXd::Zero(q, q)),
+        sr(VectorXd::Zero(p)),
+        cr(VectorXd::Zero(q)) {}
 
   void add(const MatrixXd& s, const MatrixXd& c, const VectorXd& r) {
     if (s.size() > 0) {
@@ -100,7 +104,8 @@ VectorXd expected_step(const Projected& p, const EffectInfo& effect, const Vecto
     if (p.information(i, i) > 1e-9 * full[i] && full[i] > 0) use.push_back(i);
   }
   while (!use.empty()) {
-    const VectorXd part = MatrixXd(p.information(use, use)).completeOrthogonalDecomposition().solve(VectorXd(p.gradient(use)));
+    const VectorXd part =
+        MatrixXd(p.information(use, use)).completeOrthogonalDecomposition().solve(VectorXd(p.gradient(use)));
     std::vector<Eigen::Index> stay;
     for (std::size_t k = 0; k < use.size(); ++k) {
       const EffectParameter& parameter = effect.parameter_list[static_cast<std::size_t>(use[k])];
@@ -175,7 +180,8 @@ Score score_one(std::span<const PreparedRun> records, const Model& fitted, const
     result.expected.push_back(about.parameter_list[static_cast<std::size_t>(i)].null + step[i]);
   }
   result.predicted_drop = std::max(0.0, 2 * step.dot(projected.gradient) - step.dot(projected.information * step));
-  const double seen = full.sum() > 0 ? std::sqrt(std::max(0.0, projected.information(0, 0) / std::max(full[0], 1e-300))) : 0;
+  const double seen =
+      full.sum() > 0 ? std::sqrt(std::max(0.0, projected.information(0, 0) / std::max(full[0], 1e-300))) : 0;
   result.visibility = std::min(1.0, seen);
 
   const Projected whitened = project(white, white.imitation());
@@ -185,24 +191,27 @@ Score score_one(std::span<const PreparedRun> records, const Model& fitted, const
   if (q == 1 && about.opposes_motion) result.p_value /= 2;  // one-sided: the other half scores nothing
 
   // Found with power 0.8: significant after Holm, and material in the signal that shows it best.
-  const double z = normal_quantile(options.false_alarms / 2 / static_cast<double>(std::max<std::size_t>(1, candidates))) + 0.84;
+  const double z =
+      normal_quantile(options.false_alarms / 2 / static_cast<double>(std::max<std::size_t>(1, candidates))) + 0.84;
   const double information = whitened.information(0, 0);
-  double size = information > 1e-12 * white.cc(0, 0) ? z / std::sqrt(information) : std::numeric_limits<double>::infinity();
+  double size =
+      information > 1e-12 * white.cc(0, 0) ? z / std::sqrt(information) : std::numeric_limits<double>::infinity();
   double per_unit = 0;
   for (const auto& [signal, sums] : by_signal) {
     const VectorXd b = imitation.col(0);
     const double remains = sums.cc(0, 0) - 2 * b.dot(sums.sc.col(0)) + b.dot(sums.ss * b);
     per_unit = std::max(per_unit, remains / counts[signal]);
   }
-  size = std::max(size, per_unit > 0 ? std::sqrt(options.material_least / per_unit) : std::numeric_limits<double>::infinity());
+  size = std::max(
+      size, per_unit > 0 ? std::sqrt(options.material_least / per_unit) : std::numeric_limits<double>::infinity());
   result.detectable_size = size;
   return result;
 }
 
 }  // namespace
 
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted, std::span<const std::size_t> candidates,
-                         const ScoreOptions& options) {
+std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
+                         std::span<const std::size_t> candidates, const ScoreOptions& options) {
   const FreeParameters free(fitted);
   std::vector<std::vector<Base>> bases(records.size());
   for (Residuals& r : residuals(records, fitted, fitted.values(), moved_by(free))) {

@@ -10,35 +10,35 @@ namespace emtb {
 
 /// The score test: which absent effect would explain the residuals, judged at zero amplitude without refitting.
 ///
-/// Let r be the residuals of the fitted model and S their sensitivities to the fitted parameters, all divided by sigma. An
-/// absent effect with parameters a has sensitivities C at its null value. What the fitted parameters could imitate of it is
-/// projected off, C' = C - S (SᵀS)⁻¹ SᵀC; the rest is what only this effect can do:
+/// Let r be the residuals of the fitted model and S their sensitivities to the fitted parameters, all divided by sigma.
+/// An absent effect with parameters a has sensitivities C at its null value. What the fitted parameters could imitate
+/// of it is projected off, C' = C - S (SᵀS)⁻¹ SᵀC; the rest is what only this effect can do:
 ///
 ///     a = (C'ᵀC')⁻¹ C'ᵀr            expected value: what a refit would find, to first order
 ///     drop = aᵀ C'ᵀ r               predicted drop of the sum of squares: this ranks
 ///     visibility = |C'| / |C|       0: an exact alias of the fitted parameters in these data
 ///
-/// An amplitude that cannot be negative scores nothing on the wrong side. Significance (Lagrange multiplier test on residuals
-/// and sensitivities whitened by a first-order autoregression per record and signal) is a gate only: with 10^5 readings
-/// every wrong model is significant.
-/// Sources: Davidson and MacKinnon (1993), ch. 6 (Gauss-Newton regression); Saris, Satorra and van der Veld (2009).
+/// An amplitude that cannot be negative scores nothing on the wrong side. Significance (Lagrange multiplier test on
+/// residuals and sensitivities whitened by a first-order autoregression per record and signal) is a gate only: with
+/// 10^5 readings every wrong model is significant. Sources: Davidson and MacKinnon (1993), ch. 6 (Gauss-Newton
+/// regression); Saris, Satorra and van der Veld (2009).
 struct Score {
   std::size_t effect = 0;
   std::vector<double> expected;  ///< in the order of the effect's parameters, SI
   double predicted_drop = 0;     ///< of the sum of squares in units of sigma^2
   double visibility = 0;
   double p_value = 1;
-  double detectable_size = 0;    ///< of the first parameter: found with power 0.8; infinite where it cannot be seen
+  double detectable_size = 0;  ///< of the first parameter: found with power 0.8; infinite where it cannot be seen
 };
 
 struct ScoreOptions {
-  double false_alarms = 0.05;      ///< over the whole list of candidates
-  double material_least = 0.02;    ///< mean square that an effect must remove to count
+  double false_alarms = 0.05;    ///< over the whole list of candidates
+  double material_least = 0.02;  ///< mean square that an effect must remove to count
 };
 
 /// Scores each candidate on the records, at the values of the fitted model.
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted, std::span<const std::size_t> candidates,
-                         const ScoreOptions& options = {});
+std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
+                         std::span<const std::size_t> candidates, const ScoreOptions& options = {});
 
 /// Those that pass the gate (Holm's step-down over all scores), largest predicted drop first.
 std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& options = {});

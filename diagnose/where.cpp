@@ -26,7 +26,8 @@ ResidualMap map_of(Signal signal, const std::string& against, const std::vector<
   double total = 0, mean = 0;
   for (const Point& p : points) mean += p.residual / static_cast<double>(points.size());
   for (const Point& p : points) {
-    const std::size_t bin = width > 0 ? std::min(bin_count - 1, static_cast<std::size_t>((p.condition - from) / width)) : 0;
+    const std::size_t bin =
+        width > 0 ? std::min(bin_count - 1, static_cast<std::size_t>((p.condition - from) / width)) : 0;
     sums[bin].condition += p.condition;
     sums[bin].residual += p.residual;
     sums[bin].scaled += p.scaled * p.scaled;
@@ -63,7 +64,9 @@ std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, con
       const Observation& o = record.observations[s];
       for (std::size_t j = 0; j < o.size(); ++j) {
         const std::size_t a = o.first[j], k = o.last[j];
-        const auto over = [&](const std::vector<double>& signal) { return o.predicted(j, [&](std::size_t n) { return signal[n]; }); };
+        const auto over = [&](const std::vector<double>& signal) {
+          return o.predicted(j, [&](std::size_t n) { return signal[n]; });
+        };
         const double scaled = rs[s].value[static_cast<Eigen::Index>(j)];
         const auto put = [&](const char* against, double condition) {
           points[{o.signal, against}].push_back({condition, scaled * o.sigma[j], scaled});

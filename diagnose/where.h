@@ -13,17 +13,17 @@ namespace emtb {
 /// How a signal's residual depends on one condition: where the model fails.
 struct ResidualMap {
   Signal signal{};
-  std::string against;         ///< t, omega, sign(omega), i_a, u_ref, acceleration
-  std::vector<double> bins;    ///< middle of each bin, in the condition's unit
-  std::vector<double> mean;    ///< mean of measured - simulated, in the signal's unit
-  std::vector<double> rmse;    ///< in the signal's unit
-  std::vector<double> ratio;   ///< RMSE in multiples of the noise floor
+  std::string against;        ///< t, omega, sign(omega), i_a, u_ref, acceleration
+  std::vector<double> bins;   ///< middle of each bin, in the condition's unit
+  std::vector<double> mean;   ///< mean of measured - simulated, in the signal's unit
+  std::vector<double> rmse;   ///< in the signal's unit
+  std::vector<double> ratio;  ///< RMSE in multiples of the noise floor
   std::vector<double> count;
-  double explained = 0;        ///< share of the residual's variance that the bins' means explain
+  double explained = 0;  ///< share of the residual's variance that the bins' means explain
 };
 
-/// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own simulation,
-/// which is free of noise. The most telling map of each signal first.
+/// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own
+/// simulation, which is free of noise. The most telling map of each signal first.
 std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model);
 
 }  // namespace emtb

@@ -1,13 +1,13 @@
 #include "estimate/calibrate.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <ceres/ceres.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <Eigen/SVD>
-#include <ceres/ceres.h>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "estimate/parallel.h"
 #include "hal/error.h"
@@ -129,7 +129,8 @@ class CompressedCost final : public ceres::CostFunction {
       r[p] = std::sqrt(n.rtr);
       return true;
     }
-    // SᵀS = L Lᵀ, scaled first: parameters differ by five orders of magnitude. With the Jacobian -Lᵀ, L r = Sᵀ residuals.
+    // SᵀS = L Lᵀ, scaled first: parameters differ by five orders of magnitude. With the Jacobian -Lᵀ, L r = Sᵀ
+    // residuals.
     const Eigen::VectorXd size = n.sts.diagonal().cwiseSqrt().cwiseMax(1e-150);
     const Eigen::VectorXd inverse = size.cwiseInverse();
     Eigen::MatrixXd scaled = inverse.asDiagonal() * n.sts * inverse.asDiagonal();
@@ -213,14 +214,16 @@ std::vector<PreparedRun> shortest(std::span<const PreparedRun> records) {
   return part;
 }
 
-/// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its range.
+/// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its
+/// range.
 double size_of(const Parameter& p) { return std::max(std::abs(p.value), 1e-3 * (p.max - p.min)); }
 
 Identifiability identifiability_of(const NormalEquations& n, const Model& model, const FreeParameters& free) {
   Identifiability result;
   const std::vector<std::string> names = model.names();
   Eigen::VectorXd size(n.str.size());
-  for (Eigen::Index i = 0; i < size.size(); ++i) size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
+  for (Eigen::Index i = 0; i < size.size(); ++i)
+    size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
   const Eigen::MatrixXd scaled = size.asDiagonal() * n.sts * size.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
   result.singular_values = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();
@@ -234,7 +237,8 @@ Identifiability identifiability_of(const NormalEquations& n, const Model& model,
     for (Eigen::Index j = 0; j < size.size(); ++j) {
       if (std::abs(direction[j]) < 0.1) continue;
       char text[32];
-      std::snprintf(text, sizeof text, "%+.2f ", direction[j] * (direction.cwiseAbs().maxCoeff() == -direction.minCoeff() ? -1 : 1));
+      std::snprintf(text, sizeof text, "%+.2f ",
+                    direction[j] * (direction.cwiseAbs().maxCoeff() == -direction.minCoeff() ? -1 : 1));
       words += (words.empty() ? "" : " ") + std::string(text) + names[free.places()[static_cast<std::size_t>(j)]];
     }
     result.undetermined.push_back({words, error});
@@ -267,8 +271,8 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   const Eigen::MatrixXd sts = n.sts(inner, inner);
   const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = inverse_size.asDiagonal() * sts * inverse_size.asDiagonal();
-  const Eigen::MatrixXd inverse = inverse_size.asDiagonal() *
-                                  scaled.completeOrthogonalDecomposition().pseudoInverse() * inverse_size.asDiagonal();
+  const Eigen::MatrixXd inverse =
+      inverse_size.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse() * inverse_size.asDiagonal();
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
   for (const Eigen::VectorXd& g : n.block_gradients) {
     const Eigen::VectorXd part = g(inner);

@@ -1,11 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "estimate/prepared_run.h"
 #include "estimate/residuals.h"
@@ -14,19 +13,20 @@ namespace emtb {
 
 /// A combination of parameters that these data do not determine.
 struct Undetermined {
-  std::string combination;   ///< `R_a`, or `0.7 K_b + 0.7 K_m` in relative changes
-  double relative_error = 0; ///< standard error of the combination, relative to the parameters' own size
+  std::string combination;    ///< `R_a`, or `0.7 K_b + 0.7 K_m` in relative changes
+  double relative_error = 0;  ///< standard error of the combination, relative to the parameters' own size
 };
 
-/// How well data determine the parameters, from the singular values of the sensitivities scaled by the parameters' sizes.
+/// How well data determine the parameters, from the singular values of the sensitivities scaled by the parameters'
+/// sizes.
 struct Identifiability {
   Eigen::VectorXd singular_values;  ///< of S diag(size); descending
   std::vector<Undetermined> undetermined;
 };
 
 struct Calibration {
-  Model model;               ///< the given one with fitted values and standard errors
-  double cost = 0;           ///< half the sum of squares of the residuals (and priors)
+  Model model;      ///< the given one with fitted values and standard errors
+  double cost = 0;  ///< half the sum of squares of the residuals (and priors)
   bool converged = false;
   int iterations = 0;
   std::vector<std::string> at_bound;  ///< parameters that rest on a bound
@@ -35,19 +35,19 @@ struct Calibration {
 };
 
 struct CalibrationOptions {
-  int extra_starts = 4;        ///< besides the given one; drawn within the bounds, the same on every machine
+  int extra_starts = 4;  ///< besides the given one; drawn within the bounds, the same on every machine
   int max_iterations = 60;
   bool with_covariance = true;
-  std::vector<Signal> outputs; ///< compare these alone; empty: all
+  std::vector<Signal> outputs;  ///< compare these alone; empty: all
 };
 
-/// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust region)
-/// on the weighed residuals of all records, from several starts.
+/// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
+/// region) on the weighed residuals of all records, from several starts.
 ///
-/// The sum of squares is handed to the solver compressed: with residuals r and sensitivities S, the small matrix R of the QR
-/// factors of [S r] has the same sum of squares and the same gradient as the 10^5 rows it stands for.
-/// Standard errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over blocks b of one second, which holds where
-/// residuals are correlated within a block (Morelli and Klein 1995 for output error); never below the white-noise ones.
+/// The sum of squares is handed to the solver compressed: with residuals r and sensitivities S, the small matrix R of
+/// the QR factors of [S r] has the same sum of squares and the same gradient as the 10^5 rows it stands for. Standard
+/// errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over blocks b of one second, which holds where residuals
+/// are correlated within a block (Morelli and Klein 1995 for output error); never below the white-noise ones.
 /// @throws ModelError where there is nothing to fit, or a simulation is not finite.
 Calibration calibrate(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options = {});
 

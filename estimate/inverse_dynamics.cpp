@@ -1,9 +1,8 @@
 #include "estimate/inverse_dynamics.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/Dense>
 
 #include "hal/error.h"
 
@@ -53,12 +52,17 @@ struct Rows {
 
 void append(const Run& run, double k_m, Rows& rows) {
   const bool from_angle = run.has(Signal::theta);
-  if (!run.has(Signal::i_a)) throw SessionError(run.name + " has no i_a_A: inverse dynamics need the current (or the torque command of a current drive, mapped to i_a)");
+  if (!run.has(Signal::i_a))
+    throw SessionError(
+        run.name +
+        " has no i_a_A: inverse dynamics need the current (or the torque command of a current drive, mapped to i_a)");
   if (!from_angle && !run.has(Signal::omega)) throw SessionError(run.name + " has neither theta_rad nor omega_rad_s");
   const Series& motion = run.at(from_angle ? Signal::theta : Signal::omega);
   const Series& current = run.at(Signal::i_a);
   if (current.t.size() != motion.t.size()) {
-    throw SessionError(run.name + ": i_a_A is not read as often as the motion. Inverse dynamics need a fast current; use emtb calibrate, which models a slow meter");
+    throw SessionError(run.name +
+                       ": i_a_A is not read as often as the motion. Inverse dynamics need a fast current; use emtb "
+                       "calibrate, which models a slow meter");
   }
   const double interval = interval_of(motion);
   const auto m = static_cast<std::size_t>(std::max(2.0, std::round(half_width / interval)));

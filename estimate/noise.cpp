@@ -39,7 +39,8 @@ Scatter scatter_about_line(std::span<const double> y) {
 }
 
 /// Half-open stretches of the grid over which the input does not change, for 1 s or more.
-std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excitation& x, const std::vector<double>& input) {
+std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excitation& x,
+                                                                    const std::vector<double>& input) {
   std::vector<std::pair<std::size_t, std::size_t>> stretches;
   const double tolerance = 6 * difference_scatter(input);
   std::size_t begin = 0;
@@ -60,7 +61,8 @@ void collect(const PreparedRun& record, const Observation& o, Settled& settled) 
   const Excitation& x = record.excitation;
   const std::vector<double>& input = !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
   for (const auto& [begin, end] : constant_stretches(x, input)) {
-    // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces of 1 s.
+    // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces of 1
+    // s.
     const double from = 0.5 * (x.t[begin] + x.t[end - 1]), until = x.t[end - 1];
     std::vector<double> piece;
     double piece_begin = from;
@@ -88,7 +90,8 @@ void collect(const PreparedRun& record, const Observation& o, Settled& settled) 
 /// Scatter by third differences, which a smooth movement of the signal leaves out: 1.4826 median|d3 x| / sqrt 20.
 double third_difference_scatter(std::span<const double> x) {
   std::vector<double> differences;
-  for (std::size_t k = 3; k < x.size(); ++k) differences.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
+  for (std::size_t k = 3; k < x.size(); ++k)
+    differences.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
   return differences.empty() ? 0 : 1.4826 * median(std::move(differences)) / std::sqrt(20.0);
 }
 
@@ -180,7 +183,8 @@ void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& mode
         if (o.signal == Signal::e_a && !driver.e_a.empty()) {
           // Half a sample of timing error on an edge looks like an output resistance, a delay or a lag.
           const std::size_t before = k > 0 ? k - 1 : k, after = std::min(k + 1, x.t.size() - 1);
-          const double change = std::max(std::abs(driver.e_a[after] - driver.e_a[k]), std::abs(driver.e_a[k] - driver.e_a[before]));
+          const double change =
+              std::max(std::abs(driver.e_a[after] - driver.e_a[k]), std::abs(driver.e_a[k] - driver.e_a[before]));
           widened += change * change;
         }
         if (o.signal == Signal::i_a && !o.slow && !record.voltage_noise.empty()) {

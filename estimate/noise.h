@@ -20,17 +20,17 @@ struct NoiseFloor {
 
 using Noise = std::map<Signal, NoiseFloor>;
 
-/// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where most
-/// readings repeat the one before, their standard deviation.
+/// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where
+/// most readings repeat the one before, their standard deviation.
 double difference_scatter(std::span<const double> x);
 
-/// The noise floor of each signal, the first that applies: declared in the model; scatter about a straight line in stretches of
-/// settled readings of 1 s or more, pooled over all records; differences. Never below LSB/sqrt(12).
+/// The noise floor of each signal, the first that applies: declared in the model; scatter about a straight line in
+/// stretches of settled readings of 1 s or more, pooled over all records; differences. Never below LSB/sqrt(12).
 Noise estimate_noise(std::span<const PreparedRun> records, const Model& model);
 
-/// Gives each reading its sigma: the floor, widened where timing (half a sample on a slope of e_a) or the noise of the measured
-/// input limit what any model could predict. Uses the model's start values only, so that it stays the same for all models that
-/// are compared on these records.
+/// Gives each reading its sigma: the floor, widened where timing (half a sample on a slope of e_a) or the noise of the
+/// measured input limit what any model could predict. Uses the model's start values only, so that it stays the same for
+/// all models that are compared on these records.
 void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& model);
 
 }  // namespace emtb

@@ -15,16 +15,16 @@ namespace emtb {
 
 /// What one instrument read of one signal during a run, in the terms of the simulation.
 ///
-/// A reading is the mean of the simulated signal from grid point `first` to grid point `last` (trapezoidal; an instant where
-/// both are one): a slow averaging meter is part of the model of the measurement, never interpolated.
+/// A reading is the mean of the simulated signal from grid point `first` to grid point `last` (trapezoidal; an instant
+/// where both are one): a slow averaging meter is part of the model of the measurement, never interpolated.
 struct Observation {
   Signal signal{};
   std::vector<std::uint32_t> first, last;
-  std::vector<double> value;   ///< SI
-  std::vector<double> sigma;   ///< what the reading may differ from a perfect model: noise, timing, noise of the input; set by
-                               ///< weigh() and then the same for all models that are compared
+  std::vector<double> value;  ///< SI
+  std::vector<double> sigma;  ///< what the reading may differ from a perfect model: noise, timing, noise of the input;
+                              ///< set by weigh() and then the same for all models that are compared
   double lsb = 0;
-  bool slow = false;           ///< fewer than half as many readings as the grid has points
+  bool slow = false;  ///< fewer than half as many readings as the grid has points
 
   std::size_t size() const { return value.size(); }
 
@@ -41,14 +41,15 @@ struct Observation {
 
 /// A run, prepared for a model: what drives the simulation, stage by stage, and what it is compared with.
 ///
-/// Each unit is driven by what was measured upstream, so that an error stays where it arises: the driver by u_ref, the motor
-/// by the measured e_a, the shaft by the measured torque. `chained` drives the motor with the simulated driver instead.
+/// Each unit is driven by what was measured upstream, so that an error stays where it arises: the driver by u_ref, the
+/// motor by the measured e_a, the shaft by the measured torque. `chained` drives the motor with the simulated driver
+/// instead.
 struct PreparedRun {
   std::string name;
   Excitation excitation;
   bool measured_voltage = false;
   bool measured_load = false;
-  std::vector<double> voltage_noise;      ///< [V] standard deviation of the smoothed e_a at each grid point; empty: none
+  std::vector<double> voltage_noise;  ///< [V] standard deviation of the smoothed e_a at each grid point; empty: none
   std::vector<Observation> observations;
 
   /// The model's equations as this record drives them.
@@ -60,8 +61,8 @@ enum class Chaining { staged, chained };
 /// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
 PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
 
-/// The angular velocity from an encoder's angle: slope of a least-squares line over +-`half` samples, one value every `half`.
-/// Where a run has theta and no omega, prepare_run() compares with this.
+/// The angular velocity from an encoder's angle: slope of a least-squares line over +-`half` samples, one value every
+/// `half`. Where a run has theta and no omega, prepare_run() compares with this.
 Series speed_from_angle(const Series& theta, std::size_t half);
 
 }  // namespace emtb

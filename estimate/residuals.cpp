@@ -45,8 +45,9 @@ void fill_columns(const PreparedRun& record, const Trajectory<Sensitive>& y, Eig
 
 }  // namespace
 
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index, const ModelStructure& structure,
-                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index,
+                                 const ModelStructure& structure, std::span<const double> values,
+                                 std::span<const std::vector<std::size_t>> moved) {
   const PreparedRun& record = records[index];
   std::vector<Residuals> out;
   const auto compare = [&](const auto& trajectory) {
@@ -81,12 +82,11 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size
   return out;
 }
 
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model, std::span<const double> values,
-                                 std::span<const std::vector<std::size_t>> moved) {
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,
+                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
   std::vector<std::vector<Residuals>> each(records.size());
-  parallel_for(records.size(), [&](std::size_t i) {
-    each[i] = residuals(records, i, records[i].structure(model), values, moved);
-  });
+  parallel_for(records.size(),
+               [&](std::size_t i) { each[i] = residuals(records, i, records[i].structure(model), values, moved); });
   std::vector<Residuals> all;
   for (auto& one : each) std::ranges::move(one, std::back_inserter(all));
   return all;

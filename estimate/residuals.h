@@ -1,10 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <span>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "estimate/prepared_run.h"
 
@@ -14,26 +13,30 @@ namespace emtb {
 struct Residuals {
   std::size_t record = 0;
   Signal signal{};
-  Eigen::VectorXd value;        ///< n
-  Eigen::MatrixXd sensitivity;  ///< n x p: d(simulated)/dp / sigma; zero columns of a signal that no parameter moves stay 0 x 0
+  Eigen::VectorXd value;  ///< n
+  Eigen::MatrixXd
+      sensitivity;  ///< n x p: d(simulated)/dp / sigma; zero columns of a signal that no parameter moves stay 0 x 0
 
   bool informed() const { return sensitivity.size() > 0; }
 };
 
 /// Simulates one record and compares it with each of its observations.
 /// @param values all parameters, in the order of the structure
-/// @param moved  for each of the p columns wanted, the places in `values` that this parameter moves (more than one if tied)
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t record, const ModelStructure& structure,
-                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved);
+/// @param moved  for each of the p columns wanted, the places in `values` that this parameter moves (more than one if
+/// tied)
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t record,
+                                 const ModelStructure& structure, std::span<const double> values,
+                                 std::span<const std::vector<std::size_t>> moved);
 
 /// The same for all records, in their order.
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model, std::span<const double> values,
-                                 std::span<const std::vector<std::size_t>> moved);
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,
+                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved);
 
 /// For each free parameter, the places that it moves.
 std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free);
 
-/// Mean square of the residuals of each signal over all records, in units of the noise floor: 1 where the model is right.
+/// Mean square of the residuals of each signal over all records, in units of the noise floor: 1 where the model is
+/// right.
 std::map<Signal, double> mean_squares(std::span<const Residuals> residuals);
 
 /// The error of the contract: sqrt(mean over signals of (RMSE/sigma)^2), each signal counting equally. 1 = noise floor.

@@ -19,7 +19,8 @@ class AnalogOutput {
   virtual ~AnalogOutput() = default;
 
   /// Sets the output.
-  /// @param volts clamped to limits() here, below every caller; not finite: refused with Fault::non_finite, output safe.
+  /// @param volts clamped to limits() here, below every caller; not finite: refused with Fault::non_finite, output
+  /// safe.
   /// @return Fault::none, or why the device cannot be trusted any more.
   virtual Fault set(double volts) noexcept = 0;
 

@@ -5,7 +5,8 @@
 
 namespace emtb {
 
-/// The one family of exceptions. Each message is a single line for a person: what, where (file, line, key), and what would be right.
+/// The one family of exceptions. Each message is a single line for a person: what, where (file, line, key), and what
+/// would be right.
 ///
 /// Thrown at start and by tools; never in the control loop, which reports a Fault instead.
 class Error : public std::runtime_error {

@@ -14,10 +14,10 @@ namespace emtb {
 /// What a device measures on one channel, and how.
 struct Channel {
   Signal signal;
-  double period = 0;  ///< [s] between readings
-  double window = 0;  ///< [s] each reading is the mean over this time before its time stamp; 0: an instant
-  double lsb = 0;     ///< resolution in the signal's unit; 0: unknown
-  std::string source; ///< for people and for the session: `daq channel 3`
+  double period = 0;   ///< [s] between readings
+  double window = 0;   ///< [s] each reading is the mean over this time before its time stamp; 0: an instant
+  double lsb = 0;      ///< resolution in the signal's unit; 0: unknown
+  std::string source;  ///< for people and for the session: `daq channel 3`
 };
 
 /// One reading in SI units.
@@ -29,13 +29,15 @@ struct Reading {
 };
 
 struct Readings {
-  std::size_t count = 0;       ///< how many were written to the caller's span
-  Fault fault = Fault::none;   ///< why the device cannot be trusted any more
+  std::size_t count = 0;      ///< how many were written to the caller's span
+  Fault fault = Fault::none;  ///< why the device cannot be trusted any more
 };
 
-/// Anything that measures: a DAQ card that is read at every tick, one that delivers blocks by its own clock, a slow meter.
+/// Anything that measures: a DAQ card that is read at every tick, one that delivers blocks by its own clock, a slow
+/// meter.
 ///
-/// No call blocks, throws or allocates after start(): the device's own thread talks to the hardware. One caller at a time.
+/// No call blocks, throws or allocates after start(): the device's own thread talks to the hardware. One caller at a
+/// time.
 class InputDevice {
  public:
   virtual ~InputDevice() = default;
@@ -46,7 +48,8 @@ class InputDevice {
   /// @throws DeviceError where the device refuses.
   virtual void start() = 0;
 
-  /// Hands over the readings that arrived since the call before, oldest first; as many as fit, the rest comes next time.
+  /// Hands over the readings that arrived since the call before, oldest first; as many as fit, the rest comes next
+  /// time.
   virtual Readings read(std::span<Reading> out) noexcept = 0;
 };
 

@@ -5,9 +5,9 @@
 namespace emtb {
 namespace {
 
-constexpr std::array<Signal, signal_count> signals{Signal::u_ref,  Signal::e_a, Signal::i_a,         Signal::omega,
-                                                   Signal::theta,  Signal::torque, Signal::i_f,      Signal::temperature,
-                                                   Signal::armature_open};
+constexpr std::array<Signal, signal_count> signals{Signal::u_ref, Signal::e_a,         Signal::i_a,
+                                                   Signal::omega, Signal::theta,       Signal::torque,
+                                                   Signal::i_f,   Signal::temperature, Signal::armature_open};
 
 constexpr std::array<SignalInfo, signal_count> infos{{
     {"u_ref", "V", "u_ref_V", "driver reference"},

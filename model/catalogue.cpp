@@ -14,7 +14,8 @@ constexpr auto infos = []<class... Effect>(std::tuple<Effect...>*) {
   return std::array<EffectInfo, sizeof...(Effect)>{Effect::info...};
 }(static_cast<AllEffects*>(nullptr));
 
-static_assert(std::ranges::is_sorted(infos, {}, &EffectInfo::stage), "AllEffects must stand in the order of the stages");
+static_assert(std::ranges::is_sorted(infos, {}, &EffectInfo::stage),
+              "AllEffects must stand in the order of the stages");
 
 }  // namespace
 

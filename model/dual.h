@@ -24,9 +24,10 @@ struct VectorOf<8> {
 
 /// A number that carries its derivatives with respect to N parameters: forward-mode automatic differentiation.
 ///
-/// The whole model is written once, as templates over the scalar; run with Dual it yields sensitivities that are exact for
-/// the discretised equations. Why this and not perturbed copies or hand-written derivatives: docs/decisions/sensitivities.md.
-/// Comparisons look at the value alone, so that a simulation takes the same branches with and without derivatives.
+/// The whole model is written once, as templates over the scalar; run with Dual it yields sensitivities that are exact
+/// for the discretised equations. Why this and not perturbed copies or hand-written derivatives:
+/// docs/decisions/sensitivities.md. Comparisons look at the value alone, so that a simulation takes the same branches
+/// with and without derivatives.
 template <std::size_t N>
 struct Dual {
   using Gradient = typename VectorOf<N>::type;
@@ -103,7 +104,8 @@ Scalar clamped(const Scalar& x, const Scalar& low, const Scalar& high) {
   return smaller(larger(x, low), high);
 }
 
-/// x, pulled towards zero by `threshold`: the exact solution of a step with dry friction (Moreau): within the threshold it sticks.
+/// x, pulled towards zero by `threshold`: the exact solution of a step with dry friction (Moreau): within the threshold
+/// it sticks.
 template <class Scalar>
 Scalar soft_threshold(const Scalar& x, const Scalar& threshold) {
   if (x > threshold) return x - threshold;

@@ -37,7 +37,7 @@ struct IncludedEffect {
 
 /// What was done to the model, and what it brought.
 struct HistoryEntry {
-  std::string action;  ///< `calibrated`, `added coulomb_friction`
+  std::string action;              ///< `calibrated`, `added coulomb_friction`
   std::optional<double> train;     ///< error on the sessions it was fitted to, in units of the noise floor
   std::optional<double> held_out;  ///< error on sessions it never saw
   std::vector<std::string> sessions;

@@ -11,15 +11,15 @@ namespace emtb {
 
 /// What drives a simulated run: values at the times t, each signal empty where the structure does not need it.
 struct Excitation {
-  std::vector<double> t;              ///< [s], increasing; the simulation's readings are at these times
-  std::vector<double> u_ref;          ///< [V] held from its time to the next
-  std::vector<double> e_a;            ///< [V] linear in between
-  std::vector<double> i_a;            ///< [A] of a current drive, held
-  std::vector<double> load;           ///< [N m] linear in between
-  std::vector<double> omega;          ///< [rad/s] measured speed, for load effects beside a measured torque
-  std::vector<char> armature_open;    ///< from its time to the next
+  std::vector<double> t;            ///< [s], increasing; the simulation's readings are at these times
+  std::vector<double> u_ref;        ///< [V] held from its time to the next
+  std::vector<double> e_a;          ///< [V] linear in between
+  std::vector<double> i_a;          ///< [A] of a current drive, held
+  std::vector<double> load;         ///< [N m] linear in between
+  std::vector<double> omega;        ///< [rad/s] measured speed, for load effects beside a measured torque
+  std::vector<char> armature_open;  ///< from its time to the next
   InitialState initial;
-  double longest_step = 1e-3;         ///< [s] longer intervals are divided
+  double longest_step = 1e-3;  ///< [s] longer intervals are divided
 };
 
 /// How many derivatives one pass carries: one vector register of AVX2 (docs/decisions/sensitivities.md).

@@ -14,12 +14,13 @@ namespace emtb {
 
 /// What drives one step, from the data or from the stage above.
 struct StepInput {
-  double u_ref = 0;          ///< [V] held over the step
-  double e_a_start = 0;      ///< [V] terminal voltage, linear over the step; used where the structure says `measured_voltage`
-  double e_a_end = 0;        ///< [V]
-  double i_a = 0;            ///< [A] of a current drive, held over the step
-  double load = 0;           ///< [N m] measured load torque, mean over the step: a passive load
-  double omega = 0;          ///< [rad/s] measured speed: predicts the load where `measured_load`
+  double u_ref = 0;  ///< [V] held over the step
+  double e_a_start =
+      0;               ///< [V] terminal voltage, linear over the step; used where the structure says `measured_voltage`
+  double e_a_end = 0;  ///< [V]
+  double i_a = 0;      ///< [A] of a current drive, held over the step
+  double load = 0;     ///< [N m] measured load torque, mean over the step: a passive load
+  double omega = 0;    ///< [rad/s] measured speed: predicts the load where `measured_load`
   bool armature_open = false;
 };
 
@@ -29,7 +30,8 @@ struct StepInput {
 ///     K_m φ i = J dω/dt + B ω + T_load + T_smooth + T_dry        (4), (5)
 ///
 /// One step h solves both at once, second order, for any L_a >= 0:
-///  - the armature circuit exactly, for a voltage that is linear over the step (so L_a -> 0 is neither stiff nor special);
+///  - the armature circuit exactly, for a voltage that is linear over the step (so L_a -> 0 is neither stiff nor
+///  special);
 ///  - the shaft by the trapezoidal rule; dry friction by an implicit soft threshold, so that the shaft sticks exactly;
 ///  - what the effects contribute at the extrapolated middle of the step.
 template <class Scalar>
@@ -100,7 +102,7 @@ class Machine {
     const bool conducts = !in.armature_open && !current_drive;
     const Scalar& R = b.resistance;
     const Scalar v0 = e0 - b.voltage_drop - k_b * omega;  // across R and L at the start
-    Scalar tau(0.0), carried(0.0), mean_carried(0.0);  // carried: how much of an initial current is left at the end
+    Scalar tau(0.0), carried(0.0), mean_carried(0.0);     // carried: how much of an initial current is left at the end
     if (conducts && circuit_effects_) {
       tau = b.inductance / R;
       carried = decay(h, tau);
@@ -108,7 +110,8 @@ class Machine {
     }
     Scalar alpha(current_drive && !in.armature_open ? in.i_a : 0.0), beta(0.0);
     if (conducts) {
-      // i(t) for v linear from v0 to v1: v/R - (v1 - v0) tau/(R h) + transient. Split into what v1 does (beta) and the rest.
+      // i(t) for v linear from v0 to v1: v/R - (v1 - v0) tau/(R h) + transient. Split into what v1 does (beta) and the
+      // rest.
       const Scalar lag = tau / h;
       beta = (0.5 - lag * (1.0 - mean_carried)) / R;
       alpha = v0 * (0.5 + lag * (1.0 - mean_carried)) / R + (i_a - v0 / R) * mean_carried;
@@ -175,7 +178,8 @@ class Machine {
   }
 
   void call(const Part& part, const State<Scalar>& x, Balance<Scalar>& b) {
-    part.apply(p_.subspan(part.parameter, part.parameters), std::span(memory_).subspan(part.memory, part.memories), x, b);
+    part.apply(p_.subspan(part.parameter, part.parameters), std::span(memory_).subspan(part.memory, part.memories), x,
+               b);
   }
 
   void apply(Stage stage, const State<Scalar>& x, Balance<Scalar>& b, double u_ref) {
@@ -189,7 +193,8 @@ class Machine {
     b.omega_reading = omega;
     b.i_a_reading = i_a;
     b.torque_reading = b.load_torque;
-    const State<Scalar> end{.t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = theta};
+    const State<Scalar> end{
+        .t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = theta};
     for (const Part& part : parts_) {
       if (part.stage == Stage::sensors) call(part, end, b);
     }

@@ -40,7 +40,7 @@ inline constexpr std::array<BaseParameter, 5> base_parameters{{{"R_a", "ohm", "a
 struct ModelStructure {
   static constexpr std::size_t base_count = base_parameters.size();
 
-  Signal input = Signal::u_ref;      ///< u_ref, e_a, or i_a for a current drive
+  Signal input = Signal::u_ref;  ///< u_ref, e_a, or i_a for a current drive
   DriverModel driver;
   std::vector<std::size_t> effects;  ///< places in the catalogue, ascending: the order of the stages
 

@@ -18,14 +18,14 @@ namespace emtb {
 struct Mapping {
   struct Source {
     std::string column;
-    double scale = 1;   ///< signal = scale * column + offset
+    double scale = 1;  ///< signal = scale * column + offset
     double offset = 0;
   };
 
   std::string time = "t_s";
-  std::string run;                     ///< empty: the file is one run
-  std::map<Signal, Source> columns;    ///< empty: the contract's own column names
-  std::map<Signal, double> window;     ///< [s]
+  std::string run;                   ///< empty: the file is one run
+  std::map<Signal, Source> columns;  ///< empty: the contract's own column names
+  std::map<Signal, double> window;   ///< [s]
   char delimiter = ',';
   char decimal = '.';
 };

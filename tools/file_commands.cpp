@@ -50,10 +50,11 @@ int effects_command(const Options& o) {
     return 0;
   }
   const EffectInfo& e = effect_catalogue()[effect_index(o.effect)];
-  std::cout << e.id << ": " << e.name << " (" << name_of(e.stage) << ")\n\n    " << e.equation << "\n\n" << e.what << "\n\nHow it shows: "
-            << e.shows << "\n\nTold apart: " << e.told_apart << "\n\nParameters:\n";
+  std::cout << e.id << ": " << e.name << " (" << name_of(e.stage) << ")\n\n    " << e.equation << "\n\n"
+            << e.what << "\n\nHow it shows: " << e.shows << "\n\nTold apart: " << e.told_apart << "\n\nParameters:\n";
   for (const EffectParameter& p : e.parameters()) {
-    std::cout << "    " << p.symbol << " [" << p.unit << "], absent at " << p.null << ", from " << p.min << " to " << p.max << "\n";
+    std::cout << "    " << p.symbol << " [" << p.unit << "], absent at " << p.null << ", from " << p.min << " to "
+              << p.max << "\n";
   }
   std::cout << "\nSource: " << e.source << "\n";
   return 0;
@@ -62,7 +63,9 @@ int effects_command(const Options& o) {
 /// The reference of a profile, sampled as the loop would set it, through driver, motor and sensors in a row.
 int simulate_command(const Options& o) {
   const Model model = read_model(o.model);
-  if (model.input != Signal::u_ref) throw Error(o.model + " is driven by " + std::string(info(model.input).name) + ": a profile is a driver reference, u_ref");
+  if (model.input != Signal::u_ref)
+    throw Error(o.model + " is driven by " + std::string(info(model.input).name) +
+                ": a profile is a driver reference, u_ref");
   const Profile profile = read_profile(profile_path(o.profile));
   if (!(o.rate >= 10 && o.rate <= 1e5)) throw Error("--rate must be 10 to 100000 Hz");
   Excitation x;
@@ -80,7 +83,8 @@ int simulate_command(const Options& o) {
   Run run;
   run.name = profile.name();
   const auto put = [&](Signal signal, const std::vector<double>& values_of) {
-    run.signals[signal] = {.t = x.t, .value = values_of, .window = 0, .lsb = 0, .source = "simulated by model " + model.name};
+    run.signals[signal] = {
+        .t = x.t, .value = values_of, .window = 0, .lsb = 0, .source = "simulated by model " + model.name};
   };
   put(Signal::u_ref, x.u_ref);
   put(Signal::e_a, y.e_a);
@@ -124,15 +128,17 @@ int info_command(const Options& o) {
     for (const auto& [key, value] : session.attributes) std::cout << "  " << key << ": " << value << "\n";
     one["runs"] = json::array();
     for (const Run& run : read_runs(text, o.mapping())) {
-      Table table({"  " + run.name, "readings", "from [s]", "to [s]", "window [s]", "resolution", "unit", "lowest", "highest"});
+      Table table(
+          {"  " + run.name, "readings", "from [s]", "to [s]", "window [s]", "resolution", "unit", "lowest", "highest"});
       json signals = json::object();
       for (const auto& [signal, s] : run.signals) {
         const auto [low, high] = std::ranges::minmax(s.value);
-        table.row({"  " + std::string(info(signal).name), std::to_string(s.t.size()), pretty(s.t.front(), 6), pretty(s.t.back(), 6),
-                   s.window > 0 ? pretty(s.window) : "-", s.lsb > 0 ? pretty(s.lsb) : "-", std::string(info(signal).unit),
-                   pretty(low), pretty(high)});
-        signals[std::string(info(signal).name)] = {{"readings", s.t.size()}, {"from", s.t.front()}, {"to", s.t.back()},
-                                                   {"window", s.window}, {"lsb", s.lsb}, {"min", low}, {"max", high}};
+        table.row({"  " + std::string(info(signal).name), std::to_string(s.t.size()), pretty(s.t.front(), 6),
+                   pretty(s.t.back(), 6), s.window > 0 ? pretty(s.window) : "-", s.lsb > 0 ? pretty(s.lsb) : "-",
+                   std::string(info(signal).unit), pretty(low), pretty(high)});
+        signals[std::string(info(signal).name)] = {
+            {"readings", s.t.size()}, {"from", s.t.front()}, {"to", s.t.back()}, {"window", s.window},
+            {"lsb", s.lsb},           {"min", low},          {"max", high}};
       }
       std::cout << table.text();
       one["runs"].push_back({{"name", run.name}, {"signals", signals}});
@@ -162,8 +168,8 @@ int estimate_command(const Options& o) {
   out["r_squared"] = result.r_squared;
   write_json(o.json_file, out);
   if (o.json_file == "-") return 0;
-  std::cout << table.text() << "R2 " << pretty(result.r_squared, 6) << ", residual " << pretty(result.residual, 3) << " N m, "
-            << result.rows << " equations\n";
+  std::cout << table.text() << "R2 " << pretty(result.r_squared, 6) << ", residual " << pretty(result.residual, 3)
+            << " N m, " << result.rows << " equations\n";
   return 0;
 }
 

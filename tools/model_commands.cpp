@@ -51,7 +51,8 @@ std::string id(std::size_t effect) { return std::string(effect_catalogue()[effec
 std::string error_cell(std::optional<double> error) { return error ? pretty(*error, 4) : "-"; }
 
 /// Values with intervals, what rests on a bound, what the data do not determine.
-void print_parameters(const Model& model, const std::vector<std::string>& at_bound, const std::vector<Undetermined>& undetermined) {
+void print_parameters(const Model& model, const std::vector<std::string>& at_bound,
+                      const std::vector<Undetermined>& undetermined) {
   Table table({"parameter", "value", "+- std error", "unit", ""});
   const std::vector<std::string> names = model.names();
   const std::vector<double> values = model.values();
@@ -71,7 +72,9 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
   std::cout << table.text();
   for (const Undetermined& u : undetermined) {
     std::cout << "These data do not determine " << u.combination << " (relative changes): +-"
-              << (std::isfinite(u.relative_error) && u.relative_error < 100 ? pretty(100 * u.relative_error, 2) + " %" : "anything") << "\n";
+              << (std::isfinite(u.relative_error) && u.relative_error < 100 ? pretty(100 * u.relative_error, 2) + " %"
+                                                                            : "anything")
+              << "\n";
   }
 }
 
@@ -80,9 +83,13 @@ void print_signals(const std::map<Signal, SignalFit>& signals, const std::map<Si
   if (!chained.empty()) heading.push_back("chained RMSE/floor");
   Table table(heading);
   for (const auto& [signal, f] : signals) {
-    std::vector<std::string> row{std::string(info(signal).name), pretty(f.rmse, 3), std::string(info(signal).unit),
-                                 pretty(f.noise.sigma, 3), f.noise.from + (f.noise.lower_bound ? " (at least)" : ""),
-                                 pretty(f.ratio, 3), pretty(f.fit_percent, 4) + " %"};
+    std::vector<std::string> row{std::string(info(signal).name),
+                                 pretty(f.rmse, 3),
+                                 std::string(info(signal).unit),
+                                 pretty(f.noise.sigma, 3),
+                                 f.noise.from + (f.noise.lower_bound ? " (at least)" : ""),
+                                 pretty(f.ratio, 3),
+                                 pretty(f.fit_percent, 4) + " %"};
     if (const auto c = chained.find(signal); c != chained.end()) row.push_back(pretty(c->second, 3));
     table.row(row);
   }
@@ -99,11 +106,13 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
     shown.push_back(m.signal);
     double largest = 0;
     for (const double mean : m.mean) largest = std::max(largest, std::abs(mean));
-    std::cout << "\n" << info(m.signal).name << ", measured - simulated [" << info(m.signal).unit << "], against " << m.against
+    std::cout << "\n"
+              << info(m.signal).name << ", measured - simulated [" << info(m.signal).unit << "], against " << m.against
               << " (explains " << pretty(100 * m.explained, 2) << " % of the residual)\n";
     Table table({m.against, "mean", "", "RMSE/floor"});
     for (std::size_t b = 0; b < m.bins.size(); ++b) {
-      table.row({pretty(m.bins[b], 3), pretty(m.mean[b], 3), bar(largest > 0 ? m.mean[b] / largest : 0, 40), pretty(m.ratio[b], 3)});
+      table.row({pretty(m.bins[b], 3), pretty(m.mean[b], 3), bar(largest > 0 ? m.mean[b] / largest : 0, 40),
+                 pretty(m.ratio[b], 3)});
     }
     std::cout << table.text("  ");
   }
@@ -134,15 +143,18 @@ int fit_and_report(const Options& o, const Model& start, const Dataset& data, co
   out["at_bound"] = c.at_bound;
   out["undetermined"] = json::array();
   for (const Undetermined& u : c.identifiability.undetermined) out["undetermined"].push_back(u.combination);
-  out["singular_values"] = std::vector<double>(c.identifiability.singular_values.begin(), c.identifiability.singular_values.end());
+  out["singular_values"] =
+      std::vector<double>(c.identifiability.singular_values.begin(), c.identifiability.singular_values.end());
   out["signals"] = to_json(fit_of(data.held_out.empty() ? data.train : data.held_out, c.model, data.noise));
   write_json(o.json_file, out);
   if (o.json_file == "-") return c.converged ? 0 : 1;
 
   print_parameters(c.model, c.at_bound, c.identifiability.undetermined);
-  std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out " << error_cell(entry.held_out) << "\n";
+  std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out "
+            << error_cell(entry.held_out) << "\n";
   finish_model(o, c.model);
-  if (!c.converged) std::cerr << "emtb: the fit did not converge: start nearer, or fix what the data do not determine\n";
+  if (!c.converged)
+    std::cerr << "emtb: the fit did not converge: start nearer, or fix what the data do not determine\n";
   return c.converged ? 0 : 1;
 }
 
@@ -163,8 +175,9 @@ int add_command(const Options& o) {
   extra["before"] = {{"train", error_on(data.train, before.model)},
                      {"held_out", data.held_out.empty() ? json(nullptr) : json(error_on(data.held_out, before.model))}};
   if (o.json_file != "-") {
-    std::cout << "without " << o.effect << ": training " << pretty(extra["before"]["train"].get<double>()) << ", held-out "
-              << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>())) << "\n";
+    std::cout << "without " << o.effect << ": training " << pretty(extra["before"]["train"].get<double>())
+              << ", held-out " << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>()))
+              << "\n";
   }
   Model with = before.model;
   with.include(effect);
@@ -188,8 +201,9 @@ int compare_command(const Options& o) {
   const Comparison c = compare(runs, model);
   write_json(o.json_file, to_json(c));
   if (o.json_file == "-") return 0;
-  std::cout << "model `" << model.name << "` on " << runs.size() << (held_out.empty() ? "" : " held-out") << " runs: error "
-            << pretty(c.error) << " (1 = noise floor), all units chained " << pretty(c.chained_error) << "\n";
+  std::cout << "model `" << model.name << "` on " << runs.size() << (held_out.empty() ? "" : " held-out")
+            << " runs: error " << pretty(c.error) << " (1 = noise floor), all units chained " << pretty(c.chained_error)
+            << "\n";
   print_signals(c.signals, c.chained);
   if (!c.failing_unit.empty()) std::cout << "The unit that fails: " << c.failing_unit << "\n";
   print_where(c.where, c.signals);
@@ -204,8 +218,9 @@ void print_verdict(const Diagnosis& d) {
       std::cout << (d.verdict == Verdict::found ? "found:" : "found, but tied with others that do as well:");
       break;
     case Verdict::unknown_effect:
-      std::cout << "unknown_effect: something is missing that nothing in the library explains; " << pretty(d.final_held_out, 3)
-                << " times the noise floor remains" << (d.missing.empty() ? "." : ", even with");
+      std::cout << "unknown_effect: something is missing that nothing in the library explains; "
+                << pretty(d.final_held_out, 3) << " times the noise floor remains"
+                << (d.missing.empty() ? "." : ", even with");
       break;
     case Verdict::nothing_missing:
       std::cout << "nothing_missing: what is left is noise, or too little to matter.";
@@ -218,10 +233,12 @@ void print_verdict(const Diagnosis& d) {
   for (const MissingEffect& m : d.missing) {
     std::cout << "  " << id(m.effect) << " (" << effect_catalogue()[m.effect].equation << ")";
     for (const Parameter& p : m.parameters) {
-      std::cout << "  " << p.symbol << " = " << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
+      std::cout << "  " << p.symbol << " = "
+                << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
     }
     std::cout << "\n";
-    for (const std::size_t rival : m.tied_with) std::cout << "    tied with " << id(rival) << ": " << effect_catalogue()[rival].told_apart << "\n";
+    for (const std::size_t rival : m.tied_with)
+      std::cout << "    tied with " << id(rival) << ": " << effect_catalogue()[rival].told_apart << "\n";
   }
 }
 
@@ -237,18 +254,24 @@ int diagnose_command(const Options& o) {
   write_json(o.json_file, to_json(d));
   if (o.json_file == "-") return 0;
 
-  std::cout << "model `" << model.name << "`, " << train.size() << " training and " << held_out.size() << " held-out runs"
-            << (d.left_one_out ? ": each run held out in turn" : d.judged_on_training ? ": one run, judged on itself" : "") << "\n\n";
+  std::cout << "model `" << model.name << "`, " << train.size() << " training and " << held_out.size()
+            << " held-out runs"
+            << (d.left_one_out         ? ": each run held out in turn"
+                : d.judged_on_training ? ": one run, judged on itself"
+                                       : "")
+            << "\n\n";
   Table steps({"error (1 = noise floor)", "training", "held-out"});
   for (const Step& s : d.steps) steps.row({s.action, pretty(s.train), pretty(s.held_out)});
   std::cout << steps.text() << "\n";
   print_verdict(d);
   std::cout << "\n";
-  Table candidates({"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
+  Table candidates(
+      {"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
   for (const Candidate& c : d.candidates) {
     const EffectParameter& p = effect_catalogue()[c.score.effect].parameters()[0];
-    candidates.row({id(c.score.effect), pretty(c.score.predicted_drop, 3), std::string(p.symbol) + " " + pretty(c.score.expected[0], 3),
-                    std::string(p.unit), pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
+    candidates.row({id(c.score.effect), pretty(c.score.predicted_drop, 3),
+                    std::string(p.symbol) + " " + pretty(c.score.expected[0], 3), std::string(p.unit),
+                    pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
                     pretty(c.score.detectable_size, 2)});
   }
   std::cout << candidates.text() << "\n";
@@ -271,7 +294,8 @@ void add_model_commands(CommandLine& line) {
   const auto o = std::make_shared<Options>();
   const auto on_files = [&](Command command) {
     command.argument("MODEL", o->model, "the model's YAML")
-        .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5: what the model is fitted to or compared with")
+        .arguments("SESSION", o->sessions,
+                   "PATH[#RUN][@T0:T1], .csv or .h5: what the model is fitted to or compared with")
         .options("--held-out", o->held_out, "sessions that judge the fit and take no part in it")
         .option("--map", o->map, "how the columns of foreign CSV files become signals")
         .option("--out", o->out, "writes the resulting model here; a MODEL is never overwritten otherwise")
@@ -280,11 +304,13 @@ void add_model_commands(CommandLine& line) {
     return command;
   };
   const auto act = [&o](int (*command)(const Options&)) { return [o, command] { return command(*o); }; };
-  on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds")).action(act(calibrate_command));
+  on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))
+      .action(act(calibrate_command));
   on_files(line.command("compare", "compares a model with measurements and shows where it fails"))
       .flag("--fit", o->fit, "fits the model to the sessions first")
       .action(act(compare_command));
-  on_files(line.command("diagnose", "finds out which physical effect a model is missing")).action(act(diagnose_command));
+  on_files(line.command("diagnose", "finds out which physical effect a model is missing"))
+      .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects");
   on_files(add).action(act(add_command));

@@ -22,7 +22,8 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// A bar of at most `width` characters: to the right for positive shares (of 1), to the left of the middle for negative.
+/// A bar of at most `width` characters: to the right for positive shares (of 1), to the left of the middle for
+/// negative.
 std::string bar(double share, int width);
 
 }  // namespace emtb

@@ -21,7 +21,8 @@ Parameter within(const char* symbol, const char* unit, double value, double min,
   return p;
 }
 
-Model linear_model(const DriverModel& driver, const Parameter& r, const Parameter& k, const Parameter& b, const Parameter& j) {
+Model linear_model(const DriverModel& driver, const Parameter& r, const Parameter& k, const Parameter& b,
+                   const Parameter& j) {
   Model model;
   model.name = "linear";
   model.driver = driver;
@@ -67,9 +68,9 @@ Bench fast_bench() {
   bench.train = {step("step_low", 2, 0.5, 2.5, 1), step("step_high", -5, 0.5, 2.5, 1), ramp("ramp", 5, 2.5, 0.5, 1, 1),
                  random_steps("random", -3, 3, 0.05, 0.8, 0.5, 10, 1, 7)};
   bench.held_out = {step("step_mid", 4, 0.5, 2.5, 1), staircase("staircase", levels, 0.5, 1.5, 1)};
-  bench.model = linear_model({.gain = 4, .rise = 2000, .fall = 2000, .min = -24, .max = 24}, within("R_a", "ohm", 1, 0.2, 6),
-                             within("K_b", "V s/rad", 0.04, 0.005, 0.3), within("B", "N m s/rad", 2e-5, 0, 1e-3),
-                             within("J", "kg m2", 5e-5, 5e-6, 1e-3));
+  bench.model = linear_model({.gain = 4, .rise = 2000, .fall = 2000, .min = -24, .max = 24},
+                             within("R_a", "ohm", 1, 0.2, 6), within("K_b", "V s/rad", 0.04, 0.005, 0.3),
+                             within("B", "N m s/rad", 2e-5, 0, 1e-3), within("J", "kg m2", 5e-5, 5e-6, 1e-3));
   return bench;
 }
 

@@ -13,12 +13,13 @@
 
 namespace emtb::blind {
 
-/// A bench whose plant is known to the test and hidden from what is tested: the plant of the simulated devices, its converters,
-/// its noise and its meter, recorded tick by tick as the daemon's loop would. Never the equations of model/.
+/// A bench whose plant is known to the test and hidden from what is tested: the plant of the simulated devices, its
+/// converters, its noise and its meter, recorded tick by tick as the daemon's loop would. Never the equations of
+/// model/.
 struct Bench {
   simulated::PlantParameters plant;
   std::vector<simulated::DaqChannel> channels;
-  bool slow_meter = false;               ///< i_a by a 2.5 Hz averaging meter
+  bool slow_meter = false;  ///< i_a by a 2.5 Hz averaging meter
   simulated::MeterSettings meter;
   double rate = 1000;                    ///< [Hz]
   std::vector<Profile> train, held_out;  ///< short, so that a diagnosis takes a second

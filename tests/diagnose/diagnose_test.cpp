@@ -45,8 +45,9 @@ std::string report(const Diagnosis& d) {
                      std::to_string(d.final_held_out) + ":";
   for (const std::string& id : named_or_tied(d)) text += " " + id;
   for (const Candidate& c : d.candidates) {
-    text += "\n  " + std::string(effect_catalogue()[c.score.effect].id) + " drop " + std::to_string(c.score.predicted_drop) +
-            " p " + std::to_string(c.score.p_value) + " held-out " + std::to_string(c.held_out_error.value_or(-1));
+    text += "\n  " + std::string(effect_catalogue()[c.score.effect].id) + " drop " +
+            std::to_string(c.score.predicted_drop) + " p " + std::to_string(c.score.p_value) + " held-out " +
+            std::to_string(c.held_out_error.value_or(-1));
   }
   return text;
 }
@@ -135,9 +136,11 @@ TEST(Diagnose, CannotTellAConstantLoadFromFrictionInOneDirectionWithoutAGauge) {
   bench.plant.friction.T_c = 0.04;  // [N m]
   std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::torque; });
   // Never at rest under way: only a standstill would tell them apart.
-  bench.train = {staircase("up and down", std::vector<double>{2, 4, 6, 3, 5}, 0, 5, 0, 2), ramp("ramp", 6, 0.6, 0, 3, 3, 1)};
+  bench.train = {staircase("up and down", std::vector<double>{2, 4, 6, 3, 5}, 0, 5, 0, 2),
+                 ramp("ramp", 6, 0.6, 0, 3, 3, 1)};
   bench.held_out = {staircase("other", std::vector<double>{3, 6, 4, 2, 5}, 0, 5, 0, 3)};
-  const Diagnosis d = diagnose(under_way(record(bench, bench.train, 1)), under_way(record(bench, bench.held_out, 9)), bench.model);
+  const Diagnosis d =
+      diagnose(under_way(record(bench, bench.train, 1)), under_way(record(bench, bench.held_out, 9)), bench.model);
   EXPECT_THAT(named_or_tied(d), Contains("coulomb_friction")) << report(d);
   EXPECT_THAT(named_or_tied(d), Contains("load_torque")) << report(d);
   EXPECT_EQ(d.verdict, Verdict::tied) << report(d);

@@ -35,7 +35,8 @@ class Losses : public testing::Test {
     unsigned state = 1;
     for (int k = 0; k < n; ++k) {
       double noise = -6;
-      for (int i = 0; i < 12; ++i) noise += static_cast<double>((state = state * 1664525U + 1013904223U) >> 8) / (1 << 24);
+      for (int i = 0; i < 12; ++i)
+        noise += static_cast<double>((state = state * 1664525U + 1013904223U) >> 8) / (1 << 24);
       r.value[k] = noise + systematic(1e-3 * k);
     }
     Loss result(noise_);

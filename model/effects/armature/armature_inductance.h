@@ -12,7 +12,8 @@ struct ArmatureInductance {
       .stage = Stage::armature,
       .equation = "L_a di_a/dt = e_a - R_a i_a - K_b omega",
       .what = "The current needs time to follow the voltage.",
-      .shows = "The current lags the edges of the voltage, the speed a little. Excited by fast edges; slow drivers hide it.",
+      .shows =
+          "The current lags the edges of the voltage, the speed a little. Excited by fast edges; slow drivers hide it.",
       .told_apart = "From tacho_lag by the current: in the speed alone they are the same.",
       .source = "Erdal et al. (2011), equation (1)",
       .parameter_list = {{{.symbol = "L_a", .unit = "H", .null = 0, .min = 0, .max = 100}}}};

@@ -14,8 +14,9 @@ struct DriverDeadZone {
       .equation = "u -> sign(u) max(|u| - u_d, 0)",
       .what = "The driver ignores the first part of its reference.",
       .shows = "e_a lacks a constant voltage once the motor moves, nothing at zero; the motor starts late.",
-      .told_apart = "From driver_gain_error by small references; from brush_drop by e_a or by reversal; from "
-                    "coulomb_friction by the current.",
+      .told_apart =
+          "From driver_gain_error by small references; from brush_drop by e_a or by reversal; from "
+          "coulomb_friction by the current.",
       .source = "Kara and Eker (2004), Nonlinear modeling and identification of a DC motor for bidirectional operation",
       .parameter_list = {{{.symbol = "u_d", .unit = "V", .null = 0, .min = 0, .max = 10}}}};
 

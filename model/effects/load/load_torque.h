@@ -12,9 +12,11 @@ struct LoadTorque {
       .stage = Stage::load,
       .equation = "T = T_L, whatever omega; positive brakes positive rotation",
       .what = "A weight or an unbalanced constant torque pulls the shaft one way.",
-      .shows = "The current has an offset that does not change its sign with the direction; the shaft may move by itself "
-               "with the drive off.",
-      .told_apart = "From coulomb_friction by a reversal or a standstill; in one direction without a gauge they are the same.",
+      .shows =
+          "The current has an offset that does not change its sign with the direction; the shaft may move by itself "
+          "with the drive off.",
+      .told_apart =
+          "From coulomb_friction by a reversal or a standstill; in one direction without a gauge they are the same.",
       .source = "Erdal et al. (2011), equation (5): T_L",
       .parameter_list = {{{.symbol = "T_L", .unit = "N m", .null = 0, .min = -1e4, .max = 1e4}}}};
 

@@ -12,10 +12,12 @@ struct CoulombFriction {
       .stage = Stage::shaft,
       .equation = "T = T_c sign(omega); at rest it holds up to T_c",
       .what = "Brushes, bearings and seals rub with a torque that does not depend on speed.",
-      .shows = "The no-load current does not vanish with speed; a coast-down ends in a straight line; in a linear fit B "
-               "comes out several times too large. Excited by anything that turns at two speeds; best by a coast-down.",
-      .told_apart = "From B by two speeds; from load_torque by reversal, a gauge or a standstill; from brush_drop and "
-                    "driver_dead_zone by current in transients.",
+      .shows =
+          "The no-load current does not vanish with speed; a coast-down ends in a straight line; in a linear fit B "
+          "comes out several times too large. Excited by anything that turns at two speeds; best by a coast-down.",
+      .told_apart =
+          "From B by two speeds; from load_torque by reversal, a gauge or a standstill; from brush_drop and "
+          "driver_dead_zone by current in transients.",
       .source = "Olsson et al. (1998), Friction models and friction compensation; step after Moreau",
       .parameter_list = {{{.symbol = "T_c", .unit = "N m", .null = 0, .min = 0, .max = 1e3}}},
       .opposes_motion = true};

@@ -13,8 +13,9 @@ struct Windage {
       .stage = Stage::shaft,
       .equation = "T = c_w omega |omega|",
       .what = "Rotor and fan move air; the torque grows with the square of the speed.",
-      .shows = "The friction curve bends up: B comes out too large at high speed and too small at low speed. Excited by a "
-               "staircase to full speed or a coast-down from it.",
+      .shows =
+          "The friction curve bends up: B comes out too large at high speed and too small at low speed. Excited by a "
+          "staircase to full speed or a coast-down from it.",
       .told_apart = "From coulomb_friction by low speeds; from eddy_brake by speeds beyond its maximum.",
       .source = "Modelica Standard Library, Machines.Losses.Friction (exponent 2)",
       .parameter_list = {{{.symbol = "c_w", .unit = "N m s2/rad2", .null = 0, .min = 0, .max = 1e4}}},
