@@ -184,7 +184,7 @@ int table_command(const Options& o) {
     }
   }
   std::vector<std::string> heading{"parameter"};
-  for (const Model& model : models) heading.push_back(model.name);
+  for (const std::string& file : o.models) heading.push_back(std::filesystem::path(file).stem().string());
   std::optional<YamlMap> simulation;
   if (!o.truth.empty()) {
     simulation = YamlMap::load(o.truth).map("simulation");

@@ -260,8 +260,14 @@ int diagnose_command(const Options& o) {
                 : d.judged_on_training ? ": one run, judged on itself"
                                        : "")
             << "\n\n";
-  Table steps({"error (1 = noise floor)", "training", "held-out"});
-  for (const Step& s : d.steps) steps.row({s.action, pretty(s.train), pretty(s.held_out)});
+  double largest = 1;
+  for (const Step& s : d.steps) largest = std::max(largest, s.held_out);
+  Table steps({"error (1 = noise floor)", "training", "held-out", ""});
+  for (const Step& s : d.steps) {
+    const auto length = static_cast<std::size_t>(std::lround(50 * s.held_out / largest));
+    steps.row(
+        {s.action, pretty(s.train), pretty(s.held_out), std::string(length, '#') + std::string(50 - length, ' ')});
+  }
   std::cout << steps.text() << "\n";
   print_verdict(d);
   std::cout << "\n";

@@ -1,0 +1,166 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "session/spec.h"
+#include "tests/blind/recording.h"
+#include "tests/process.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// `emtb` on files, as a person calls it.
+class ModelCommands : public Scratch {
+ protected:
+  int call(std::vector<std::string> words) {
+    words.insert(words.begin(), EMTB);
+    last = std::make_unique<Process>(words, path("emtb" + std::to_string(++launched_)));
+    return last->wait(300);
+  }
+
+  /// Bad use or input: exit 2, nothing on standard output, and one line that contains `words`.
+  void refuses(const std::vector<std::string>& call_words, const testing::Matcher<const std::string&>& message) {
+    EXPECT_EQ(call(call_words), 2) << last->out() << last->err();
+    EXPECT_EQ(last->out(), "");
+    const std::string line = last->err();
+    EXPECT_EQ(std::ranges::count(line, '\n'), 1) << line;
+    EXPECT_THAT(line, message);
+  }
+
+  std::string model() const { return (std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml").string(); }
+
+  /// Short runs of the paper's bench with its friction, one CSV each.
+  void record_with_friction() {
+    blind::Bench bench = blind::slow_bench();
+    bench.plant.friction.T_c = 0.0547;  // [N m]
+    std::uint64_t seed = 1;
+    for (const auto* profiles : {&bench.train, &bench.held_out}) {
+      for (const Profile& profile : *profiles) {
+        Session session;
+        session.runs.push_back(record(bench, profile, seed++));
+        const std::string file = path(profile.name() + ".csv");
+        write_session(file, session);
+        (profiles == &bench.train ? train : held_out).push_back(file);
+      }
+    }
+  }
+
+  std::vector<std::string> with_sessions(std::vector<std::string> words) const {
+    words.insert(words.end(), train.begin(), train.end());
+    words.push_back("--held-out");
+    words.insert(words.end(), held_out.begin(), held_out.end());
+    return words;
+  }
+
+  std::vector<std::string> train, held_out;
+  std::unique_ptr<Process> last;
+
+ private:
+  int launched_ = 0;
+};
+
+TEST_F(ModelCommands, DiagnoseWritesTheContractsJson) {
+  record_with_friction();
+  auto words = with_sessions({"diagnose", model()});
+  words.insert(words.end(), {"--json", path("d.json")});
+  ASSERT_EQ(call(words), 0) << last->err();
+  EXPECT_THAT(last->out(), AllOf(HasSubstr("found:"), HasSubstr("coulomb_friction")));
+  EXPECT_EQ(last->err(), "") << "no progress bar into a pipe";
+  const json d = json::parse(read(path("d.json")));
+  EXPECT_EQ(d["verdict"], "found");
+  ASSERT_EQ(d["missing"].size(), 1U);
+  EXPECT_EQ(d["missing"][0]["id"], "coulomb_friction");
+  EXPECT_NEAR(d["missing"][0]["parameters"]["T_c"]["value"].get<double>(), 0.0547, 0.002);
+  EXPECT_EQ(d["missing"][0]["parameters"]["T_c"]["unit"], "N m");
+  EXPECT_GT(d["error"]["base"]["held_out"].get<double>(), 2);
+  EXPECT_LT(d["error"]["final"]["held_out"].get<double>(), 1.1);
+  EXPECT_EQ(d["unexplained"], d["error"]["final"]["held_out"]);
+  EXPECT_EQ(d["candidates"].size(), 6U) << "every absent effect, also those that explain nothing";
+  for (const char* key : {"id", "predicted_drop", "visibility", "p_value", "held_out_error", "detectable_size"}) {
+    EXPECT_TRUE(d["candidates"][0].contains(key)) << key;
+  }
+  EXPECT_EQ(d["candidates"][0]["id"], "coulomb_friction");
+  for (const char* name : {"R_a", "K_b", "K_m", "B", "J"}) {
+    for (const char* key : {"value", "std_error", "unit"})
+      EXPECT_TRUE(d["parameters"][name].contains(key)) << name << key;
+  }
+  for (const char* key : {"sigma", "sigma_from", "rmse", "fit_percent"}) {
+    EXPECT_TRUE(d["signals"]["omega"].contains(key)) << key;
+  }
+  for (const char* key : {"added", "train", "held_out"}) EXPECT_TRUE(d["steps"][0].contains(key)) << key;
+  for (const char* key : {"signal", "against", "bins", "rmse"}) EXPECT_TRUE(d["where"][0].contains(key)) << key;
+  EXPECT_TRUE(d.contains("next_experiment"));
+}
+
+TEST_F(ModelCommands, AddWritesAModelWithItsHistoryAndLeavesTheGivenOneAlone) {
+  record_with_friction();
+  const std::string given = write("given.yaml", read(model()));
+  auto words = with_sessions({"add", "coulomb_friction", given});
+  words.insert(words.end(), {"--out", path("with.yaml"), "--json", path("a.json")});
+  ASSERT_EQ(call(words), 0) << last->err();
+  EXPECT_EQ(read(given), read(model()));
+  const std::string added = read(path("with.yaml"));
+  EXPECT_THAT(added, AllOf(HasSubstr("coulomb_friction"), HasSubstr("added coulomb_friction"), HasSubstr("held_out")));
+  const json a = json::parse(read(path("a.json")));
+  EXPECT_GT(a["before"]["held_out"].get<double>(), 2 * a["error"]["held_out"].get<double>());
+  // What was written can be read, compared, and is at the floor.
+  std::vector<std::string> compare{"compare", path("with.yaml"), "--json", path("c.json")};
+  compare.insert(compare.end(), held_out.begin(), held_out.end());
+  ASSERT_EQ(call(compare), 0) << last->err();
+  EXPECT_LT(json::parse(read(path("c.json")))["error"]["staged"].get<double>(), 1.1);
+}
+
+TEST_F(ModelCommands, SimulateAndExportMakeSessionsThatCanBeRead) {
+  ASSERT_EQ(call({"simulate", model(), "fh2_step_low", "--out", path("s.csv")}), 0) << last->err();
+  ASSERT_EQ(call({"export", path("s.csv").string() + "@1:4", "--out", path("s.h5")}), 0) << last->err();
+  ASSERT_EQ(call({"info", path("s.h5"), "--json", path("i.json")}), 0) << last->err();
+  const json i = json::parse(read(path("i.json")));
+  EXPECT_EQ(i[0]["runs"][0]["signals"]["omega"]["readings"], 3001);
+}
+
+TEST_F(ModelCommands, RefuseBadInputInOneLine) {
+  const std::string good = write("good.csv", "t_s,u_ref_V,omega_rad_s\n0,0,0\n0.1,0,0\n0.2,0,0\n");
+  refuses({"compare", model(), path("absent.csv")}, HasSubstr("absent.csv"));
+  refuses({"compare", model(), write("text.csv", "t_s,u_ref_V,omega_rad_s\n0,0,0\n1,zero,0\n")},
+          HasSubstr("text.csv:3"));
+  refuses({"compare", model(), write("nan.csv", "t_s,u_ref_V,omega_rad_s\n0,0,0\n1,0,nan\n")}, HasSubstr("nan.csv:3"));
+  refuses({"compare", model(), write("unsorted.csv", "t_s,u_ref_V,omega_rad_s\n0,0,0\n1,0,0\n0.5,0,0\n")},
+          HasSubstr("unsorted.csv:4"));
+  refuses({"compare", model(), write("no_time.csv", "u_ref_V,omega_rad_s\n0,0\n")}, HasSubstr("t_s"));
+  refuses({"compare", model(), write("short.csv", "t_s,u_ref_V,omega_rad_s\n0,0,0\n")}, HasSubstr("too short"));
+  std::string long_enough = "t_s,omega_rad_s\n";
+  for (int k = 0; k < 50; ++k) long_enough += std::to_string(0.1 * k) + ",0\n";
+  refuses({"compare", model(), write("no_input.csv", long_enough)},
+          AllOf(HasSubstr("no_input.csv"), HasSubstr("u_ref_V")));
+  refuses({"compare", model(), write("broken.h5", "not HDF5 at all")}, HasSubstr("broken.h5"));
+  refuses({"add", "gremlins", model(), good}, AllOf(HasSubstr("gremlins"), HasSubstr("coulomb_friction")));
+  const std::string text = read(model());
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string copy = text;
+    const auto at = copy.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return write("changed.yaml", copy.replace(at, from.size(), to));
+  };
+  refuses({"compare", changed("value: 30,", "value: 300,"), good},
+          AllOf(HasSubstr("changed.yaml:"), HasSubstr("R_a"), HasSubstr("outside")));
+  refuses({"compare", changed("effects: {}", "effects: {gremlins: {}}"), good},
+          AllOf(HasSubstr("changed.yaml:"), HasSubstr("gremlins")));
+  refuses({"compare", changed("  B:", "  Bee:"), good}, AllOf(HasSubstr("changed.yaml:"), HasSubstr("Bee")));
+  refuses({"compare", changed("unit: ohm", "unit: kohm"), good}, HasSubstr("kohm"));
+  refuses({"compare", changed("input: u_ref", "input: omega"), good}, HasSubstr("omega"));
+  refuses({"compare", changed("tie: {K_m: K_b}", "tie: {K_m: K_x}"), good}, HasSubstr("K_x"));
+  refuses({"compare", write("tabs.yaml", "name:\n\t- x\n"), good}, HasSubstr("tabs.yaml:"));
+  refuses({"compare", path("absent.yaml"), good}, HasSubstr("absent.yaml"));
+  refuses({"frobnicate"}, HasSubstr("emtb --help"));
+  refuses({"compare", model()}, HasSubstr("SESSION"));
+}
+
+}  // namespace
+}  // namespace emtb
