@@ -18,9 +18,8 @@
 #include "tests/session/scratch.h"
 
 // HDF5 1.10.8 itself loses 120 bytes each time it fails to open a damaged file.
-extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libhdf5_serial\n";
-}  // NOLINT(bugprone-reserved-identifier)
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5_serial\n"; }
 
 namespace emtb {
 namespace {
