@@ -151,8 +151,7 @@ TEST_F(LoopTest, FollowsTheProfileAndRecordsWhatItSetAndRead) {
   EXPECT_EQ(u.front().value, 1);
   EXPECT_NEAR(u.back().t, 1, 1e-9);
   EXPECT_EQ(u.back().value, 0);
-  for (const Record& sample : u)
-    EXPECT_EQ(sample.value, sample.t >= 1 - 1e-6 ? 0 : sample.t < 0.5 ? 1 : 4) << sample.t;
+  for (const Record& sample : u) EXPECT_EQ(sample.value, sample.t >= 1 - 1e-6 ? 0 : sample.t < 0.5 ? 1 : 4) << sample.t;
   const auto omega = samples(Signal::omega);
   ASSERT_EQ(omega.size(), 1001u);
   EXPECT_EQ(omega.back().value, 42);

@@ -1,3 +1,5 @@
+#include "tests/process.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -6,13 +8,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-
 #include <nlohmann/json.hpp>
 
 #include "server/client.h"
 #include "session/session.h"
 #include "session/spec.h"
-#include "tests/process.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {
@@ -26,10 +26,12 @@ const char* const endless = "name: endless\nkind: step\nlevel: 3\nbefore: 0\nhol
 /// The real program on the simulated FH2 bench, on a copy of the bench file: its lock is per file.
 class ProcessTest : public Scratch {
  protected:
-  ProcessTest() { bench = write("bench.yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml")); }
+  ProcessTest() {
+    bench = write("bench.yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml"));
+  }
 
   std::unique_ptr<Process> launch(std::vector<std::string> more = {}) {
-    std::vector<std::string> words{EMTBD,    "--config", bench.string(), "--socket", path("s").string(),
+    std::vector<std::string> words{EMTBD,    "--config",           bench.string(), "--socket", path("s").string(),
                                    "--data", path("data").string()};
     words.insert(words.end(), more.begin(), more.end());
     return std::make_unique<Process>(words, path("emtbd" + std::to_string(++launched_)));

@@ -22,8 +22,8 @@ class DaemonCommands : public Scratch {
  protected:
   void start(const std::string& pace = "max") {
     const auto bench = write("bench.yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml"));
-    emtbd = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"), "--data",
-                                                               path("data"), "--pace", pace},
+    emtbd = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"),
+                                                               "--data", path("data"), "--pace", pace},
                                       path("emtbd"));
     ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path("s")); })) << emtbd->err();
   }
@@ -126,10 +126,13 @@ TEST_F(DaemonCommands, BadUseIsOneLineAndTwo) {
   EXPECT_EQ(call({"status"}), 2);
   EXPECT_THAT(last->err(), HasSubstr("no daemon answers"));
   EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1);
-  for (const auto& words : std::vector<std::vector<std::string>>{{}, {"frobnicate"}, {"run"}, {"watch", "--rate", "x"}}) {
+  for (const auto& words :
+       std::vector<std::vector<std::string>>{{}, {"frobnicate"}, {"run"}, {"watch", "--rate", "x"}}) {
     EXPECT_EQ(call(words), 2);
     EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1) << last->err();
   }
+  call({"frobnicate"});
+  EXPECT_THAT(last->err(), HasSubstr("frobnicate: no such command"));
   EXPECT_EQ(call({"--help"}), 0);
   EXPECT_THAT(last->out(), HasSubstr("run"));
   EXPECT_EQ(call({"run", "--help"}), 0);
