@@ -28,7 +28,7 @@ std::size_t ring_size(const BenchConfig& config, const Bench& bench) {
 
 Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server, Settings settings)
     : config_(config),
-      bench_(std::move(bench)),
+      bench_{std::move(bench)},
       server_(server),
       settings_(std::move(settings)),
       ring_(ring_size(config_, bench_)),

@@ -42,8 +42,12 @@ class Daemon {
   std::uint64_t ticks() const noexcept { return live_.ticks.load(); }
 
  private:
+  struct GuardedBench : Bench {  // safe even where the constructor throws
+    ~GuardedBench() { reference->make_safe(); }
+  };
+
   const BenchConfig& config_;
-  Bench bench_;
+  GuardedBench bench_;
   UnixSocketServer& server_;
   Settings settings_;
   Mailbox mailbox_;

@@ -28,6 +28,10 @@ namespace {
 /// What an exception that nobody catches, in any thread, still has to do.
 std::atomic<AnalogOutput*> last_resort{nullptr};
 
+struct Forget {  // before the output itself goes
+  ~Forget() { last_resort = nullptr; }
+};
+
 void die_safely() {
   if (AnalogOutput* output = last_resort.exchange(nullptr)) output->make_safe();
   std::abort();
@@ -116,20 +120,17 @@ int serve(const Options& options) {
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
 
+  repair_sessions(options.data);
   override_pace(options, config);
   Bench bench = open_bench(config);
-  Daemon::Settings settings{.data = options.data, .realtime = config.realtime, .log = [](const std::string& line) {
-                              spdlog::info("{}", line);
-                            }};
+  Daemon::Settings settings{.data = std::filesystem::absolute(options.data),
+                            .realtime = config.realtime,
+                            .log = [](const std::string& line) { spdlog::info("{}", line); }};
   set_pace(bench, settings);
-  repair_sessions(options.data);
-
   last_resort = bench.reference.get();
   std::set_terminate(die_safely);
-  struct Reset {
-    ~Reset() { last_resort = nullptr; }
-  } const reset;
   Daemon daemon(config, std::move(bench), server, std::move(settings));
+  const Forget forget;
   spdlog::info("{} at {} Hz, sessions in {}; latched until `emtb reset`", config.name, config.rate,
                options.data.string());
   sd_notify(0, "READY=1");
@@ -173,6 +174,7 @@ int main(int argc, char** argv) {
     spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e %l: %v");
     return serve(options);
   } catch (const std::exception& e) {
+    last_resort = nullptr;
     std::cerr << "emtbd: " << e.what() << "\n";
     return 2;
   }

@@ -78,7 +78,10 @@ int CommandLine::run(int argc, const char* const* argv) {
   } catch (const CLI::Success& e) {  // --help, --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
-    std::cerr << "emtb: " << e.what() << ". See emtb --help\n";
+    const auto rest = impl_->app->remaining();
+    const bool unknown = impl_->app->get_subcommands().empty() && !rest.empty();
+    std::cerr << "emtb: " << (unknown ? rest.front() + ": no such command or option" : e.what())
+              << ". See emtb --help\n";
   } catch (const std::exception& e) {
     std::cerr << "emtb: " << e.what() << "\n";
   }

@@ -131,6 +131,8 @@ TEST_F(DaemonCommands, BadUseIsOneLineAndTwo) {
     EXPECT_EQ(call(words), 2);
     EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1) << last->err();
   }
+  call({"frobnicate"});
+  EXPECT_THAT(last->err(), HasSubstr("frobnicate: no such command"));
   EXPECT_EQ(call({"--help"}), 0);
   EXPECT_THAT(last->out(), HasSubstr("run"));
   EXPECT_EQ(call({"run", "--help"}), 0);
