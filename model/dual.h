@@ -105,12 +105,13 @@ Scalar clamped(const Scalar& x, const Scalar& low, const Scalar& high) {
 }
 
 /// x, pulled towards zero by `threshold`: the exact solution of a step with dry friction (Moreau): within the threshold
-/// it sticks.
+/// it sticks. A threshold of zero lets everything pass, also the derivative of an x that is zero: the slightest torque
+/// moves a free shaft.
 template <class Scalar>
 Scalar soft_threshold(const Scalar& x, const Scalar& threshold) {
   if (x > threshold) return x - threshold;
   if (x < -threshold) return x + threshold;
-  return Scalar(0.0);
+  return threshold > Scalar(0.0) ? Scalar(0.0) : x;
 }
 
 /// exp(-h/tau), and 0 where tau is so short (or not positive) that it and all its derivatives vanish.
