@@ -7,7 +7,7 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # asserts stay on: a bench would rather stop than run on nonsense
-set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g")  # and where a sanitizer looks
+set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")  # and where a sanitizer looks
 
 # The sensitivities are computed in vector registers of four doubles (docs/decisions/sensitivities.md). Every unit must agree on
 # them. EMTB_MARCH="" builds for any x86-64 machine, about 1.6 times slower there.

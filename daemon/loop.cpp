@@ -52,7 +52,6 @@ Loop::Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live,
       slowest = std::max(slowest, std::max(period, channel.window));
     }
   }
-  measures_u_ref_ = taken[index(Signal::u_ref)];
   linger_ = std::min(2.0, 0.05 + 1.5 * slowest);  // a slow meter's last reading, but no run hangs on for a dead one
 }
 
@@ -186,6 +185,7 @@ void Loop::take(Port& port, const Reading& reading) noexcept {
   live_.time[index(reading.signal)].store(reading.time, std::memory_order_relaxed);
 
   if (order_ == nullptr || std::isnan(t0_)) return;
+  if (reading.signal == Signal::u_ref) return;  // the command itself is recorded: exact, and of the same instant
   const double t = reading.time - t0_;
   if (t < 0 || (ended_ && t > end_.t)) return;
   if (gap > 0) {
@@ -228,7 +228,7 @@ void Loop::drive(double now) noexcept {
       fault = bench_.reference->set(u);
       if (fault != Fault::none) break;
       u_ = u;
-      if (!measures_u_ref_) push({.signal = Signal::u_ref, .t = t, .value = u});
+      push({.signal = Signal::u_ref, .t = t, .value = u});
       break;
     }
   }
@@ -281,7 +281,7 @@ void Loop::end(Outcome outcome, Fault fault) noexcept {
   if (outcome != Outcome::fault) broken = make_safe();  // after a fault, trip() did it
   ended_ = true;
   end_ = {.kind = Record::Kind::end, .outcome = outcome, .code = static_cast<std::uint16_t>(fault), .t = t};
-  if (!measures_u_ref_) push({.signal = Signal::u_ref, .t = t, .value = u_});
+  push({.signal = Signal::u_ref, .t = t, .value = u_});
   live_.run_time.store(t, std::memory_order_relaxed);
   if (broken != Fault::none) {
     end_.outcome = Outcome::fault;

@@ -132,7 +132,6 @@ class Loop {
   std::vector<Watched> watched_;
   std::vector<Reading> buffer_;
   double linger_ = 0;  // [s] after a run for the last readings to arrive
-  bool measures_u_ref_ = false;
 
   State state_ = State::latched;
   double now_ = 0;

@@ -234,12 +234,9 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
                                                         {"software", std::string("emtbd ") + version},
                                                         {"started_utc", utc_text(now)}},
                                          .config = bench_.text};
-  const bool measured =
-      std::ranges::any_of(settings_.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
-  if (!measured) {
-    description.channels.push_back(
-        {.signal = Signal::u_ref, .period = 1 / bench_.rate, .source = "commanded reference"});
-  }
+  // A read-back is a step of the converter off and a tick late; what drives the model is the command.
+  std::erase_if(description.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
+  description.channels.push_back({.signal = Signal::u_ref, .period = 1 / bench_.rate, .source = "commanded reference"});
   const auto path = session_path(settings_.data, std::chrono::system_clock::to_time_t(now), order->profile.name());
   try {
     recorder_.open(path, description, order->profile.name());

@@ -309,7 +309,7 @@ TEST_F(LoopTest, TakesNothingFromTheHeap) {
   EXPECT_EQ(live.fault, Fault::non_finite);
 }
 
-TEST_F(LoopTest, MeasuredReferenceIsNotRecordedTwice) {
+TEST_F(LoopTest, TheCommandedReferenceIsRecordedAndNotItsReadBack) {
   FaultyBench other;
   other.bench.inputs.push_back(std::make_unique<FaultyInput>(
       other.clock,
@@ -326,7 +326,7 @@ TEST_F(LoopTest, MeasuredReferenceIsNotRecordedTwice) {
   }
   const auto u = samples(Signal::u_ref);
   ASSERT_GT(u.size(), 30u);
-  for (const Record& sample : u) EXPECT_EQ(sample.value, 0) << "the read-back of the fake reads 0";
+  for (const Record& sample : u) EXPECT_EQ(sample.value, 3) << "the read-back of the fake reads 0";
 }
 
 TEST_F(LoopTest, TwoChannelsOfOneSignalAreAMistake) {
