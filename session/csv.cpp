@@ -448,6 +448,7 @@ void write_csv(const std::filesystem::path& path, const Session& session) {
     const Run& run = session.runs[r];
     const std::string lead = several ? quoted_if_needed(names[r]) + "," : "";
     std::vector<const Series*> series;
+    series.reserve(columns.size());
     for (const Signal signal : columns) series.push_back(run.has(signal) ? &run.at(signal) : nullptr);
     std::vector<std::size_t> next(columns.size(), 0);
     while (true) {

@@ -28,8 +28,8 @@ double resolution(std::span<const std::span<const double>> pieces) {
   std::ranges::sort(values);
   const double same =
       1e-9 * (values.back() - values.front());  // arithmetic before the file was written may split a code in two
-  const auto repeated = std::ranges::unique(values, [&](double a, double b) { return b - a <= same; });
-  values.erase(repeated.begin(), repeated.end());
+  values.erase(std::unique(values.begin(), values.end(), [&](double a, double b) { return b - a <= same; }),
+               values.end());
   if (values.size() < 5) return 0;
 
   // The step as the mean of the gaps, each of which is one step or several; the smallest first, so that the estimate is

@@ -17,6 +17,10 @@
 #include "tests/session/python.h"
 #include "tests/session/scratch.h"
 
+// HDF5 1.10.8 itself loses 120 bytes each time it fails to open a damaged file.
+// NOLINTNEXTLINE(bugprone-reserved-identifier)
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5_serial\n"; }
+
 namespace emtb {
 namespace {
 
@@ -105,6 +109,14 @@ class Writer : public Scratch {
     std::this_thread::sleep_for(after);
     kill(pid, SIGKILL);
     waitpid(pid, nullptr, 0);
+  }
+
+  static std::size_t rows_of(const Session& session) {
+    std::size_t rows = 0;
+    for (const Run& run : session.runs) {
+      for (const auto& [signal, recorded] : run.signals) rows += recorded.t.size();
+    }
+    return rows;
   }
 
   static void expect_what_was_recorded(const Session& session, std::uint64_t at_least) {
@@ -279,7 +291,6 @@ TEST_F(Writer, AFullDiskLosesNothingThatWasFlushed) {
         }
       } catch (const SessionError& e) {
         progress->refused = std::string(e.what()).find("cannot be written (File too large)") != std::string::npos;
-        std::fprintf(stderr, "%s\n", e.what());
         EXPECT_THROW(writer.flush(), SessionError);
       }
     });
@@ -323,6 +334,7 @@ TEST_F(Writer, ACrashedSessionCutAnywhereKeepsOnlyWhatIsReallyThere) {
     record_and_kill(progress, std::chrono::milliseconds(60), 7);
   }
   const std::string whole = read(path("s.h5"));
+  const Session uncut = read_session(path("s.h5"));
   std::mt19937_64 random(3);
   int readable = 0;
   for (int attempt = 0; attempt < 40; ++attempt) {
@@ -330,10 +342,12 @@ TEST_F(Writer, ACrashedSessionCutAnywhereKeepsOnlyWhatIsReallyThere) {
         write("cut.h5", whole.substr(0, attempt < 20 ? random() % 8192 : whole.size() - random() % (whole.size() / 3)));
     std::filesystem::remove(path("cut.h5.damaged"));
     try {
-      expect_what_was_recorded(read_session(cut), 0);
+      const Session part = read_session(cut);
       ++readable;
-      if (repair_session(cut)) {
-        expect_what_was_recorded(read_session(cut), 0);
+      expect_what_was_recorded(part, 0);
+      EXPECT_TRUE(repair_session(cut));
+      expect_what_was_recorded(read_session(cut), 0);
+      if (rows_of(part) < rows_of(uncut)) {
         EXPECT_TRUE(std::filesystem::exists(path("cut.h5.damaged"))) << "somebody may get more out of it";
       }
     } catch (const SessionError& e) {
