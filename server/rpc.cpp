@@ -12,6 +12,16 @@ using nlohmann::json;
 /// Never throws for odd bytes: what is not UTF-8 is replaced.
 std::string dump(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
+/// Parses, but nothing deep: copying a value recurses, and a line of brackets would end the stack and with it the
+/// daemon.
+json parse(std::string_view line) {
+  constexpr int deepest = 16;
+  return json::parse(line, [](int depth, json::parse_event_t, const json&) {
+    if (depth > deepest) throw ProtocolError("nested too deeply");
+    return true;
+  });
+}
+
 std::string result(const json& id, json value) {
   return dump({{"jsonrpc", "2.0"}, {"id", id}, {"result", std::move(value)}});
 }
@@ -90,9 +100,9 @@ std::string Methods::answer(std::string_view line, const Peer& peer) const noexc
   try {
     json request;
     try {
-      request = json::parse(line);
-    } catch (const json::exception&) {
-      return failure(nullptr, code::parse_error, "not JSON: one object a line is wanted");
+      request = parse(line);
+    } catch (const std::exception&) {
+      return failure(nullptr, code::parse_error, "not JSON, or nested too deeply: one object a line is wanted");
     }
     if (const std::string wrong = complaint(request); !wrong.empty()) {
       return failure(nullptr, code::invalid_request, wrong);

@@ -101,9 +101,13 @@ TEST(Rpc, AnswersOneValidLineToWhateverIsSent) {
     }
     check(line);
   }
-  check(std::string(60'000, '['));  // deep
-  std::string deep = R"({"jsonrpc":"2.0","id":1,"method":"echo","params":{"text":)";
-  check(deep + std::string(30'000, '[') + std::string(30'000, ']') + "}}");
+}
+
+TEST(Rpc, ALineOfBracketsDoesNotEndTheStack) {
+  EXPECT_EQ(code_of(std::string(60'000, '[')), code::parse_error);
+  const std::string request = R"({"jsonrpc":"2.0","id":1,"method":"echo","params":{"text":)";
+  EXPECT_EQ(code_of(request + std::string(30'000, '[') + std::string(30'000, ']') + "}}"), code::parse_error);
+  EXPECT_EQ(code_of(request + "[[[[1]]]]}}"), code::invalid_params);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ class DaemonCommands : public Scratch {
     emtbd = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"),
                                                                "--data", path("data"), "--pace", pace},
                                       path("emtbd"));
-    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path("s")); })) << emtbd->err();
+    ASSERT_TRUE(eventually([&] { return call({"status"}) == 0; })) << emtbd->err();
   }
 
   std::unique_ptr<Process> launch(std::vector<std::string> words) {
