@@ -55,7 +55,7 @@ TEST_F(MappingFile, ComplaintsNameFileLineAndKey) {
   EXPECT_THAT(complaint("columns:\n  omega: {from: n}\n  omega: {from: m}\n"), HasSubstr("columns.omega stands twice"));
   EXPECT_THAT(complaint("columns: {omega: {from: n}}\nwindow: {i_a: 1}\n"),
               HasSubstr("map.yaml:2: window.i_a has a window but no column"));
-  EXPECT_THAT(complaint("window: {i_a: -1}\n"), HasSubstr("window.i_a must be above 0"));
+  EXPECT_THAT(complaint("window: {i_a: -1}\n"), HasSubstr("window.i_a is -1, but must be above 0"));
   EXPECT_THAT(complaint("delimiter: \",,\"\n"), HasSubstr("delimiter must be one character"));
   EXPECT_THAT(complaint("decimal: \";\"\n"), HasSubstr("decimal must be"));
   EXPECT_THAT(complaint("decimal: \",\"\n"), HasSubstr("map.yaml:1: decimal is the same for delimiter and decimal"));
