@@ -7,7 +7,8 @@
 
 namespace emtb {
 
-/// The rival of Dual in docs/decisions/sensitivities.md: W simulations side by side, one a lane, with perturbed parameters.
+/// The rival of Dual in docs/decisions/sensitivities.md: W simulations side by side, one a lane, with perturbed
+/// parameters.
 template <std::size_t W>
 struct Lanes {
   using Vector = typename VectorOf<W>::type;
