@@ -1,14 +1,22 @@
 #include "estimate/residuals.h"
 
+#include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "estimate/parallel.h"
 
 namespace emtb {
 namespace {
 
+/// The columns of a sensitivity that one pass fills: `count` from `first` on, of `all`.
+struct Columns {
+  std::size_t first = 0, count = 0;
+  Eigen::Index all = 0;
+};
+
 template <class Scalar>
-const std::vector<Scalar>& signal_of(const Trajectory<Scalar>& y, Signal signal) {
+const Scalar& signal_of(const Readings<Scalar>& y, Signal signal) {
   switch (signal) {
     case Signal::e_a:
       return y.e_a;
@@ -23,24 +31,88 @@ const std::vector<Scalar>& signal_of(const Trajectory<Scalar>& y, Signal signal)
   }
 }
 
-/// Fills up to four columns of each sensitivity from one pass with derivatives.
-void fill_columns(const PreparedRun& record, const Trajectory<Sensitive>& y, Eigen::Index column, Eigen::Index count,
-                  Eigen::Index columns, std::vector<Residuals>& out) {
-  for (std::size_t s = 0; s < record.observations.size(); ++s) {
-    const Observation& o = record.observations[s];
-    const std::vector<Sensitive>& signal = signal_of(y, o.signal);
-    Residuals& r = out[s];
-    for (Eigen::Index c = 0; c < count; ++c) {
-      const auto derivative = [&](std::size_t k) { return signal[k].d[static_cast<std::size_t>(c)]; };
-      bool moves = false;
-      for (std::size_t k = 0; k < signal.size() && !moves; ++k) moves = derivative(k) != 0;
-      if (!moves) continue;
-      if (!r.informed()) r.sensitivity.setZero(r.value.size(), columns);
-      for (std::size_t i = 0; i < o.size(); ++i) {
-        r.sensitivity(static_cast<Eigen::Index>(i), column + c) = o.predicted(i, derivative) / o.sigma[i];
+/// The instrument behind an observation: what it would have read of the simulated signal, formed as that comes.
+template <class Scalar>
+class Instrument {
+ public:
+  explicit Instrument(const Observation& o) : o_(o), averages_(o.first != o.last) {
+    if (averages_) integral_at_first_.resize(o.size());
+  }
+
+  const Observation& observation() const { return o_; }
+
+  /// @param take called with the number of each reading that ends at grid point k, and its prediction
+  template <class Take>
+  void see(std::size_t k, const Scalar& x, const Take& take) {
+    if (averages_) {
+      if (k > 0) integral_ += 0.5 * (before_ + x);
+      before_ = x;
+      for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) integral_at_first_[begun_] = integral_;
+    }
+    for (; done_ < o_.size() && o_.last[done_] == k; ++done_) {
+      const std::size_t over = k - o_.first[done_];
+      if (over == 0) {
+        take(done_, x);
+      } else {
+        take(done_, (integral_ - integral_at_first_[done_]) * (1.0 / static_cast<double>(over)));
       }
     }
   }
+
+ private:
+  const Observation& o_;
+  bool averages_;
+  std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
+  Scalar integral_{}, before_{};
+  std::vector<Scalar> integral_at_first_;
+};
+
+/// Compares a record with its simulation: residuals from values, columns of the sensitivities from derivatives.
+template <class Scalar>
+class Comparison final : public Reader<Scalar> {
+ public:
+  Comparison(const PreparedRun& record, Columns columns, std::vector<Residuals>& out) : columns_(columns), out_(out) {
+    for (const Observation& o : record.observations) instruments_.emplace_back(o);
+  }
+
+  void read(std::size_t k, const Readings<Scalar>& y) override {
+    for (std::size_t s = 0; s < instruments_.size(); ++s) {
+      const Observation& o = instruments_[s].observation();
+      instruments_[s].see(k, signal_of(y, o.signal), [&](std::size_t reading, const Scalar& predicted) {
+        const auto row = static_cast<Eigen::Index>(reading);
+        const double weight = 1 / o.sigma[reading];
+        out_[s].value[row] = (o.value[reading] - value_of(predicted)) * weight;
+        if constexpr (!std::is_same_v<Scalar, double>) fill_row(out_[s], row, predicted, weight);
+      });
+    }
+  }
+
+ private:
+  void fill_row(Residuals& r, Eigen::Index row, const Scalar& predicted, double weight) {
+    if (!r.informed()) {
+      if (!any(differs(predicted, Scalar(value_of(predicted))))) return;  // no derivative yet, perhaps never
+      r.sensitivity.setZero(r.value.size(), columns_.all);
+    }
+    for (std::size_t c = 0; c < columns_.count; ++c) {
+      r.sensitivity(row, static_cast<Eigen::Index>(columns_.first + c)) = predicted.d[c] * weight;
+    }
+  }
+
+  Columns columns_;
+  std::vector<Residuals>& out_;
+  std::vector<Instrument<Scalar>> instruments_;
+};
+
+/// One pass with as many derivatives as the scalar carries.
+template <class Scalar>
+void pass(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+          std::span<const std::vector<std::size_t>> moved, Columns columns, std::vector<Residuals>& out) {
+  std::vector<Scalar> p(values.begin(), values.end());
+  for (std::size_t j = 0; j < columns.count; ++j) {
+    for (const std::size_t place : moved[columns.first + j]) p[place].d[j] = 1;
+  }
+  Comparison<Scalar> comparison(record, columns, out);
+  simulate<Scalar>(structure, p, record.excitation, comparison);
 }
 
 }  // namespace
@@ -50,34 +122,25 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size
                                  std::span<const std::vector<std::size_t>> moved) {
   const PreparedRun& record = records[index];
   std::vector<Residuals> out;
-  const auto compare = [&](const auto& trajectory) {
-    for (const Observation& o : record.observations) {
-      const auto& signal = signal_of(trajectory, o.signal);
-      Residuals r{index, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}};
-      for (std::size_t i = 0; i < o.size(); ++i) {
-        const double predicted = o.predicted(i, [&](std::size_t k) { return value_of(signal[k]); });
-        r.value[static_cast<Eigen::Index>(i)] = (o.value[i] - predicted) / o.sigma[i];
-      }
-      out.push_back(std::move(r));
-    }
-  };
+  for (const Observation& o : record.observations) {
+    out.push_back({index, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}});
+  }
   if (moved.empty()) {
-    Trajectory<double> y;
-    simulate<double>(structure, values, record.excitation, y);
-    compare(y);
+    Comparison<double> comparison(record, {}, out);
+    simulate<double>(structure, values, record.excitation, comparison);
     return out;
   }
-  Trajectory<Sensitive> y;
-  for (std::size_t c = 0; c < moved.size(); c += derivatives_per_pass) {
-    const std::size_t count = std::min(derivatives_per_pass, moved.size() - c);
-    std::vector<Sensitive> p(values.begin(), values.end());
-    for (std::size_t j = 0; j < count; ++j) {
-      for (const std::size_t place : moved[c + j]) p[place].d[j] = 1;
+  const auto all = static_cast<Eigen::Index>(moved.size());
+  for (std::size_t first = 0; first < moved.size();) {
+    const std::size_t left = moved.size() - first;
+    if (left > derivatives_per_pass) {
+      const Columns columns{first, std::min(left, 2 * derivatives_per_pass), all};
+      pass<WideSensitive>(record, structure, values, moved, columns, out);
+      first += columns.count;
+    } else {
+      pass<Sensitive>(record, structure, values, moved, {first, left, all}, out);
+      first += left;
     }
-    simulate<Sensitive>(structure, p, record.excitation, y);
-    if (c == 0) compare(y);
-    fill_columns(record, y, static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(count),
-                 static_cast<Eigen::Index>(moved.size()), out);
   }
   return out;
 }

@@ -17,9 +17,34 @@ template <>
 struct VectorOf<4> {
   using type = double __attribute__((vector_size(32)));
 };
+/// Eight in two registers of AVX2. (One vector of eight would be split by the compiler, and go through memory: four
+/// times slower.)
 template <>
 struct VectorOf<8> {
-  using type = double __attribute__((vector_size(64)));
+  class type {
+   public:
+    using Half = VectorOf<4>::type;
+
+    type() = default;
+    type(const Half& low, const Half& high) : low_(low), high_(high) {}
+    type(const type& b) : low_(b.low_), high_(b.high_) {}
+    type& operator=(const type& b) { return low_ = b.low_, high_ = b.high_, *this; }
+
+    double operator[](std::size_t i) const { return i < 4 ? low_[i] : high_[i - 4]; }
+    double& operator[](std::size_t i) { return reinterpret_cast<double*>(i < 4 ? &low_ : &high_)[i % 4]; }  // may alias
+
+    type& operator+=(const type& b) { return low_ += b.low_, high_ += b.high_, *this; }
+    type& operator-=(const type& b) { return low_ -= b.low_, high_ -= b.high_, *this; }
+    friend type operator-(const type& a) { return {-a.low_, -a.high_}; }
+    friend type operator+(const type& a, const type& b) { return {a.low_ + b.low_, a.high_ + b.high_}; }
+    friend type operator-(const type& a, const type& b) { return {a.low_ - b.low_, a.high_ - b.high_}; }
+    friend type operator*(const type& a, double b) { return {a.low_ * b, a.high_ * b}; }
+    friend type operator*(double a, const type& b) { return {a * b.low_, a * b.high_}; }
+    friend auto operator!=(const type& a, const type& b) { return (a.low_ != b.low_) | (a.high_ != b.high_); }
+
+   private:
+    Half low_{}, high_{};
+  };
 };
 
 /// A number that carries its derivatives with respect to N parameters: forward-mode automatic differentiation.
@@ -38,6 +63,10 @@ struct Dual {
   Dual() = default;
   Dual(double value) : v(value) {}  // NOLINT: constants enter equations as they are written
   Dual(double value, const Gradient& gradient) : v(value), d(gradient) {}
+  // Copied member by member: as a block of bytes it would go through halves of a register, and reading it back as a
+  // whole stalls.
+  Dual(const Dual& b) : v(b.v), d(b.d) {}
+  Dual& operator=(const Dual& b) { return v = b.v, d = b.d, *this; }
 
   /// The i-th of the N independent parameters.
   static Dual variable(double value, std::size_t i) {
@@ -84,6 +113,20 @@ inline double value_of(double x) { return x; }
 template <std::size_t N>
 double value_of(const Dual<N>& x) {
   return x.v;
+}
+
+/// Where two numbers differ, in their value or a derivative; any() says whether anywhere.
+inline bool differs(double a, double b) { return a != b; }
+inline bool any(bool where) { return where; }
+template <std::size_t N>
+auto differs(const Dual<N>& a, const Dual<N>& b) {
+  return (a.d != b.d) | -static_cast<long>(a.v != b.v);  // all lanes at once: -1 where true
+}
+template <class Mask>
+requires(sizeof(Mask) > sizeof(long)) bool any(const Mask& where) {
+  auto bits = where[0];
+  for (std::size_t i = 1; i < sizeof where / sizeof bits; ++i) bits |= where[i];
+  return bits != 0;
 }
 
 using std::abs;

@@ -2,8 +2,10 @@
 
 namespace emtb {
 
-template void simulate<double>(const ModelStructure&, std::span<const double>, const Excitation&, Trajectory<double>&);
+template void simulate<double>(const ModelStructure&, std::span<const double>, const Excitation&, Reader<double>&);
 template void simulate<Sensitive>(const ModelStructure&, std::span<const Sensitive>, const Excitation&,
-                                  Trajectory<Sensitive>&);
+                                  Reader<Sensitive>&);
+template void simulate<WideSensitive>(const ModelStructure&, std::span<const WideSensitive>, const Excitation&,
+                                      Reader<WideSensitive>&);
 
 }  // namespace emtb

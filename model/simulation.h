@@ -22,9 +22,32 @@ struct Excitation {
   double longest_step = 1e-3;  ///< [s] longer intervals are divided
 };
 
-/// How many derivatives one pass carries: one vector register of AVX2 (docs/decisions/sensitivities.md).
+/// How many derivatives one pass carries: one or two vector registers of AVX2 (docs/decisions/sensitivities.md).
 inline constexpr std::size_t derivatives_per_pass = 4;
 using Sensitive = Dual<derivatives_per_pass>;
+using WideSensitive = Dual<2 * derivatives_per_pass>;
+
+/// What the model predicts that the instruments read at one time.
+template <class Scalar>
+struct Readings {
+  const Scalar &e_a, &i_a, &omega, &theta, &torque;
+};
+
+/// Takes the readings of a simulation as they come. With derivatives a run is megabytes, which need not be kept to be
+/// used once.
+template <class Scalar>
+class Reader {
+ public:
+  virtual ~Reader() = default;
+  /// @param k place in the times of the excitation; called once for each, in their order
+  virtual void read(std::size_t k, const Readings<Scalar>& y) = 0;
+};
+
+/// Simulates a run.
+/// @param parameters R_a, K_b, K_m, B, J, then those of each effect, in the order of the structure
+template <class Scalar>
+void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& excitation,
+              Reader<Scalar>& reader);
 
 /// The readings that the model predicts at each time of the excitation.
 template <class Scalar>
@@ -36,16 +59,31 @@ struct Trajectory {
   }
 };
 
-/// Simulates a run.
-/// @param parameters R_a, K_b, K_m, B, J, then those of each effect, in the order of the structure
+/// The same, with all readings kept.
 /// @param out resized and filled; reuse it to spare allocations
 template <class Scalar>
 void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& excitation,
-              Trajectory<Scalar>& out);
+              Trajectory<Scalar>& out) {
+  struct Keep final : Reader<Scalar> {
+    explicit Keep(Trajectory<Scalar>& to) : out(to) {}
+    void read(std::size_t k, const Readings<Scalar>& y) override {
+      out.e_a[k] = y.e_a;
+      out.i_a[k] = y.i_a;
+      out.omega[k] = y.omega;
+      out.theta[k] = y.theta;
+      out.torque[k] = y.torque;
+    }
+    Trajectory<Scalar>& out;
+  } keep(out);
+  out.resize(excitation.t.size());
+  simulate(structure, parameters, excitation, static_cast<Reader<Scalar>&>(keep));
+}
 
 extern template void simulate<double>(const ModelStructure&, std::span<const double>, const Excitation&,
-                                      Trajectory<double>&);
+                                      Reader<double>&);
 extern template void simulate<Sensitive>(const ModelStructure&, std::span<const Sensitive>, const Excitation&,
-                                         Trajectory<Sensitive>&);
+                                         Reader<Sensitive>&);
+extern template void simulate<WideSensitive>(const ModelStructure&, std::span<const WideSensitive>, const Excitation&,
+                                             Reader<WideSensitive>&);
 
 }  // namespace emtb

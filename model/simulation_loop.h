@@ -11,29 +11,29 @@ namespace emtb {
 /// The definition of simulate(), for any scalar; included only where it is instantiated.
 template <class Scalar>
 void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
-              Trajectory<Scalar>& out) {
+              Reader<Scalar>& reader) {
   const std::size_t n = x.t.size();
-  out.resize(n);
+  if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
   const auto read = [&](std::size_t k) {
-    out.e_a[k] = machine.e_driver;
-    out.i_a[k] = machine.i_a_reading;
-    out.omega[k] = machine.omega_reading;
-    out.theta[k] = machine.theta;
-    out.torque[k] = machine.torque_reading;
+    reader.read(k,
+                {machine.e_driver, machine.i_a_reading, machine.omega_reading, machine.theta, machine.torque_reading});
   };
   const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };
-  if (n == 0) return;
   StepInput in{.u_ref = at(x.u_ref, 0), .e_a_start = at(x.e_a, 0), .e_a_end = at(x.e_a, 0), .i_a = at(x.i_a, 0)};
   machine.start(x.initial, in);
   read(0);
+  // A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on h alone is computed once.
+  const double even = (x.t.back() - x.t.front()) / static_cast<double>(std::max<std::size_t>(1, n - 1));
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    const double interval = x.t[k + 1] - x.t[k];
-    const int steps = std::max(1, static_cast<int>(std::ceil(interval / x.longest_step - 1e-6)));
-    const double h = interval / steps;
+    double interval = x.t[k + 1] - x.t[k];
+    if (std::abs(interval - even) < 1e-9 * even) interval = even;
     in.u_ref = at(x.u_ref, k);
     in.i_a = at(x.i_a, k);
     in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
+    const bool whole = interval <= x.longest_step * (1 + 1e-6);
+    const int steps = whole ? 1 : static_cast<int>(std::ceil(interval / x.longest_step - 1e-6));
+    const double h = interval / steps;
     for (int s = 0; s < steps; ++s) {
       const auto part = [&](const std::vector<double>& values, double where) {
         return values.empty() ? 0.0 : values[k] + (values[k + 1] - values[k]) * where;

@@ -7,11 +7,23 @@
 
 namespace emtb {
 
+/// W doubles in vector registers, also those that the processor must split.
+template <std::size_t W>
+struct LaneVector;
+template <>
+struct LaneVector<4> {
+  using type = double __attribute__((vector_size(32)));
+};
+template <>
+struct LaneVector<8> {
+  using type = double __attribute__((vector_size(64)));
+};
+
 /// The rival of Dual in docs/decisions/sensitivities.md: W simulations side by side, one a lane, with perturbed
 /// parameters.
 template <std::size_t W>
 struct Lanes {
-  using Vector = typename VectorOf<W>::type;
+  using Vector = typename LaneVector<W>::type;
   Vector v{};
 
   Lanes() = default;

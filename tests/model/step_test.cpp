@@ -8,6 +8,7 @@
 #include "model/catalogue.h"
 #include "model/simulation.h"
 #include "tests/model/benches.h"
+#include "tests/model/plain_machine.h"
 #include "tests/model/reference.h"
 
 namespace emtb {
@@ -381,6 +382,69 @@ TEST(Step, ATachoLagChangesTheReadingAndNotTheMotor) {
   EXPECT_EQ(without.i_a, with_lag.i_a);
   EXPECT_EQ(without.theta, with_lag.theta);
   EXPECT_LT(with_lag.omega[120], without.omega[120]);
+}
+
+// ---- against the same equations, written in a row
+
+/// Readings of step.h and of PlainMachine, with derivatives with respect to four of the parameters.
+void expect_the_plain_step(const testing_benches::TestBench& bench, const std::vector<double>& effects, bool voltage,
+                           bool load, std::size_t first_derivative) {
+  ModelStructure s =
+      with({"driver_dead_zone", "armature_inductance", "coulomb_friction", "windage", "load_torque", "tacho_lag"});
+  s.driver = bench.structure.driver;
+  Excitation x = bench.excitation;
+  x.longest_step = 1;
+  if (voltage) {
+    const std::vector<double> e = run(s, and_(bench.base, effects), x).e_a;
+    for (std::size_t k = 0; k < e.size(); ++k)
+      x.e_a.push_back(e[k] * 1.01 + 0.1 * std::sin(0.01 * static_cast<double>(k)));
+  }
+  if (load) {
+    for (std::size_t k = 0; k < x.t.size(); ++k)
+      x.load.push_back(effects[2] * std::sin(0.003 * static_cast<double>(k)));
+  }
+  s.measured_voltage = voltage;
+  s.measured_load = load;
+  const std::vector<double> values = and_(bench.base, effects);
+  std::vector<Sensitive> p(values.begin(), values.end());
+  for (std::size_t j = 0; j < 4; ++j) p[(first_derivative + j) % p.size()].d[j] = 1;
+  Trajectory<Sensitive> y;
+  simulate<Sensitive>(s, p, x, y);
+  const PlainParameters<Sensitive> plain{p[0], p[1], p[2], p[3],  p[4], p[5], p[6],
+                                         p[7], p[8], p[9], p[10], true, true, true};
+  Trajectory<Sensitive> expected;
+  run_plain(s.driver, plain, x, [&](std::size_t, const PlainMachine<Sensitive>& m) {
+    expected.e_a.push_back(m.e_driver);
+    expected.i_a.push_back(m.i_a);
+    expected.omega.push_back(m.omega_reading);
+    expected.theta.push_back(m.theta);
+  });
+  for (const auto signal : {&Trajectory<Sensitive>::e_a, &Trajectory<Sensitive>::i_a, &Trajectory<Sensitive>::omega,
+                            &Trajectory<Sensitive>::theta}) {
+    const auto same = [&](const auto& part, const std::string& what) {
+      std::vector<double> a, b;
+      for (const Sensitive& v : y.*signal) a.push_back(part(v));
+      for (const Sensitive& v : expected.*signal) b.push_back(part(v));
+      const double largest = std::abs(*std::ranges::max_element(b, {}, [](double v) { return std::abs(v); }));
+      EXPECT_LE(largest_error(a, b), 1e-12 * largest) << what;
+    };
+    same([](const Sensitive& v) { return v.v; }, "value");
+    for (std::size_t j = 0; j < 4; ++j) same([j](const Sensitive& v) { return v.d[j]; }, "derivative");
+  }
+}
+
+TEST(Step, IsTheOneThatItsEquationsSay) {
+  for (const bool voltage : {false, true}) {
+    for (const bool load : {false, true}) {
+      for (const std::size_t first : {0U, 4U, 8U}) {
+        SCOPED_TRACE(testing::Message() << "voltage " << voltage << " load " << load << " derivatives from " << first);
+        expect_the_plain_step(testing_benches::slow_bench(), {0.1, 1, 0.0547, 3e-6, 0.03, 0.03}, voltage, load, first);
+        expect_the_plain_step(testing_benches::fast_bench(), {0.07, 2e-3, 0.003, 2e-8, 0.002, 0.007}, voltage, load,
+                              first);
+        expect_the_plain_step(testing_benches::fast_bench(), {0, 0, 0, 0, 0, 0}, voltage, load, first);
+      }
+    }
+  }
 }
 
 // ---- time
