@@ -92,29 +92,6 @@ class Machine {
       apply(load_parts_, middle_);
     }
 
-<<<<<<< HEAD
-    // Armature circuit and air gap: the mean current over the step is alpha - beta K_b φ ω(t + h).
-    const Scalar k_b = p_[1] * b.flux;
-    const Scalar k_m = p_[2] * b.flux;
-    const bool current_drive = structure_.input == Signal::i_a;
-    const bool conducts = !in.armature_open && !current_drive;
-    const Scalar& R = b.resistance;
-    const Scalar v0 = e0 - b.voltage_drop - k_b * omega;  // across R and L at the start
-    Scalar tau(0.0), carried(0.0), mean_carried(0.0);     // carried: how much of an initial current is left at the end
-    if (conducts && circuit_effects_) {
-      tau = b.inductance / R;
-      carried = decay(h, tau);
-      mean_carried = tau * (1.0 - carried) / h;
-    }
-    Scalar alpha(current_drive && !in.armature_open ? in.i_a : 0.0), beta(0.0);
-    if (conducts) {
-      // i(t) for v linear from v0 to v1: v/R - (v1 - v0) tau/(R h) + transient. Split into what v1 does (beta) and the
-      // rest.
-      const Scalar lag = tau / h;
-      beta = (0.5 - lag * (1.0 - mean_carried)) / R;
-      alpha = v0 * (0.5 + lag * (1.0 - mean_carried)) / R + (i_a - v0 / R) * mean_carried;
-      alpha += beta * (e1 - b.voltage_drop);
-=======
     // Armature circuit and air gap: the current is linear in the voltages across R and L at both ends of the step.
     const bool conducts = !in.armature_open && structure_.input != Signal::i_a;
     solve_for(h, conducts);
@@ -125,7 +102,6 @@ class Machine {
     if (conducts) {
       mean_current = mean_.v0 * v0 + mean_.v1 * e1;
       if (inductive_) mean_current += mean_.i * i_a;
->>>>>>> room-d
     }
 
     // Shaft and load: trapezoidal, dry friction implicit.
@@ -195,11 +171,6 @@ class Machine {
     terms_.fall = Scalar(d.fall);
   }
 
-<<<<<<< HEAD
-  void call(const Part& part, const State<Scalar>& x, Balance<Scalar>& b) {
-    part.apply(p_.subspan(part.parameter, part.parameters), std::span(memory_).subspan(part.memory, part.memories), x,
-               b);
-=======
   /// The motor of the base model; effects of armature, air gap, shaft and load change it in every step.
   void reset_motor_terms() {
     terms_.resistance = p_[0];
@@ -207,7 +178,6 @@ class Machine {
     terms_.flux = Scalar(1.0);
     terms_.inductance = terms_.voltage_drop = Scalar(0.0);
     terms_.braking_torque = terms_.load_torque = terms_.dry_friction = Scalar(0.0);
->>>>>>> room-d
   }
 
   void apply(const Parts& parts, const State<Scalar>& x) {
@@ -217,23 +187,12 @@ class Machine {
     }
   }
 
-<<<<<<< HEAD
-  void read_sensors(double t, double h, const StepInput& in, Balance<Scalar>& b) {
-    b.omega_reading = omega;
-    b.i_a_reading = i_a;
-    b.torque_reading = b.load_torque;
-    const State<Scalar> end{
-        .t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = theta};
-    for (const Part& part : parts_) {
-      if (part.stage == Stage::sensors) call(part, end, b);
-=======
   void follow_reference(double u_ref, double h) {
     if (driver_parts_.empty()) {  // all is known, nothing has a derivative
       const DriverModel& d = structure_.driver;
       const double e = value_of(e_driver);
       e_driver = Scalar(e + clamped(clamped(d.gain * u_ref, d.min, d.max) - e, -d.fall * h, d.rise * h));
       return;
->>>>>>> room-d
     }
     reset_driver_terms();
     terms_.u = Scalar(u_ref);
