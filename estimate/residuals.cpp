@@ -16,7 +16,7 @@ struct Columns {
 };
 
 template <class Scalar>
-const Scalar& signal_of(const Readings<Scalar>& y, Signal signal) {
+const Scalar& signal_of(const SimulatedReadings<Scalar>& y, Signal signal) {
   switch (signal) {
     case Signal::e_a:
       return y.e_a;
@@ -75,7 +75,7 @@ class Comparison final : public Reader<Scalar> {
     for (const Observation& o : record.observations) instruments_.emplace_back(o);
   }
 
-  void read(std::size_t k, const Readings<Scalar>& y) override {
+  void read(std::size_t k, const SimulatedReadings<Scalar>& y) override {
     for (std::size_t s = 0; s < instruments_.size(); ++s) {
       const Observation& o = instruments_[s].observation();
       instruments_[s].see(k, signal_of(y, o.signal), [&](std::size_t reading, const Scalar& predicted) {

@@ -29,7 +29,7 @@ using WideSensitive = Dual<2 * derivatives_per_pass>;
 
 /// What the model predicts that the instruments read at one time.
 template <class Scalar>
-struct Readings {
+struct SimulatedReadings {
   const Scalar &e_a, &i_a, &omega, &theta, &torque;
 };
 
@@ -40,7 +40,7 @@ class Reader {
  public:
   virtual ~Reader() = default;
   /// @param k place in the times of the excitation; called once for each, in their order
-  virtual void read(std::size_t k, const Readings<Scalar>& y) = 0;
+  virtual void read(std::size_t k, const SimulatedReadings<Scalar>& y) = 0;
 };
 
 /// Simulates a run.
@@ -66,7 +66,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
               Trajectory<Scalar>& out) {
   struct Keep final : Reader<Scalar> {
     explicit Keep(Trajectory<Scalar>& to) : out(to) {}
-    void read(std::size_t k, const Readings<Scalar>& y) override {
+    void read(std::size_t k, const SimulatedReadings<Scalar>& y) override {
       out.e_a[k] = y.e_a;
       out.i_a[k] = y.i_a;
       out.omega[k] = y.omega;

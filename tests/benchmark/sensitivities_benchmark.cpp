@@ -228,7 +228,7 @@ void the_model_without_derivatives(benchmark::State& state) {
 template <std::size_t N>
 struct TakeDerivatives final : Reader<Dual<N>> {
   TakeDerivatives(Columns& c, std::size_t f, std::size_t n) : columns(c), first(f), count(n) {}
-  void read(std::size_t k, const Readings<Dual<N>>& y) override {
+  void read(std::size_t k, const SimulatedReadings<Dual<N>>& y) override {
     for (std::size_t j = 0; j < count; ++j) columns[first + j][k] = y.omega.d[j];
   }
   Columns& columns;
