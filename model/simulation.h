@@ -19,7 +19,7 @@ struct Excitation {
   std::vector<double> omega;        ///< [rad/s] measured speed, for load effects beside a measured torque
   std::vector<char> armature_open;  ///< from its time to the next
   InitialState initial;
-  double longest_step = 1e-3;  ///< [s] longer intervals are divided
+  double longest_step = 2e-3;  ///< [s] longer intervals are divided
 };
 
 /// How many derivatives one pass carries: one or two vector registers of AVX2 (docs/decisions/sensitivities.md).
