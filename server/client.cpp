@@ -112,6 +112,8 @@ std::optional<json> Client::notification(double timeout) {
 
 std::filesystem::path socket_to_listen() {
   if (const auto own = users_socket(); !own.empty()) return own;
+  std::error_code ignored;  // root without the service's tmpfiles.d: the folder is made, as that would
+  std::filesystem::create_directory(system_socket.parent_path(), ignored);
   if (access(system_socket.parent_path().c_str(), W_OK | X_OK) == 0) return system_socket;
   throw ProtocolError(
       "no place for the socket: XDG_RUNTIME_DIR is not set and /run/emtb cannot be written. Give --socket PATH");
