@@ -164,7 +164,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   d.base = current.model;
   d.base_train = current.train;
   d.base_held_out = current.held_out.error();
-  d.steps.push_back({"fitted", current.train, d.base_held_out});
+  d.steps.push_back({"fitted", {}, current.train, d.base_held_out});
   const std::vector<PreparedRun> all = data.all();
   d.where = residual_maps(all, d.base);
 
@@ -179,7 +179,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     const auto* best = best_of(trials, current, rule);
     if (best == nullptr) break;
     found.push_back(best->first.effect);
-    d.steps.push_back({"added " + std::string(effect_catalogue()[found.back()].id), best->second.train,
+    d.steps.push_back({"added " + std::string(effect_catalogue()[found.back()].id), found.back(), best->second.train,
                        best->second.held_out.error()});
     current = Trial(best->second);
   }
@@ -197,7 +197,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       if (material(current.held_out, trial.held_out, rule) && !tied(trial.held_out, current.held_out, rule)) {
         d.steps.push_back({"swapped " + std::string(effect_catalogue()[member].id) + " for " +
                                std::string(effect_catalogue()[s.effect].id),
-                           trial.train, trial.held_out.error()});
+                           s.effect, trial.train, trial.held_out.error()});
         current = trial;
         found[i] = s.effect;
         rivals.erase(member);
@@ -219,7 +219,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       continue;
     }
     d.steps.push_back(
-        {"dropped " + std::string(effect_catalogue()[found[i]].id), reduced.train, reduced.held_out.error()});
+        {"dropped " + std::string(effect_catalogue()[found[i]].id), {}, reduced.train, reduced.held_out.error()});
     current = std::move(reduced);
     rivals.erase(found[i]);
     found.erase(found.begin() + static_cast<std::ptrdiff_t>(i));

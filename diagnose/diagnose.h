@@ -37,7 +37,8 @@ struct Candidate {
 };
 
 struct Step {
-  std::string action;  ///< `added coulomb_friction`
+  std::string action;                ///< `added coulomb_friction`
+  std::optional<std::size_t> added;  ///< the effect, where one was
   double train = 0;
   double held_out = 0;
 };

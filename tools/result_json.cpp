@@ -109,7 +109,10 @@ json to_json(const Diagnosis& d) {
   out["signals"] = to_json(d.signals);
   out["steps"] = json::array();
   for (const Step& s : d.steps) {
-    out["steps"].push_back({{"added", s.action}, {"train", number(s.train)}, {"held_out", number(s.held_out)}});
+    out["steps"].push_back({{"added", s.added ? json(id(*s.added)) : json(nullptr)},
+                            {"action", s.action},
+                            {"train", number(s.train)},
+                            {"held_out", number(s.held_out)}});
   }
   out["unexplained"] = number(d.final_held_out);
   out["where"] = maps_json(d.where);

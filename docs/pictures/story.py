@@ -78,7 +78,7 @@ def main():
         colour = LINEAR if i == 0 else EFFECT
         parts.append(f'<rect x="{710 + 115 * i}" y="{430 - height:.1f}" width="70" height="{max(height, 2):.1f}" fill="{colour}"/>')
         parts.append(text(745 + 115 * i, f"{422 - height:.1f}", f"{step['held_out']:.3g}", anchor="middle", weight="bold"))
-        parts.append(text(745 + 115 * i, 450, "linear model" if i == 0 else "+ " + step["added"].removeprefix("added ").replace("_", " "), anchor="middle", size=12))
+        parts.append(text(745 + 115 * i, 450, "linear model" if i == 0 else "+ " + step["added"].replace("_", " "), anchor="middle", size=12))
     for i, (words, colour) in enumerate((("measured", MEASURED), ("linear model", LINEAR), ("with the effect found", EFFECT))):
         parts.append(f'<line x1="{300 + 110 * i}" x2="{318 + 110 * i}" y1="226" y2="226" stroke="{colour}" stroke-width="4"/>')
         parts.append(text(323 + 110 * i, 230, words, size=12))

@@ -94,7 +94,9 @@ TEST_F(ModelCommands, DiagnoseWritesTheContractsJson) {
   for (const char* key : {"sigma", "sigma_from", "rmse", "fit_percent"}) {
     EXPECT_TRUE(d["signals"]["omega"].contains(key)) << key;
   }
-  for (const char* key : {"added", "train", "held_out"}) EXPECT_TRUE(d["steps"][0].contains(key)) << key;
+  EXPECT_TRUE(d["steps"][0]["added"].is_null()) << "the model as given";
+  EXPECT_EQ(d["steps"][1]["added"], "coulomb_friction");
+  EXPECT_LT(d["steps"][1]["held_out"].get<double>(), d["steps"][0]["held_out"].get<double>());
   for (const char* key : {"signal", "against", "bins", "rmse"}) EXPECT_TRUE(d["where"][0].contains(key)) << key;
   EXPECT_TRUE(d.contains("next_experiment"));
 }
