@@ -14,6 +14,7 @@
 #include "server/client.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
+#include "tools/result_json.h"
 
 namespace emtb {
 namespace {
@@ -39,17 +40,6 @@ std::string format(const char* pattern, double value) {
 }
 
 std::string number(const json& value) { return value.is_number() ? format("%.4g", value.get<double>()) : "-"; }
-
-void write_json(const std::string& file, const json& value) {
-  if (file.empty()) return;
-  if (file == "-") {
-    std::cout << value.dump(2) << "\n";
-    return;
-  }
-  std::ofstream out(file);
-  out << value.dump(2) << "\n";
-  if (!out.flush()) throw Error(file + ": cannot be written. Give another --json FILE");
-}
 
 /// `omega 102.3 rad/s  i_a 0.41 A`, in the order of the signals.
 std::string values(const json& signals) {
