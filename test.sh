@@ -10,13 +10,17 @@ cd "$(dirname "$0")"
 
 sources() { git ls-files '*.cpp' '*.h'; }
 
-build_and_test() {  # preset, then arguments for ctest
-  local preset=$1
+build_and_test() {  # preset, then the rooms to test; none: all
+  local preset=$1 targets=() labels=()
   shift
+  if [ $# -gt 0 ]; then
+    targets=(--target "${@/%/_tests}")
+    labels=(-L "^($(IFS='|' && echo "$*"))\$")
+  fi
   echo "== $preset"
   cmake --preset "$preset" >/dev/null
-  cmake --build --preset "$preset"
-  ctest --preset "$preset" "$@"
+  cmake --build --preset "$preset" "${targets[@]}"
+  ctest --preset "$preset" -j "$(nproc)" "${labels[@]}"
 }
 
 tools/install_packages.sh
@@ -24,9 +28,9 @@ tools/install_packages.sh
 for what in "$@"; do
   case "$what" in
     format) echo "== format" && sources | xargs clang-format --dry-run -Werror ;;
-    release) build_and_test release -j "$(nproc)" ;;
-    asan) build_and_test asan -j "$(nproc)" ;;
-    tsan) build_and_test tsan -j "$(nproc)" -L 'hal|drivers|daemon|server' ;;
+    release) build_and_test release ;;
+    asan) build_and_test asan ;;
+    tsan) build_and_test tsan hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, release, asan, tsan, tidy" >&2; exit 2 ;;
   esac
