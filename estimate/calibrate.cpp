@@ -121,7 +121,12 @@ class CompressedCost final : public ceres::CostFunction {
     const auto p = static_cast<Eigen::Index>(problem_.free().size());
     const std::span x(parameters[0], static_cast<std::size_t>(p));
     const bool linearize = jacobians != nullptr && jacobians[0] != nullptr;
-    const NormalEquations n = problem_.normal_equations(x, linearize, false);
+    // Most points that are tried are kept, and then linearized: done at once, that is one simulation instead of two.
+    if (!std::ranges::equal(x, last_x_)) {
+      last_ = problem_.normal_equations(x, true, false);
+      last_x_.assign(x.begin(), x.end());
+    }
+    const NormalEquations& n = last_;
     if (!std::isfinite(n.rtr)) return false;
     Eigen::Map<Eigen::VectorXd> r(out, p + 1);
     r.setZero();
@@ -146,6 +151,8 @@ class CompressedCost final : public ceres::CostFunction {
 
  private:
   const Problem& problem_;
+  mutable std::vector<double> last_x_;
+  mutable NormalEquations last_;
 };
 
 struct Descent {
@@ -211,6 +218,15 @@ std::vector<PreparedRun> shortest(std::span<const PreparedRun> records) {
   }
   part.resize(keep);
   return part;
+}
+
+/// Does another point lie in the valley of an optimum? It does where the cost there is what the optimum's curvature foretells.
+/// A descent from it would only come back.
+bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std::span<const double> x, double cost) {
+  const Eigen::Map<const Eigen::VectorXd> from(optimum.x.data(), static_cast<Eigen::Index>(x.size()));
+  const Eigen::VectorXd way = Eigen::Map<const Eigen::VectorXd>(x.data(), from.size()) - from;
+  const double rise = 0.5 * way.dot(at_optimum.sts * way) - way.dot(at_optimum.str);
+  return cost > optimum.cost && std::abs(cost - optimum.cost - rise) < 0.5 * rise;
 }
 
 /// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its range.
@@ -309,12 +325,16 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
   // Other starts descend on a part of the data; what they reach is tried on all of it.
   const std::vector<PreparedRun> part = options.extra_starts > 0 ? shortest(records) : std::vector<PreparedRun>{};
   const Problem glance(part, model, options);
+  NormalEquations at_best;
+  if (options.extra_starts > 0) at_best = problem.normal_equations(best.x, true, false);
   for (int s = 0; s < options.extra_starts; ++s) {
     const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15);
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
-    if (!(cost < 2 * best.cost)) continue;
+    if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;
     Descent other = descend(problem, model, rough.x, options.max_iterations);
-    if (other.cost < best.cost * (1 - 1e-9)) best = std::move(other);
+    if (other.cost >= best.cost * (1 - 1e-9)) continue;
+    best = std::move(other);
+    at_best = problem.normal_equations(best.x, true, false);
   }
   const std::vector<double> all = free.spread(best.x);
   for (std::size_t i = 0; i < all.size(); ++i) {
