@@ -1,13 +1,13 @@
 #include "estimate/calibrate.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <ceres/ceres.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <Eigen/SVD>
-#include <ceres/ceres.h>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "estimate/parallel.h"
 #include "hal/error.h"
@@ -121,12 +121,7 @@ class CompressedCost final : public ceres::CostFunction {
     const auto p = static_cast<Eigen::Index>(problem_.free().size());
     const std::span x(parameters[0], static_cast<std::size_t>(p));
     const bool linearize = jacobians != nullptr && jacobians[0] != nullptr;
-    // Most points that are tried are kept, and then linearized: done at once, that is one simulation instead of two.
-    if (!std::ranges::equal(x, last_x_)) {
-      last_ = problem_.normal_equations(x, true, false);
-      last_x_.assign(x.begin(), x.end());
-    }
-    const NormalEquations& n = last_;
+    const NormalEquations& n = at(x);
     if (!std::isfinite(n.rtr)) return false;
     Eigen::Map<Eigen::VectorXd> r(out, p + 1);
     r.setZero();
@@ -134,7 +129,8 @@ class CompressedCost final : public ceres::CostFunction {
       r[p] = std::sqrt(n.rtr);
       return true;
     }
-    // SᵀS = L Lᵀ, scaled first: parameters differ by five orders of magnitude. With the Jacobian -Lᵀ, L r = Sᵀ residuals.
+    // SᵀS = L Lᵀ, scaled first: parameters differ by five orders of magnitude. With the Jacobian -Lᵀ, L r = Sᵀ
+    // residuals.
     const Eigen::VectorXd size = n.sts.diagonal().cwiseSqrt().cwiseMax(1e-150);
     const Eigen::VectorXd inverse = size.cwiseInverse();
     Eigen::MatrixXd scaled = inverse.asDiagonal() * n.sts * inverse.asDiagonal();
@@ -147,6 +143,15 @@ class CompressedCost final : public ceres::CostFunction {
     jacobian.setZero();
     jacobian.topRows(p) = -(l.transpose() * size.asDiagonal());
     return true;
+  }
+
+  /// Most points that are tried are kept, and then linearized: done at once, that is one simulation instead of two.
+  const NormalEquations& at(std::span<const double> x) const {
+    if (!std::ranges::equal(x, last_x_)) {
+      last_ = problem_.normal_equations(x, true, false);
+      last_x_.assign(x.begin(), x.end());
+    }
+    return last_;
   }
 
  private:
@@ -162,26 +167,56 @@ struct Descent {
   int iterations = 0;
 };
 
+/// Descends in rounds of a few iterations. A parameter that rests on a bound and would leave it stays there for a
+/// round: otherwise every step would be cut short at that bound, and the others would creep.
 Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations) {
-  ceres::Problem ceres_problem;
-  ceres_problem.AddResidualBlock(new CompressedCost(problem), nullptr, x.data());  // NOLINT: Ceres owns it
+  constexpr int round_length = 8;
+  CompressedCost cost(problem);
   const auto places = problem.free().places();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Parameter& p = model.at(places[i]);
-    ceres_problem.SetParameterLowerBound(x.data(), static_cast<int>(i), p.min);
-    ceres_problem.SetParameterUpperBound(x.data(), static_cast<int>(i), p.max);
-  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = max_iterations;
   options.function_tolerance = 1e-9;
   options.parameter_tolerance = 1e-9;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &ceres_problem, &summary);
-  return {std::move(x), summary.final_cost, summary.termination_type == ceres::CONVERGENCE,
-          static_cast<int>(summary.iterations.size())};
+  Descent result{std::move(x), 0, false, 0};
+  std::vector<int> held_before{-1};
+  while (result.iterations < max_iterations) {
+    std::vector<int> held;
+    const Eigen::VectorXd downhill = cost.at(result.x).str;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Parameter& p = model.at(places[i]);
+      const double pull = downhill[static_cast<Eigen::Index>(i)];
+      if ((result.x[i] <= p.min && pull <= 0) || (result.x[i] >= p.max && pull >= 0))
+        held.push_back(static_cast<int>(i));
+    }
+    result.cost = 0.5 * cost.at(result.x).rtr;
+    if (held.size() == places.size()) result.converged = true;
+    if (result.converged && (held == held_before || held.size() == places.size())) break;
+    held_before = held;
+
+    ceres::Problem::Options borrow;
+    borrow.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem round(borrow);
+    round.AddResidualBlock(&cost, nullptr, result.x.data());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Parameter& p = model.at(places[i]);
+      round.SetParameterLowerBound(result.x.data(), static_cast<int>(i), p.min);
+      round.SetParameterUpperBound(result.x.data(), static_cast<int>(i), p.max);
+    }
+    if (!held.empty()) {
+      round.SetManifold(result.x.data(),
+                        new ceres::SubsetManifold(static_cast<int>(places.size()), held));  // NOLINT: Ceres owns it
+    }
+    options.max_num_iterations = std::min(round_length, max_iterations - result.iterations);
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &round, &summary);
+    result.cost = summary.final_cost;
+    result.converged = summary.termination_type == ceres::CONVERGENCE;
+    result.iterations += std::max(1, static_cast<int>(summary.iterations.size()) - 1);
+    if (summary.termination_type == ceres::FAILURE) break;
+  }
+  return result;
 }
 
 /// A number in [0, 1) that looks drawn by lot and is the same everywhere: the additive recurrence of the golden ratio.
@@ -220,8 +255,8 @@ std::vector<PreparedRun> shortest(std::span<const PreparedRun> records) {
   return part;
 }
 
-/// Does another point lie in the valley of an optimum? It does where the cost there is what the optimum's curvature foretells.
-/// A descent from it would only come back.
+/// Does another point lie in the valley of an optimum? It does where the cost there is what the optimum's curvature
+/// foretells. A descent from it would only come back.
 bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std::span<const double> x, double cost) {
   const Eigen::Map<const Eigen::VectorXd> from(optimum.x.data(), static_cast<Eigen::Index>(x.size()));
   const Eigen::VectorXd way = Eigen::Map<const Eigen::VectorXd>(x.data(), from.size()) - from;
@@ -229,14 +264,16 @@ bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std:
   return cost > optimum.cost && std::abs(cost - optimum.cost - rise) < 0.5 * rise;
 }
 
-/// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its range.
+/// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its
+/// range.
 double size_of(const Parameter& p) { return std::max(std::abs(p.value), 1e-3 * (p.max - p.min)); }
 
 Identifiability identifiability_of(const NormalEquations& n, const Model& model, const FreeParameters& free) {
   Identifiability result;
   const std::vector<std::string> names = model.names();
   Eigen::VectorXd size(n.str.size());
-  for (Eigen::Index i = 0; i < size.size(); ++i) size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
+  for (Eigen::Index i = 0; i < size.size(); ++i)
+    size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
   const Eigen::MatrixXd scaled = size.asDiagonal() * n.sts * size.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
   result.singular_values = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();
@@ -250,7 +287,8 @@ Identifiability identifiability_of(const NormalEquations& n, const Model& model,
     for (Eigen::Index j = 0; j < size.size(); ++j) {
       if (std::abs(direction[j]) < 0.1) continue;
       char text[32];
-      std::snprintf(text, sizeof text, "%+.2f ", direction[j] * (direction.cwiseAbs().maxCoeff() == -direction.minCoeff() ? -1 : 1));
+      std::snprintf(text, sizeof text, "%+.2f ",
+                    direction[j] * (direction.cwiseAbs().maxCoeff() == -direction.minCoeff() ? -1 : 1));
       words += (words.empty() ? "" : " ") + std::string(text) + names[free.places()[static_cast<std::size_t>(j)]];
     }
     result.undetermined.push_back({words, error});
@@ -283,8 +321,8 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   const Eigen::MatrixXd sts = n.sts(inner, inner);
   const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = inverse_size.asDiagonal() * sts * inverse_size.asDiagonal();
-  const Eigen::MatrixXd inverse = inverse_size.asDiagonal() *
-                                  scaled.completeOrthogonalDecomposition().pseudoInverse() * inverse_size.asDiagonal();
+  const Eigen::MatrixXd inverse =
+      inverse_size.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse() * inverse_size.asDiagonal();
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
   for (const Eigen::VectorXd& g : n.block_gradients) {
     const Eigen::VectorXd part = g(inner);
