@@ -121,7 +121,7 @@ class CompressedCost final : public ceres::CostFunction {
     const auto p = static_cast<Eigen::Index>(problem_.free().size());
     const std::span x(parameters[0], static_cast<std::size_t>(p));
     const bool linearize = jacobians != nullptr && jacobians[0] != nullptr;
-    const NormalEquations n = problem_.normal_equations(x, linearize, false);
+    const NormalEquations& n = at(x);
     if (!std::isfinite(n.rtr)) return false;
     Eigen::Map<Eigen::VectorXd> r(out, p + 1);
     r.setZero();
@@ -145,8 +145,19 @@ class CompressedCost final : public ceres::CostFunction {
     return true;
   }
 
+  /// Most points that are tried are kept, and then linearized: done at once, that is one simulation instead of two.
+  const NormalEquations& at(std::span<const double> x) const {
+    if (!std::ranges::equal(x, last_x_)) {
+      last_ = problem_.normal_equations(x, true, false);
+      last_x_.assign(x.begin(), x.end());
+    }
+    return last_;
+  }
+
  private:
   const Problem& problem_;
+  mutable std::vector<double> last_x_;
+  mutable NormalEquations last_;
 };
 
 struct Descent {
@@ -156,26 +167,56 @@ struct Descent {
   int iterations = 0;
 };
 
+/// Descends in rounds of a few iterations. A parameter that rests on a bound and would leave it stays there for a
+/// round: otherwise every step would be cut short at that bound, and the others would creep.
 Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations) {
-  ceres::Problem ceres_problem;
-  ceres_problem.AddResidualBlock(new CompressedCost(problem), nullptr, x.data());  // NOLINT: Ceres owns it
+  constexpr int round_length = 8;
+  CompressedCost cost(problem);
   const auto places = problem.free().places();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Parameter& p = model.at(places[i]);
-    ceres_problem.SetParameterLowerBound(x.data(), static_cast<int>(i), p.min);
-    ceres_problem.SetParameterUpperBound(x.data(), static_cast<int>(i), p.max);
-  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = max_iterations;
   options.function_tolerance = 1e-9;
   options.parameter_tolerance = 1e-9;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &ceres_problem, &summary);
-  return {std::move(x), summary.final_cost, summary.termination_type == ceres::CONVERGENCE,
-          static_cast<int>(summary.iterations.size())};
+  Descent result{std::move(x), 0, false, 0};
+  std::vector<int> held_before{-1};
+  while (result.iterations < max_iterations) {
+    std::vector<int> held;
+    const Eigen::VectorXd downhill = cost.at(result.x).str;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Parameter& p = model.at(places[i]);
+      const double pull = downhill[static_cast<Eigen::Index>(i)];
+      if ((result.x[i] <= p.min && pull <= 0) || (result.x[i] >= p.max && pull >= 0))
+        held.push_back(static_cast<int>(i));
+    }
+    result.cost = 0.5 * cost.at(result.x).rtr;
+    if (held.size() == places.size()) result.converged = true;
+    if (result.converged && (held == held_before || held.size() == places.size())) break;
+    held_before = held;
+
+    ceres::Problem::Options borrow;
+    borrow.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem round(borrow);
+    round.AddResidualBlock(&cost, nullptr, result.x.data());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Parameter& p = model.at(places[i]);
+      round.SetParameterLowerBound(result.x.data(), static_cast<int>(i), p.min);
+      round.SetParameterUpperBound(result.x.data(), static_cast<int>(i), p.max);
+    }
+    if (!held.empty()) {
+      round.SetManifold(result.x.data(),
+                        new ceres::SubsetManifold(static_cast<int>(places.size()), held));  // NOLINT: Ceres owns it
+    }
+    options.max_num_iterations = std::min(round_length, max_iterations - result.iterations);
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &round, &summary);
+    result.cost = summary.final_cost;
+    result.converged = summary.termination_type == ceres::CONVERGENCE;
+    result.iterations += std::max(1, static_cast<int>(summary.iterations.size()) - 1);
+    if (summary.termination_type == ceres::FAILURE) break;
+  }
+  return result;
 }
 
 /// A number in [0, 1) that looks drawn by lot and is the same everywhere: the additive recurrence of the golden ratio.
@@ -212,6 +253,15 @@ std::vector<PreparedRun> shortest(std::span<const PreparedRun> records) {
   }
   part.resize(keep);
   return part;
+}
+
+/// Does another point lie in the valley of an optimum? It does where the cost there is what the optimum's curvature
+/// foretells. A descent from it would only come back.
+bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std::span<const double> x, double cost) {
+  const Eigen::Map<const Eigen::VectorXd> from(optimum.x.data(), static_cast<Eigen::Index>(x.size()));
+  const Eigen::VectorXd way = Eigen::Map<const Eigen::VectorXd>(x.data(), from.size()) - from;
+  const double rise = 0.5 * way.dot(at_optimum.sts * way) - way.dot(at_optimum.str);
+  return cost > optimum.cost && std::abs(cost - optimum.cost - rise) < 0.5 * rise;
 }
 
 /// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its
@@ -313,12 +363,16 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
   // Other starts descend on a part of the data; what they reach is tried on all of it.
   const std::vector<PreparedRun> part = options.extra_starts > 0 ? shortest(records) : std::vector<PreparedRun>{};
   const Problem glance(part, model, options);
+  NormalEquations at_best;
+  if (options.extra_starts > 0) at_best = problem.normal_equations(best.x, true, false);
   for (int s = 0; s < options.extra_starts; ++s) {
     const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15);
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
-    if (!(cost < 2 * best.cost)) continue;
+    if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;
     Descent other = descend(problem, model, rough.x, options.max_iterations);
-    if (other.cost < best.cost * (1 - 1e-9)) best = std::move(other);
+    if (other.cost >= best.cost * (1 - 1e-9)) continue;
+    best = std::move(other);
+    at_best = problem.normal_equations(best.x, true, false);
   }
   const std::vector<double> all = free.spread(best.x);
   for (std::size_t i = 0; i < all.size(); ++i) {

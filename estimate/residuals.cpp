@@ -81,7 +81,7 @@ class Comparison final : public Reader<Scalar> {
       instruments_[s].see(k, signal_of(y, o.signal), [&](std::size_t reading, const Scalar& predicted) {
         const auto row = static_cast<Eigen::Index>(reading);
         const double weight = 1 / o.sigma[reading];
-        out_[s].value[row] = (o.value[reading] - value_of(predicted)) * weight;
+        out_[s].value.data()[row] = (o.value[reading] - value_of(predicted)) * weight;
         if constexpr (!std::is_same_v<Scalar, double>) fill_row(out_[s], row, predicted, weight);
       });
     }
@@ -93,9 +93,9 @@ class Comparison final : public Reader<Scalar> {
       if (!any(differs(predicted, Scalar(value_of(predicted))))) return;  // no derivative yet, perhaps never
       r.sensitivity.setZero(r.value.size(), columns_.all);
     }
-    for (std::size_t c = 0; c < columns_.count; ++c) {
-      r.sensitivity(row, static_cast<Eigen::Index>(columns_.first + c)) = predicted.d[c] * weight;
-    }
+    // By pointer: Eigen checks every index, and this is the innermost loop of every fit.
+    double* entry = r.sensitivity.data() + static_cast<Eigen::Index>(columns_.first) * r.sensitivity.rows() + row;
+    for (std::size_t c = 0; c < columns_.count; ++c, entry += r.sensitivity.rows()) *entry = predicted.d[c] * weight;
   }
 
   Columns columns_;

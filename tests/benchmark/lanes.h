@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -7,62 +8,64 @@
 
 namespace emtb {
 
-/// W doubles in vector registers, also those that the processor must split.
-template <std::size_t W>
-struct LaneVector;
-template <>
-struct LaneVector<4> {
-  using type = double __attribute__((vector_size(32)));
-};
-template <>
-struct LaneVector<8> {
-  using type = double __attribute__((vector_size(64)));
-};
-
 /// The rival of Dual in docs/decisions/sensitivities.md: W simulations side by side, one a lane, with perturbed
 /// parameters.
 template <std::size_t W>
-struct Lanes {
-  using Vector = typename LaneVector<W>::type;
-  Vector v{};
+class Lanes {
+ public:
+  using Register = VectorOf<4>::type;
 
   Lanes() = default;
-  Lanes(double x) : v(Vector{} + x) {}  // NOLINT: as Dual
-  Lanes(const Vector& x) : v(x) {}      // NOLINT
+  Lanes(double x) { parts_.fill(Register{} + x); }  // NOLINT: as Dual
 
-  Lanes& operator+=(const Lanes& b) { return v += b.v, *this; }
-  friend Lanes operator-(const Lanes& a) { return {-a.v}; }
-  friend Lanes operator+(const Lanes& a, const Lanes& b) { return {a.v + b.v}; }
-  friend Lanes operator-(const Lanes& a, const Lanes& b) { return {a.v - b.v}; }
-  friend Lanes operator*(const Lanes& a, const Lanes& b) { return {a.v * b.v}; }
-  friend Lanes operator/(const Lanes& a, const Lanes& b) { return {a.v / b.v}; }
+  double operator[](std::size_t i) const { return parts_[i / 4][i % 4]; }
+  double& operator[](std::size_t i) { return reinterpret_cast<double*>(&parts_[i / 4])[i % 4]; }
+
+  /// f of the registers of several numbers, register by register.
+  template <class F, class... More>
+  static Lanes each(const F& f, const More&... x) {
+    Lanes y;
+    for (std::size_t r = 0; r < W / 4; ++r) y.parts_[r] = f(x.parts_[r]...);
+    return y;
+  }
+
+  friend Lanes operator-(const Lanes& a) {
+    return each([](Register x) { return -x; }, a);
+  }
+  friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return each([](Register x, Register y) { return x + y; }, a, b);
+  }
+  friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return each([](Register x, Register y) { return x - y; }, a, b);
+  }
+  friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return each([](Register x, Register y) { return x * y; }, a, b);
+  }
+  friend Lanes operator/(const Lanes& a, const Lanes& b) {
+    return each([](Register x, Register y) { return x / y; }, a, b);
+  }
+
+ private:
+  std::array<Register, W / 4> parts_{};
 };
 
 template <std::size_t W>
-Lanes<W> exp(const Lanes<W>& a) {
-  Lanes<W> e;
-  for (std::size_t i = 0; i < W; ++i) e.v[i] = std::exp(a.v[i]);
-  return e;
-}
-template <std::size_t W>
 Lanes<W> abs(const Lanes<W>& a) {
-  return {a.v < 0 ? -a.v : a.v};
+  return Lanes<W>::each([](typename Lanes<W>::Register x) { return x < 0 ? -x : x; }, a);
 }
 template <std::size_t W>
 double value_of(const Lanes<W>& a) {
-  return a.v[0];
-}
-template <std::size_t W>
-Lanes<W> larger(const Lanes<W>& a, const Lanes<W>& b) {
-  return {a.v < b.v ? b.v : a.v};
-}
-template <std::size_t W>
-Lanes<W> smaller(const Lanes<W>& a, const Lanes<W>& b) {
-  return {b.v < a.v ? b.v : a.v};
+  return a[0];
 }
 template <std::size_t W>
 Lanes<W> clamped(const Lanes<W>& x, const Lanes<W>& low, const Lanes<W>& high) {
-  return smaller(larger(x, low), high);
+  using Register = typename Lanes<W>::Register;
+  return Lanes<W>::each(
+      [](Register a, Register l, Register h) {
+        const Register above = a < l ? l : a;
+        return h < above ? h : above;
+      },
+      x, low, high);
 }
 template <std::size_t W>
 Lanes<W> soft_threshold(const Lanes<W>& x, const Lanes<W>& threshold) {
@@ -71,7 +74,7 @@ Lanes<W> soft_threshold(const Lanes<W>& x, const Lanes<W>& threshold) {
 template <std::size_t W>
 Lanes<W> decay(double h, const Lanes<W>& tau) {
   Lanes<W> e;
-  for (std::size_t i = 0; i < W; ++i) e.v[i] = tau.v[i] > h / 700 ? std::exp(-h / tau.v[i]) : 0;
+  for (std::size_t i = 0; i < W; ++i) e[i] = decay(h, tau[i]);
   return e;
 }
 

@@ -162,10 +162,9 @@ void forward_lanes(benchmark::State& state) {
         p[j] = Lanes<W>(at[j]);
         step[j] = 1e-7 * typical[j];
       }
-      for (std::size_t j = 0; j < count; ++j) p[first + j].v[j + 1] += step[first + j];
+      for (std::size_t j = 0; j < count; ++j) p[first + j][j + 1] += step[first + j];
       run_plain<Lanes<W>>(driver, plain(p), excitation(), [&](std::size_t k, const auto& m) {
-        for (std::size_t j = 0; j < count; ++j)
-          columns[first + j][k] = (m.omega.v[j + 1] - m.omega.v[0]) / step[first + j];
+        for (std::size_t j = 0; j < count; ++j) columns[first + j][k] = (m.omega[j + 1] - m.omega[0]) / step[first + j];
       });
     }
   });
@@ -184,12 +183,12 @@ void central_lanes(benchmark::State& state) {
         step[j] = 1e-5 * typical[j];
       }
       for (std::size_t j = 0; j < count; ++j) {
-        p[first + j].v[2 * j] += step[first + j];
-        p[first + j].v[2 * j + 1] -= step[first + j];
+        p[first + j][2 * j] += step[first + j];
+        p[first + j][2 * j + 1] -= step[first + j];
       }
       run_plain<Lanes<W>>(driver, plain(p), excitation(), [&](std::size_t k, const auto& m) {
         for (std::size_t j = 0; j < count; ++j) {
-          columns[first + j][k] = (m.omega.v[2 * j] - m.omega.v[2 * j + 1]) / (2 * step[first + j]);
+          columns[first + j][k] = (m.omega[2 * j] - m.omega[2 * j + 1]) / (2 * step[first + j]);
         }
       });
     }
