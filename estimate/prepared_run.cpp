@@ -86,22 +86,26 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
   return o;
 }
 
-/// The gauge's reading as a load, or nothing where it reads zero throughout: then K_m, B, J and the frictions share a common
-/// factor anyway, and a load of pure noise would only add its noise.
+/// The gauge's reading as a load, or nothing where it reads zero throughout: then K_m, B, J and the frictions share a
+/// common factor anyway, and a load of pure noise would only add its noise.
 std::vector<double> load_on_grid(const Series& torque, std::span<const double> grid, const std::string& name) {
   const std::vector<double> raw = on_grid(torque, grid, name + ": torque_Nm");
   const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
-  const auto half = static_cast<std::size_t>(std::max(1.0, 0.025 / interval));  // [s] far shorter than the shaft's response
+  const auto half =
+      static_cast<std::size_t>(std::max(1.0, 0.025 / interval));  // [s] far shorter than the shaft's response
   const std::vector<std::size_t> reach(grid.size(), half);
   std::vector<double> load = moving_mean(raw, reach);
   const double scatter = difference_scatter(raw) / std::sqrt(2.0 * static_cast<double>(half) + 1);
-  const double largest = std::abs(*std::ranges::max_element(load, {}, [](double x) { return std::abs(x); }));
+  const auto whole =
+      std::span(load).subspan(std::min(half, load.size() / 2), load.size() - 2 * std::min(half, load.size() / 2));
+  double largest = 0;  // of those that are means over the whole width
+  for (const double x : whole) largest = std::max(largest, std::abs(x));
   if (largest < 6 * scatter + 2 * torque.lsb) return {};
   return load;
 }
 
-/// The measured terminal voltage, as quiet as can be without touching its edges: the driver's model plus the zero-phase mean
-/// of what the measurement adds to it, over +-0.25 s but never across a corner of the voltage.
+/// The measured terminal voltage, as quiet as can be without touching its edges: the driver's model plus the zero-phase
+/// mean of what the measurement adds to it, over +-0.25 s but never across a corner of the voltage.
 void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const Model& model) {
   Excitation& x = record.excitation;
   const std::vector<double> measured = on_grid(e_a, x.t, record.name + ": e_a_V");
@@ -225,7 +229,8 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
     add(Signal::torque, run.at(Signal::torque));
     x.load = load_on_grid(run.at(Signal::torque), x.t, run.name);
     record.measured_load = !x.load.empty();
-    if (record.measured_load && run.has(Signal::omega)) x.omega = on_grid(run.at(Signal::omega), x.t, run.name + ": omega_rad_s");
+    if (record.measured_load && run.has(Signal::omega))
+      x.omega = on_grid(run.at(Signal::omega), x.t, run.name + ": omega_rad_s");
   }
   if (run.has(Signal::e_a) && model.input == Signal::u_ref) {
     add(Signal::e_a, run.at(Signal::e_a));
