@@ -78,7 +78,7 @@ void append(const Run& run, double k_m, Rows& rows) {
   const std::vector<double> smooth_sign = smooth(sign, m), raw = trimmed(omega, m);
   const double fastest = std::abs(*std::ranges::max_element(omega, {}, [](double w) { return std::abs(w); }));
   for (std::size_t k = 0; k < speed.size(); k += 2 * m) {
-    if (std::abs(smooth_sign[k]) < 1 || std::abs(raw[k]) < 0.02 * fastest) continue;  // near standstill
+    if (std::abs(smooth_sign[k]) < 1 || std::abs(raw[k]) <= 0.02 * fastest) continue;  // near standstill
     rows.torque.push_back(k_m * torque[k]);
     rows.acceleration.push_back(acceleration[k]);
     rows.speed.push_back(speed[k]);

@@ -96,7 +96,10 @@ std::vector<double> load_on_grid(const Series& torque, std::span<const double> g
   const std::vector<std::size_t> reach(grid.size(), half);
   std::vector<double> load = moving_mean(raw, reach);
   const double scatter = difference_scatter(raw) / std::sqrt(2.0 * static_cast<double>(half) + 1);
-  const double largest = std::abs(*std::ranges::max_element(load, {}, [](double x) { return std::abs(x); }));
+  const auto whole =
+      std::span(load).subspan(std::min(half, load.size() / 2), load.size() - 2 * std::min(half, load.size() / 2));
+  double largest = 0;  // of those that are means over the whole width
+  for (const double x : whole) largest = std::max(largest, std::abs(x));
   if (largest < 6 * scatter + 2 * torque.lsb) return {};
   return load;
 }

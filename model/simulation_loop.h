@@ -20,7 +20,12 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
                 {machine.e_driver, machine.i_a_reading, machine.omega_reading, machine.theta, machine.torque_reading});
   };
   const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };
-  StepInput in{.u_ref = at(x.u_ref, 0), .e_a_start = at(x.e_a, 0), .e_a_end = at(x.e_a, 0), .i_a = at(x.i_a, 0)};
+  StepInput in{.u_ref = at(x.u_ref, 0),
+               .e_a_start = at(x.e_a, 0),
+               .e_a_end = at(x.e_a, 0),
+               .i_a = at(x.i_a, 0),
+               .load = at(x.load, 0),
+               .omega = at(x.omega, 0)};
   machine.start(x.initial, in);
   read(0);
   // A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on h alone is computed once.

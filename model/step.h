@@ -68,6 +68,9 @@ class Machine {
     terms_.u = Scalar(input.u_ref);
     apply(driver_parts_, {.u_ref = input.u_ref});
     e_driver = initial.e_driver ? Scalar(*initial.e_driver) : clamped(terms_.gain * terms_.u, terms_.min, terms_.max);
+    middle_ = {.u_ref = input.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = theta};
+    if (structure_.measured_load) middle_.omega = Scalar(input.omega);
+    apply(load_parts_, middle_);
     read_sensors(0, 0, input);
   }
 
