@@ -6,19 +6,20 @@ cd "$(dirname "$0")/.."
 bin=$PWD/build/release/bin
 work=${EMTB_STORY:-$PWD/build/story}
 rm -rf "$work" && mkdir -p "$work"
+socket=$(mktemp -d)/emtb.sock  # a socket's path must be short
 say() { printf '\n\033[1m%s\033[0m\n' "$*"; }
 [ -t 1 ] || say() { printf '\n%s\n' "$*"; }
 
 say "1. The bench: emtbd on the simulated FH2, as fast as it can; six experiments over its socket"
-"$bin/emtbd" --config config/benches/fh2-simulated.yaml --socket "$work/emtb.sock" --data "$work/sessions" --pace max \
+"$bin/emtbd" --config config/benches/fh2-simulated.yaml --socket "$socket" --data "$work/sessions" --pace max \
   >"$work/emtbd.log" 2>&1 &
 daemon=$!
-trap 'kill $daemon 2>/dev/null || true' EXIT
-for _ in $(seq 100); do [ -S "$work/emtb.sock" ] && break; sleep 0.05; done
+trap 'kill $daemon 2>/dev/null || true; rm -rf "${socket%/*}"' EXIT
+for _ in $(seq 100); do [ -S "$socket" ] && break; sleep 0.05; done
 emtb() { "$bin/emtb" "$@"; }
-emtb --socket "$work/emtb.sock" reset
+emtb --socket "$socket" reset
 for run in step_low step_mid step_high ramp staircase random; do
-  session=$(emtb --socket "$work/emtb.sock" run "fh2_$run")
+  session=$(emtb --socket "$socket" run "fh2_$run")
   mv "$session" "$work/$run.h5"
   echo "$run: $work/$run.h5"
 done
