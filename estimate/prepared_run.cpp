@@ -104,6 +104,24 @@ std::vector<double> load_on_grid(const Series& torque, std::span<const double> g
   return load;
 }
 
+/// How far around each sample the mean may reach before it differs from the mean over half of that by more than noise
+/// can: a corner that nobody foresaw, of a driver that is not as known.
+std::vector<std::size_t> trusted_reach(std::span<const double> x, std::vector<std::size_t> reach, double scatter) {
+  std::vector<double> sum(x.size() + 1, 0.0);
+  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  const auto mean = [&](std::size_t k, std::size_t r) {
+    return (sum[k + r + 1] - sum[k - r]) / static_cast<double>(2 * r + 1);
+  };
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    std::size_t& r = reach[k];
+    r = std::min({r, k, x.size() - 1 - k});  // symmetric up to the ends: no delay
+    while (r > 0 &&
+           std::abs(mean(k, r) - mean(k, r / 2)) > 4 * scatter / std::sqrt(2.0 * static_cast<double>(r / 2) + 1))
+      r /= 2;
+  }
+  return reach;
+}
+
 /// The measured terminal voltage, as quiet as can be without touching its edges: the driver's model plus the zero-phase
 /// mean of what the measurement adds to it, over +-0.25 s but never across a corner of the voltage.
 void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const Model& model) {
@@ -111,27 +129,21 @@ void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const M
   const std::vector<double> measured = on_grid(e_a, x.t, record.name + ": e_a_V");
   const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
   const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
-  std::vector<double> expected(measured.size(), 0.0);
-  if (!x.u_ref.empty()) {
-    Trajectory<double> driver;
-    const std::vector<double> values = model.values();
-    ModelStructure structure = model.structure();
-    structure.measured_voltage = false;
-    simulate<double>(structure, values, x, driver);
-    expected = driver.e_a;
-  }
+  Trajectory<double> driver;
+  const std::vector<double> values = model.values();
+  ModelStructure structure = model.structure();
+  structure.measured_voltage = false;
+  simulate<double>(structure, values, x, driver);
+  const std::vector<double>& expected = driver.e_a;
   std::vector<double> added(measured.size());
   std::ranges::transform(measured, expected, added.begin(), std::minus{});
   const double scatter = std::max(difference_scatter(added), e_a.lsb / std::sqrt(12.0));
-  // Without a reference the corners must be seen in the noisy measurement itself.
-  const auto half = x.u_ref.empty() ? distance_to_corner(measured, 8 * scatter, longest)
-                                    : distance_to_corner(expected, 0.5 * scatter, longest);
+  const auto half = trusted_reach(added, distance_to_corner(expected, 0.5 * scatter, longest), scatter);
   std::vector<double> quiet = moving_mean(added, half);
   record.voltage_noise.resize(quiet.size());
   for (std::size_t k = 0; k < quiet.size(); ++k) {
     quiet[k] += expected[k];
-    const std::size_t reach = std::min({half[k], k, quiet.size() - 1 - k});
-    record.voltage_noise[k] = scatter / std::sqrt(2.0 * static_cast<double>(reach) + 1);
+    record.voltage_noise[k] = scatter / std::sqrt(2.0 * static_cast<double>(half[k]) + 1);
   }
   x.e_a = std::move(quiet);
 }
