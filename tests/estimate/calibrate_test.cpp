@@ -238,7 +238,8 @@ TEST(Calibrate, NamesWhatTheSpeedAloneCannotDetermine) {
   Model model = with_noise(servo_model());
   model.tie.clear();
   const Calibration c = calibrate(prepared({speed_only(record({}, synthetic::steps, 1e-3, quiet))}, model), model);
-  // Gain and time constant: two of five. The gain is 1/K_b but for the friction; of R_a, K_m, J and B it says next to nothing.
+  // Gain and time constant: two of five. The gain is 1/K_b but for the friction; of R_a, K_m, J and B it says next to
+  // nothing.
   ASSERT_EQ(c.identifiability.singular_values.size(), 5);
   ASSERT_EQ(c.identifiability.undetermined.size(), 3U);
   std::string words;
