@@ -41,15 +41,10 @@ struct CalibrationOptions {
   std::vector<Signal> outputs;  ///< compare these alone; empty: all
 };
 
-<<<<<<< HEAD
-/// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
-/// region) on the weighed residuals of all records, from several starts.
-=======
 /// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
 /// region) on the weighed residuals of all records, from several starts. A parameter that rests on a bound and would
 /// leave it is held there while the others go on; a start that leads back to a valley already known is not followed to
 /// its end.
->>>>>>> room-d
 ///
 /// The sum of squares is handed to the solver compressed: with residuals r and sensitivities S, the small matrix R of
 /// the QR factors of [S r] has the same sum of squares and the same gradient as the 10^5 rows it stands for. Standard
