@@ -37,18 +37,6 @@ class Search {
     return trial;
   }
 
-  /// Includes a candidate at the size that its score predicts, or not at all where that is out of bounds.
-  static Model with(const Model& model, const Score& score) {
-    Model extended = model;
-    extended.include(score.effect);
-    IncludedEffect& added = *std::ranges::find(extended.effects, score.effect, &IncludedEffect::effect);
-    for (std::size_t i = 0; i < added.parameters.size(); ++i) {
-      Parameter& p = added.parameters[i];
-      p.value = std::clamp(score.expected[i], p.min, p.max);
-    }
-    return extended;
-  }
-
   std::vector<Score> scores(const Model& fitted) const {
     std::vector<std::size_t> absent;
     for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
@@ -62,7 +50,7 @@ class Search {
     std::vector<Score> best = promising(all, options_.score);
     if (best.size() > options_.refits) best.resize(options_.refits);
     std::vector<std::pair<Score, Trial>> trials;
-    for (const Score& s : best) trials.emplace_back(s, fit(with(fitted, s)));
+    for (const Score& s : best) trials.emplace_back(s, fit(with_expected(fitted, s)));
     return trials;
   }
 

@@ -238,4 +238,15 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
   return scores;
 }
 
+Model with_expected(const Model& model, const Score& score) {
+  Model extended = model;
+  extended.include(score.effect);
+  IncludedEffect& added = *std::ranges::find(extended.effects, score.effect, &IncludedEffect::effect);
+  for (std::size_t i = 0; i < added.parameters.size(); ++i) {
+    Parameter& p = added.parameters[i];
+    p.value = std::clamp(score.expected[i], p.min, p.max);
+  }
+  return extended;
+}
+
 }  // namespace emtb

@@ -43,4 +43,7 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitt
 /// Those that pass the gate (Holm's step-down over all scores), largest predicted drop first.
 std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& options = {});
 
+/// The model with the scored effect, at the values that the score expects as far as bounds allow: where a refit starts.
+Model with_expected(const Model& model, const Score& score);
+
 }  // namespace emtb

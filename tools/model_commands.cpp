@@ -179,14 +179,7 @@ int add_command(const Options& o) {
               << ", held-out " << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>()))
               << "\n";
   }
-  Model with = before.model;
-  with.include(effect);
-  IncludedEffect& added = *std::ranges::find(with.effects, effect, &IncludedEffect::effect);
-  for (std::size_t i = 0; i < added.parameters.size(); ++i) {
-    Parameter& p = added.parameters[i];
-    p.value = std::clamp(scores.front().expected[i], p.min, p.max);
-  }
-  return fit_and_report(o, with, data, "added " + o.effect, extra);
+  return fit_and_report(o, with_expected(before.model, scores.front()), data, "added " + o.effect, extra);
 }
 
 int compare_command(const Options& o) {
