@@ -36,9 +36,26 @@ std::size_t effect_index(std::string_view id) {
   return static_cast<std::size_t>(found - infos.begin());
 }
 
+std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen) {
+  using Starts = std::vector<StartValues> (*)(const Ranges&);
+  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
+    return std::array<Starts, sizeof...(Effect)>{[](const Ranges& ranges) {
+      if constexpr (requires { Effect::starts(ranges); }) {
+        return Effect::starts(ranges);
+      } else {
+        StartValues nulls{};
+        for (std::size_t i = 0; i < Effect::info.parameter_count; ++i) nulls[i] = Effect::info.parameter_list[i].null;
+        return std::vector{nulls};
+      }
+    }...};
+  }(static_cast<AllEffects*>(nullptr));
+  return table[effect](seen);
+}
+
 std::size_t ModelStructure::parameter_count() const {
   std::size_t count = base_count;
   for (const std::size_t effect : effects) count += infos[effect].parameter_count;
+  for (const PlacedTerm& term : terms) count += term.parameter_count;
   return count;
 }
 

@@ -3,25 +3,53 @@
 #include <span>
 #include <string_view>
 #include <tuple>
+#include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/effects/air_gap/armature_reaction.h"
+#include "model/effects/air_gap/field_heating.h"
+#include "model/effects/armature/armature_heating.h"
 #include "model/effects/armature/armature_inductance.h"
+#include "model/effects/armature/brush_drop.h"
+#include "model/effects/driver/discontinuous_conduction.h"
 #include "model/effects/driver/driver_dead_zone.h"
+#include "model/effects/driver/driver_delay.h"
+#include "model/effects/driver/driver_gain_error.h"
+#include "model/effects/driver/driver_lag.h"
+#include "model/effects/driver/driver_output_resistance.h"
+#include "model/effects/driver/driver_saturation.h"
+#include "model/effects/driver/driver_slew.h"
+#include "model/effects/driver/one_quadrant_driver.h"
+#include "model/effects/load/eccentric_load.h"
+#include "model/effects/load/eddy_brake.h"
 #include "model/effects/load/load_torque.h"
+#include "model/effects/sensors/current_offset.h"
 #include "model/effects/sensors/tacho_lag.h"
+#include "model/effects/sensors/tacho_offset.h"
+#include "model/effects/sensors/tacho_ripple.h"
+#include "model/effects/sensors/torque_lag.h"
+#include "model/effects/sensors/torque_offset.h"
+#include "model/effects/shaft/asymmetric_friction.h"
+#include "model/effects/shaft/backlash.h"
+#include "model/effects/shaft/cogging.h"
 #include "model/effects/shaft/coulomb_friction.h"
+#include "model/effects/shaft/friction_warmup.h"
+#include "model/effects/shaft/shaft_compliance.h"
+#include "model/effects/shaft/stribeck_friction.h"
 #include "model/effects/shaft/windage.h"
 
 namespace emtb {
 
 /// All effects. A new one is its file and one line here, in the order of the stages.
-using AllEffects = std::tuple<DriverDeadZone,      //
-                              ArmatureInductance,  //
-                              CoulombFriction,     //
-                              Windage,             //
-                              LoadTorque,          //
-                              TachoLag>;
+using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance,
+                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction,              //
+                              ArmatureHeating, ArmatureInductance, BrushDrop,                                  //
+                              ArmatureReaction, FieldHeating,                                                  //
+                              CoulombFriction, StribeckFriction, AsymmetricFriction, Windage, FrictionWarmup,  //
+                              Cogging, Backlash, ShaftCompliance,                                              //
+                              LoadTorque, EccentricLoad, EddyBrake,                                            //
+                              TachoRipple, TachoOffset, TachoLag, TorqueOffset, TorqueLag, CurrentOffset>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;
 
@@ -30,6 +58,10 @@ std::span<const EffectInfo> effect_catalogue() noexcept;
 
 /// @return the place in the catalogue. @throws ModelError naming the known ids.
 std::size_t effect_index(std::string_view id);
+
+/// Where a search for an effect starts, given how far the machine went: the catalogue's null values, or for effects
+/// with shapes several sets of values. An amplitude that can be null is not meant.
+std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen);
 
 /// How the effect of that place takes part in a step.
 template <class Scalar>

@@ -157,6 +157,12 @@ Scalar soft_threshold(const Scalar& x, const Scalar& threshold) {
   return threshold > Scalar(0.0) ? Scalar(0.0) : x;
 }
 
+/// tanh, which is 1 to rounding beyond 20.
+template <class Scalar>
+Scalar saturation(const Scalar& x) {
+  return 1.0 - 2.0 / (exp(2.0 * clamped(x, Scalar(-20.0), Scalar(20.0))) + 1.0);
+}
+
 /// exp(-h/tau), and 0 where tau is so short (or not positive) that it and all its derivatives vanish.
 template <class Scalar>
 Scalar decay(double h, const Scalar& tau) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 #include <string_view>
+#include <tuple>
 
 namespace emtb {
 
@@ -12,18 +13,40 @@ namespace emtb {
 enum class Stage { driver, armature, air_gap, shaft, load, sensors };
 std::string_view name_of(Stage stage) noexcept;
 
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+
 /// A parameter of an effect. At its null value the effect is absent.
+///
+/// A shape (the speed at which friction falls, the number of poles) has no null: where the amplitude beside it is null,
+/// it means nothing, and is what a diagnosis tries several values of.
 struct EffectParameter {
   std::string_view symbol;  ///< `T_c`
   std::string_view unit;    ///< `N m`
-  double null = 0;
-  double min = 0;  ///< bounds of any physical value, from a watch to a machine tool
+  double null = 0;          ///< infinity: the effect fades as the parameter grows, like that of a large heat capacity
+  double min = 0;           ///< bounds of any physical value, from a watch to a machine tool
   double max = 0;
+  bool shape = false;  ///< `null` is then merely a usual value
+  bool known = false;  ///< absent at what the model knows, which a search starts from
 };
+
+/// How far a machine went in some data: the scale on which an effect's shape is to be looked for.
+struct Ranges {
+  double reference = 0;       ///< [V] largest |u_ref|
+  double voltage = 0;         ///< [V] largest |e_a|
+  double current = 0;         ///< [A] largest |i_a|
+  double speed = 0;           ///< [rad/s] largest |omega|
+  double duration = 0;        ///< [s] of the longest run
+  double heat = 0;            ///< [J] lost in R_a in the hottest run
+  double inertia = 0;         ///< [kg m2] of the fitted model
+  double rise = 0, fall = 0;  ///< [V/s] known limits of the driver
+};
+
+/// Values of all parameters of one effect from which a search starts.
+using StartValues = std::array<double, 3>;
 
 /// What an effect is, for programs and for people: `emtb effects ID` prints it.
 struct EffectInfo {
-  static constexpr std::size_t max_parameters = 3;
+  static constexpr std::size_t max_parameters = std::tuple_size_v<StartValues>;
 
   std::string_view id;  ///< fixed: files and checks rely on it
   std::string_view name;
@@ -37,6 +60,17 @@ struct EffectInfo {
   std::size_t parameter_count = 1;
   std::size_t memory = 0;       ///< how many states of its own it keeps
   bool opposes_motion = false;  ///< an amplitude that cannot be negative
+  bool clips = false;           ///< acts beyond its parameter only: what the data reach is its null
+  bool periodic = false;        ///< in the angle; its shapes are found from the data's own spectrum
+  std::string_view needs = {};  ///< the effect without which this one makes no sense
+
+  /// Neither amplitude nor null: the effect is there or not, and is judged by trying it.
+  constexpr bool fades() const {
+    for (const EffectParameter& p : parameters()) {
+      if (p.null == infinity) return true;
+    }
+    return parameter_count == 0;
+  }
 
   constexpr std::span<const EffectParameter> parameters() const { return {parameter_list.data(), parameter_count}; }
 };
@@ -45,32 +79,44 @@ struct EffectInfo {
 /// sensors.
 template <class Scalar>
 struct State {
-  double t = 0;      ///< [s] from the start of the run
-  double h = 0;      ///< [s] length of the step; 0: the reading at the very start
-  double u_ref = 0;  ///< [V] reference held over the step
-  Scalar e_a{};      ///< [V] terminal voltage
-  Scalar i_a{};      ///< [A]
-  Scalar omega{};    ///< [rad/s]
-  Scalar theta{};    ///< [rad]
+  double t = 0;          ///< [s] from the start of the run
+  double h = 0;          ///< [s] length of the step; 0: the reading at the very start
+  double u_ref = 0;      ///< [V] reference held over the step
+  Scalar e_a{};          ///< [V] terminal voltage
+  Scalar i_a{};          ///< [A]
+  Scalar omega{};        ///< [rad/s]
+  Scalar theta{};        ///< [rad] measured where it is, see Excitation::angle
+  Scalar omega_start{};  ///< [rad/s] at the start of the step
+  double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [degC] where measured
 };
 
 /// What the effects act on: the terms of the equations of one step. Effects add to them or change them, each in its
 /// stage.
 template <class Scalar>
 struct Balance {
-  // driver: u -> clamp(gain u, min, max) -> slew -> e_a
-  Scalar u{};             ///< [V] reference as the driver understands it
-  Scalar gain{};          ///< [V/V]
-  Scalar min{}, max{};    ///< [V]
-  Scalar rise{}, fall{};  ///< [V/s] slew limits of the output
-  // armature: e_a = R i + L di/dt + K_b flux omega + voltage_drop
+  // driver: u -> delay -> clamp(gain u + offset, min, max) -> slew -> lag -> e -> e_a
+  Scalar u{};                   ///< [V] reference as the driver understands it
+  Scalar gain{};                ///< [V/V]
+  Scalar min{}, max{};          ///< [V]
+  Scalar rise{}, fall{};        ///< [V/s] slew limits of the output
+  Scalar delay{};               ///< [s] of the reference
+  Scalar offset{};              ///< [V] of the target
+  Scalar lag{};                 ///< [s] of the output
+  Scalar output_resistance{};   ///< [ohm]
+  Scalar light_load_rise{};     ///< [V] by which the output rises as the current vanishes
+  Scalar light_load_current{};  ///< [A] on which it does
+  bool one_quadrant = false;    ///< the driver takes no current back
+  // armature: e_a = R i + L di/dt + K_b flux omega + contact drop
   Scalar resistance{};    ///< [ohm]
   Scalar inductance{};    ///< [H]
-  Scalar voltage_drop{};  ///< [V]
+  Scalar contact_drop{};  ///< [V] opposes the current; >= 0
+  Scalar contact_knee{};  ///< [A] on which the drop bends: it is contact_drop tanh(i/contact_knee)
   // air gap
   Scalar flux{};  ///< [1] factor on K_b and K_m
   // shaft and load: K_m flux i = J domega/dt + B omega + braking_torque + dry friction
+  Scalar inertia{};         ///< [kg m2]
   Scalar viscous{};         ///< [N m s/rad]
+  Scalar gap{};             ///< [rad] play of the shaft's spring
   Scalar braking_torque{};  ///< [N m] any smooth torque; positive brakes positive rotation
   Scalar load_torque{};     ///< [N m] the same, taken by the load: what the gauge sees
   Scalar dry_friction{};    ///< [N m] opposes motion, holds up to this at rest; >= 0

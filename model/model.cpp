@@ -13,6 +13,7 @@ ModelStructure Model::structure() const {
   s.input = input;
   if (driver) s.driver = *driver;
   for (const IncludedEffect& e : effects) s.effects.push_back(e.effect);
+  for (const AddedTerm& t : terms) s.terms.push_back({t.place, t.term, t.parameters.size()});
   return s;
 }
 
@@ -28,7 +29,7 @@ void Model::include(std::size_t effect) {
   for (const EffectParameter& p : effect_catalogue()[effect].parameters()) {
     added.parameters.push_back({.symbol = std::string(p.symbol),
                                 .unit = std::string(p.unit),
-                                .value = p.null,
+                                .value = std::min(p.null, p.max),
                                 .min = p.min,
                                 .max = p.max,
                                 .fixed = false,
@@ -36,10 +37,27 @@ void Model::include(std::size_t effect) {
                                 .std_error = {}});
   }
   effects.insert(std::ranges::lower_bound(effects, effect, {}, &IncludedEffect::effect), std::move(added));
+  hold_first_phase();
 }
 
 void Model::exclude(std::size_t effect) {
   std::erase_if(effects, [&](const IncludedEffect& e) { return e.effect == effect; });
+  hold_first_phase();
+}
+
+bool Model::periodic() const {
+  return std::ranges::any_of(effects, [](const IncludedEffect& e) { return effect_catalogue()[e.effect].periodic; });
+}
+
+void Model::hold_first_phase() {
+  bool first = true;
+  for (IncludedEffect& e : effects) {
+    for (Parameter& p : e.parameters) {
+      if (p.symbol != "phase") continue;
+      p.fixed = first;
+      first = false;
+    }
+  }
 }
 
 std::vector<std::string> Model::names() const {
@@ -50,6 +68,9 @@ std::vector<std::string> Model::names() const {
       names.push_back(std::string(effect_catalogue()[e.effect].id) + "." + p.symbol);
     }
   }
+  for (const AddedTerm& t : terms) {
+    for (const Parameter& p : t.parameters) names.push_back(t.name + "." + p.symbol);
+  }
   return names;
 }
 
@@ -59,6 +80,10 @@ const Parameter& Model::at(std::size_t i) const {
   for (const IncludedEffect& e : effects) {
     if (i < e.parameters.size()) return e.parameters[i];
     i -= e.parameters.size();
+  }
+  for (const AddedTerm& t : terms) {
+    if (i < t.parameters.size()) return t.parameters[i];
+    i -= t.parameters.size();
   }
   throw ModelError("no such parameter");
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,13 +27,21 @@ struct Parameter {
   double max = 0;
   bool fixed = false;
   std::optional<Prior> prior;
-  std::optional<double> std_error;  ///< of the last calibration
+  std::optional<double> std_error;  ///< of the last calibration; none where it exceeds the bounds: not determined
 };
 
 /// An effect that the model includes.
 struct IncludedEffect {
   std::size_t effect = 0;             ///< place in the catalogue
   std::vector<Parameter> parameters;  ///< in the order of its EffectInfo
+};
+
+/// A term of the equations beside the catalogue's effects.
+struct AddedTerm {
+  std::string name;
+  TermPlace place = TermPlace::torque;
+  std::shared_ptr<const Term> term;
+  std::vector<Parameter> parameters;
 };
 
 /// What was done to the model, and what it brought.
@@ -51,7 +60,8 @@ struct Model {
   std::map<std::string, std::string> tie;  ///< {K_m: K_b}: the first follows the second
   std::vector<Parameter> base;             ///< R_a, K_b, K_m, B, J
   std::vector<IncludedEffect> effects;     ///< in the order of the catalogue
-  std::map<Signal, double> noise;          ///< declared sigma
+  std::vector<AddedTerm> terms;
+  std::map<Signal, double> noise;  ///< declared sigma
   std::vector<HistoryEntry> history;
 
   /// The equations; what is measured (measured_voltage, measured_load) is the data's matter and stays false.
@@ -63,15 +73,21 @@ struct Model {
   bool includes(std::size_t effect) const;
 
   /// Includes an effect at its null value with the catalogue's bounds, free. No-op where it is included already.
+  /// A phase is held where it is the only one: the angle at which a run starts is free, and takes its place.
   void include(std::size_t effect);
   void exclude(std::size_t effect);
 
   /// `R_a`, or `tacho_lag.tau` for a parameter of an effect, in the order of the structure.
   std::vector<std::string> names() const;
 
+  bool periodic() const;  ///< includes an effect that repeats with the angle
+
   /// The parameter at a place of the structure.
   Parameter& at(std::size_t i);
   const Parameter& at(std::size_t i) const;
+
+ private:
+  void hold_first_phase();
 };
 
 /// The parameters that a fit may move: a model's parameters less those that are fixed or tied.

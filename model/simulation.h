@@ -11,12 +11,14 @@ namespace emtb {
 
 /// What drives a simulated run: values at the times t, each signal empty where the structure does not need it.
 struct Excitation {
-  std::vector<double> t;            ///< [s], increasing; the simulation's readings are at these times
-  std::vector<double> u_ref;        ///< [V] held from its time to the next
-  std::vector<double> e_a;          ///< [V] linear in between
-  std::vector<double> i_a;          ///< [A] of a current drive, held
-  std::vector<double> load;         ///< [N m] linear in between
-  std::vector<double> omega;        ///< [rad/s] measured speed, for load effects beside a measured torque
+  std::vector<double> t;      ///< [s], increasing; the simulation's readings are at these times
+  std::vector<double> u_ref;  ///< [V] held from its time to the next
+  std::vector<double> e_a;    ///< [V] linear in between
+  std::vector<double> i_a;    ///< [A] of a current drive, held
+  std::vector<double> load;   ///< [N m] linear in between
+  std::vector<double> omega;  ///< [rad/s] measured speed, for load effects beside a measured torque
+  std::vector<double> angle;  ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
+  std::vector<double> temperature;  ///< [degC] of the armature, held
   std::vector<char> armature_open;  ///< from its time to the next
   InitialState initial;
   double longest_step = 2e-3;  ///< [s] longer intervals are divided
@@ -44,7 +46,8 @@ class Reader {
 };
 
 /// Simulates a run.
-/// @param parameters R_a, K_b, K_m, B, J, then those of each effect, in the order of the structure
+/// @param parameters R_a, K_b, K_m, B, J, then those of each effect, in the order of the structure; optionally one
+/// more, an angle to add to that of the rotor: where a run starts in a turn is seldom known
 template <class Scalar>
 void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& excitation,
               Reader<Scalar>& reader);

@@ -16,8 +16,8 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
   const auto read = [&](std::size_t k) {
-    reader.read(k,
-                {machine.e_driver, machine.i_a_reading, machine.omega_reading, machine.theta, machine.torque_reading});
+    reader.read(
+        k, {machine.e_a_reading, machine.i_a_reading, machine.omega_reading, machine.theta, machine.torque_reading});
   };
   const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };
   StepInput in{.u_ref = at(x.u_ref, 0),
@@ -25,7 +25,10 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
                .e_a_end = at(x.e_a, 0),
                .i_a = at(x.i_a, 0),
                .load = at(x.load, 0),
-               .omega = at(x.omega, 0)};
+               .omega = at(x.omega, 0),
+               .angle_middle = {},
+               .angle_end = {}};
+  if (!x.angle.empty()) in.angle_end = x.angle[0];
   machine.start(x.initial, in);
   read(0);
   // A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on h alone is computed once.
@@ -35,6 +38,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
     if (std::abs(interval - even) < 1e-9 * even) interval = even;
     in.u_ref = at(x.u_ref, k);
     in.i_a = at(x.i_a, k);
+    if (!x.temperature.empty()) in.temperature = x.temperature[k];
     in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
     const bool whole = interval <= x.longest_step * (1 + 1e-6);
     const int steps = whole ? 1 : static_cast<int>(std::ceil(interval / x.longest_step - 1e-6));
@@ -47,6 +51,10 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
       in.e_a_end = part(x.e_a, static_cast<double>(s + 1) / steps);
       in.load = part(x.load, (s + 0.5) / steps);
       in.omega = part(x.omega, (s + 0.5) / steps);
+      if (!x.angle.empty()) {
+        in.angle_middle = part(x.angle, (s + 0.5) / steps);
+        in.angle_end = part(x.angle, static_cast<double>(s + 1) / steps);
+      }
       machine.step(in, x.t[k] + s * h, h);
     }
     read(k + 1);

@@ -2,12 +2,15 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "model/catalogue.h"
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/slew.h"
 #include "model/structure.h"
 
 namespace emtb {
@@ -21,6 +24,8 @@ struct StepInput {
   double i_a = 0;      ///< [A] of a current drive, held over the step
   double load = 0;     ///< [N m] measured load torque, mean over the step: a passive load
   double omega = 0;    ///< [rad/s] measured speed: predicts the load where `measured_load`
+  std::optional<double> angle_middle, angle_end;  ///< [rad] measured: what periodic effects see; absent: as simulated
+  double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [degC] where measured
   bool armature_open = false;
 };
 
@@ -32,7 +37,8 @@ struct StepInput {
 /// One step h solves both at once, second order, for any L_a >= 0:
 ///  - the armature circuit exactly, for a voltage that is linear over the step (so L_a -> 0 is neither stiff nor
 ///  special);
-///  - the shaft by the trapezoidal rule; dry friction by an implicit soft threshold, so that the shaft sticks exactly;
+///  - the shaft by the trapezoidal rule; dry friction by an implicit soft threshold, so that the shaft sticks exactly,
+///  and the voltage that brushes drop alike;
 ///  - what the effects contribute at the extrapolated middle of the step.
 ///
 /// Divisions and the exponential depend on R_a, L_a, K_b, K_m, B, J and h only; they are kept until one of these
@@ -40,7 +46,8 @@ struct StepInput {
 template <class Scalar>
 class Machine {
  public:
-  /// @param p all parameters of the structure, in its order; must outlive the machine
+  /// @param p all parameters of the structure, in its order, and optionally one more: an angle to add to that of the
+  /// rotor at the start; must outlive the machine
   Machine(const ModelStructure& structure, std::span<const Scalar> p) : structure_(structure), p_(p) {
     std::size_t parameter = ModelStructure::base_count;
     std::size_t memory = 0;
@@ -53,8 +60,12 @@ class Machine {
       parts.push_back({apply_of<Scalar>(effect), parameter, info.parameter_count, memory, info.memory});
       parameter += info.parameter_count;
       memory += info.memory;
-      inductive_ |= info.stage == Stage::armature;
     }
+    for (const PlacedTerm& term : structure.terms) {
+      terms_of_user_.push_back({&term, parameter});
+      parameter += term.parameter_count;
+    }
+    if (p.size() > parameter) turned_ = p[parameter];
     memory_.resize(memory);
     reset_driver_terms();
     reset_motor_terms();
@@ -63,11 +74,11 @@ class Machine {
   /// Puts the machine into its state at the start of a run, and takes the first readings.
   void start(const InitialState& initial, const StepInput& input) {
     omega = omega_before_ = Scalar(initial.omega);
-    theta = Scalar(initial.theta);
+    theta = turned_ + initial.theta;
     i_a = i_a_before_ = Scalar(initial.i_a);
-    terms_.u = Scalar(input.u_ref);
-    apply(driver_parts_, {.u_ref = input.u_ref});
-    e_driver = initial.e_driver ? Scalar(*initial.e_driver) : clamped(terms_.gain * terms_.u, terms_.min, terms_.max);
+    changes_ = {{-infinity, input.u_ref}};
+    e_driver = e_slewed_ = initial.e_driver ? Scalar(*initial.e_driver) : target_of(input.u_ref);
+    e_a_reading = e_driver - terms_.output_resistance * i_a;
     middle_ = {.u_ref = input.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = theta};
     if (structure_.measured_load) middle_.omega = Scalar(input.omega);
     apply(load_parts_, middle_);
@@ -76,11 +87,14 @@ class Machine {
 
   /// Advances from t to t + h.
   void step(const StepInput& in, double t, double h) {
-    if (!structure_.effects.empty()) look_at_middle(in, t, h);
+    if (!structure_.effects.empty() || !terms_of_user_.empty()) look_at_middle(in, t, h);
 
-    // Driver: u_ref -> e_a.
+    // Driver: u_ref -> e_a. What follows takes the voltage as linear over the step, with the right mean and end.
     Scalar e0 = e_driver;
-    if (structure_.input == Signal::u_ref) follow_reference(in.u_ref, h);
+    if (structure_.input == Signal::u_ref) {
+      const Scalar mean = follow_reference(in.u_ref, t, h);
+      e0 = 2.0 * mean - e_driver;
+    }
     Scalar e1 = e_driver;
     if (structure_.measured_voltage) {
       e0 = Scalar(in.e_a_start);
@@ -88,20 +102,35 @@ class Machine {
     }
 
     // What the effects add to the equations of the motor and its load.
-    if (!motor_parts_.empty() || !load_parts_.empty()) {
+    Scalar added_voltage(0.0);
+    if (!motor_parts_.empty() || !load_parts_.empty() || !terms_of_user_.empty()) {
       reset_motor_terms();
       apply(motor_parts_, middle_);
+      for (const UserTerm& term : terms_of_user_) apply(term, added_voltage);
       if (structure_.measured_load) middle_.omega = Scalar(in.omega);
       apply(load_parts_, middle_);
     }
 
     // Armature circuit and air gap: the current is linear in the voltages across R and L at both ends of the step.
-    const bool conducts = !in.armature_open && structure_.input != Signal::i_a;
+    bool conducts = !in.armature_open && structure_.input != Signal::i_a;
     solve_for(h, conducts);
-    e0 -= terms_.voltage_drop;
-    e1 -= terms_.voltage_drop;
+    e0 += added_voltage;
+    e1 += added_voltage;
+    if (conducts && !structure_.measured_voltage && any(differs(terms_.light_load_rise, Scalar(0.0)))) {
+      const Scalar rise = light_load_rise(0.5 * (e0 + e1));
+      e0 += rise;
+      e1 += rise;
+    }
+    const bool blocked = conducts && terms_.one_quadrant && value_of(stopping_voltage(0.5 * (e0 + e1))) <= 0;
+    if (blocked) solve_for(h, conducts = false);
+    if (conducts && any(differs(terms_.contact_drop, Scalar(0.0)))) {
+      const Scalar drop = contact_drop(0.5 * (e0 + e1));
+      e0 -= drop;
+      e1 -= drop;
+    }
     const Scalar v0 = e0 - k_b_ * omega;
-    Scalar mean_current(in.armature_open ? 0.0 : in.i_a);  // over the step, less what the speed at its end will add
+    Scalar mean_current(
+        in.armature_open || blocked ? 0.0 : in.i_a);  // over the step, less what the speed at its end will add
     if (conducts) {
       mean_current = mean_.v0 * v0 + mean_.v1 * e1;
       if (inductive_) mean_current += mean_.i * i_a;
@@ -126,16 +155,18 @@ class Machine {
     } else {
       i_a = mean_current;
     }
+    e_a_reading = blocked ? k_b_ * omega_end : output_voltage();
     theta += 0.5 * h * (omega + omega_end);
     omega_before_ = omega;
     omega = omega_end;
     read_sensors(t + h, h, in);
   }
 
-  Scalar e_driver{};  ///< [V] the driver's output as predicted from the reference
-  Scalar i_a{};       ///< [A]
-  Scalar omega{};     ///< [rad/s]
-  Scalar theta{};     ///< [rad]
+  Scalar e_driver{};     ///< [V] what the driver makes of the reference, before its load takes a part
+  Scalar e_a_reading{};  ///< [V] terminal voltage, as predicted from the reference
+  Scalar i_a{};          ///< [A]
+  Scalar omega{};        ///< [rad/s]
+  Scalar theta{};        ///< [rad]
   Scalar omega_reading{};
   Scalar i_a_reading{};
   Scalar torque_reading{};  ///< [N m] what the load effects take, from the speed of the model
@@ -161,7 +192,9 @@ class Machine {
     middle_.e_a = e_driver;
     middle_.i_a = i_a + 0.5 * (i_a - i_a_before_);
     middle_.omega = omega + 0.5 * (omega - omega_before_);
-    middle_.theta = theta + 0.5 * h * omega;
+    middle_.omega_start = omega;
+    middle_.theta = in.angle_middle ? turned_ + *in.angle_middle : theta + 0.5 * h * omega;
+    middle_.temperature = in.temperature;
   }
 
   /// The driver as known; effects of the driver change it in every step.
@@ -172,15 +205,51 @@ class Machine {
     terms_.max = Scalar(d.max);
     terms_.rise = Scalar(d.rise);
     terms_.fall = Scalar(d.fall);
+    terms_.delay = terms_.offset = terms_.lag = Scalar(0.0);
+    terms_.output_resistance = terms_.light_load_rise = terms_.light_load_current = Scalar(0.0);
+    terms_.one_quadrant = false;
   }
 
   /// The motor of the base model; effects of armature, air gap, shaft and load change it in every step.
   void reset_motor_terms() {
     terms_.resistance = p_[0];
     terms_.viscous = p_[3];
+    terms_.inertia = p_[4];
+    terms_.gap = Scalar(0.0);
     terms_.flux = Scalar(1.0);
-    terms_.inductance = terms_.voltage_drop = Scalar(0.0);
+    terms_.inductance = terms_.contact_drop = terms_.contact_knee = Scalar(0.0);
     terms_.braking_torque = terms_.load_torque = terms_.dry_friction = Scalar(0.0);
+  }
+
+  struct UserTerm {
+    const PlacedTerm* placed;
+    std::size_t parameter;
+  };
+
+  void apply(const UserTerm& term, Scalar& voltage) {
+    const State<Scalar>& x = middle_;
+    const TermInput at{value_of(x.omega), value_of(x.i_a), value_of(x.theta), x.u_ref, x.t};
+    const std::size_t count = term.placed->parameter_count;
+    term_values_.resize(count);
+    by_parameter_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) term_values_[i] = value_of(p_[term.parameter + i]);
+    TermInput by{};
+    const double value = term.placed->term->evaluate(at, term_values_, by, by_parameter_);
+    Scalar sum = value + by.omega * (x.omega - at.omega) + by.i_a * (x.i_a - at.i_a) + by.theta * (x.theta - at.theta);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (by_parameter_[i] != 0) sum += by_parameter_[i] * (p_[term.parameter + i] - term_values_[i]);
+    }
+    switch (term.placed->place) {
+      case TermPlace::torque:
+        terms_.braking_torque -= sum;
+        break;
+      case TermPlace::voltage:
+        voltage += sum;
+        break;
+      case TermPlace::flux:
+        terms_.flux *= sum;
+        break;
+    }
   }
 
   void apply(const Parts& parts, const State<Scalar>& x) {
@@ -190,49 +259,148 @@ class Machine {
     }
   }
 
-  void follow_reference(double u_ref, double h) {
-    if (driver_parts_.empty()) {  // all is known, nothing has a derivative
-      const DriverModel& d = structure_.driver;
-      const double e = value_of(e_driver);
-      e_driver = Scalar(e + clamped(clamped(d.gain * u_ref, d.min, d.max) - e, -d.fall * h, d.rise * h));
-      return;
-    }
+  /// What the driver makes of a reference in the end.
+  Scalar target_of(double u_ref) {
     reset_driver_terms();
     terms_.u = Scalar(u_ref);
+    middle_.u_ref = u_ref;
     apply(driver_parts_, middle_);
-    const Scalar target = clamped(terms_.gain * terms_.u, terms_.min, terms_.max);
-    e_driver += clamped(target - e_driver, terms_.fall * (-h), terms_.rise * h);
+    return clamped(terms_.gain * terms_.u + terms_.offset, terms_.min, terms_.max);
+  }
+
+  /// Moves the driver's output over a step. @return its mean
+  Scalar follow_reference(double u_ref, double t, double h) {
+    const DriverModel& d = structure_.driver;
+    if (driver_parts_.empty()) {  // all is known, nothing has a derivative
+      const double target = clamped(d.gain * u_ref, d.min, d.max);
+      const Slewed<double> e = slew(value_of(e_driver), target, d.rise, d.fall, h);
+      e_driver = Scalar(e.end);
+      return Scalar(e.mean);
+    }
+    if (u_ref != changes_.back().u_ref) changes_.push_back({t, u_ref});
+    // The references that arrive during the step, each from its change on; the delay is what moves them.
+    Scalar area(0.0), from(0.0);
+    const auto drive = [&](double u, const Scalar& until) {
+      const Scalar target = target_of(u);
+      const Slewed<Scalar> e = slew(e_slewed_, target, terms_.rise, terms_.fall, until - from);
+      e_slewed_ = e.end;
+      area += e.mean * (until - from);
+      from = until;
+    };
+    while (arrived_ + 1 < changes_.size() && changes_[arrived_ + 1].t + value_of(terms_.delay) < t + h) {
+      drive(changes_[arrived_].u_ref, (changes_[arrived_ + 1].t - t) + terms_.delay);
+      ++arrived_;
+    }
+    drive(changes_[arrived_].u_ref, Scalar(h));
+    forget_references();
+    const Scalar mean = area / h, before = e_driver;
+    if (!any(differs(terms_.lag, Scalar(0.0)))) {
+      e_driver = e_slewed_;
+      return mean;
+    }
+    e_driver = first_order_lag(terms_.lag, h, 2.0 * mean - e_slewed_, e_slewed_, before);
+    return mean - terms_.lag * (e_driver - before) / h;
+  }
+
+  /// A reference that changes all the time would fill the memory of a machine that runs all day.
+  void forget_references() {
+    constexpr std::size_t many = 4096;
+    if (arrived_ < many) return;
+    changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(arrived_));
+    arrived_ = 0;
+  }
+
+  /// The voltage that is left for a current at the end of the step, counted so that 0 leaves none.
+  /// @param e [V] mean over the step
+  Scalar stopping_voltage(const Scalar& e) const {
+    const Scalar left = e - k_b_ * (omega + 0.5 * (omega - omega_before_));
+    return inductive_ ? left + holding_ * i_a : left;
+  }
+
+  /// [ohm] what a current at the end of the step costs of that voltage, per ampere.
+  Scalar stopping_resistance() const { return inductive_ ? solved_.resistance + holding_ : solved_.resistance; }
+
+  /// What the output of a rectifier rises by as the current gets gaps: V exp(-i/i_c), implicit. Newton's steps from
+  /// below on a concave function.
+  Scalar light_load_rise(const Scalar& e) const {
+    if (value_of(e) <= 0) return Scalar(0.0);
+    const Scalar stopping = stopping_voltage(e), knee = stopping_resistance() * terms_.light_load_current;
+    const double s = value_of(stopping), k = value_of(knee), v = value_of(terms_.light_load_rise);
+    double rise = 0;
+    for (int n = 0; n < 30; ++n) {
+      const double gone = v * std::exp(-std::max(0.0, s + rise) / k);
+      const double slope = s + rise > 0 ? gone / k : 0;
+      const double change = (gone - rise) / (1 + slope);
+      rise += change;
+      if (std::abs(change) < 1e-13 * v) break;
+    }
+    const Scalar gone = terms_.light_load_rise * exp(-larger(stopping + rise, Scalar(0.0)) / knee);
+    const Scalar slope = s + rise > 0 ? gone / knee : Scalar(0.0);
+    return rise + (gone - rise) / (1.0 + slope);
+  }
+
+  /// The driver's terminal voltage, which its own load bends.
+  Scalar output_voltage() const {
+    if (driver_parts_.empty()) return e_driver;
+    Scalar e = e_driver - terms_.output_resistance * i_a;
+    if (any(differs(terms_.light_load_rise, Scalar(0.0))) && value_of(e_driver) > 0) {
+      e += terms_.light_load_rise * exp(-abs(i_a) / terms_.light_load_current);
+    }
+    return e;
+  }
+
+  /// What the brushes take of the voltage: V tanh(i/i_knee), for the current that is left at the end of the step.
+  /// Implicit, since the knee is steep.
+  /// @param e [V] mean over the step
+  Scalar contact_drop(const Scalar& e) const {
+    const Scalar stopping = stopping_voltage(e), knee = stopping_resistance() * terms_.contact_knee;
+    // Newton's steps from above on a convex function: they cannot overshoot. The last one carries the derivatives.
+    const double s = value_of(stopping), k = value_of(knee), v = value_of(terms_.contact_drop);
+    double drop = clamped(s * v / (k + v), -v, v);
+    for (int n = 0; n < 20; ++n) {
+      const double bend = saturation((s - drop) / k);
+      const double change = (drop - v * bend) / (1 + v / k * (1 - bend * bend));
+      drop -= change;
+      if (std::abs(change) < 1e-13 * v) break;
+    }
+    const Scalar bend = saturation((stopping - drop) / knee);
+    return drop - (drop - terms_.contact_drop * bend) / (1.0 + terms_.contact_drop / knee * (1.0 - bend * bend));
   }
 
   /// Prepares what a step multiplies by.
   void solve_for(double h, bool conducts) {
     const Balance<Scalar>& b = terms_;
-    const bool changed = any(differs(b.resistance, solved_.resistance) | differs(b.inductance, solved_.inductance) |
-                             differs(b.flux, solved_.flux) | differs(b.viscous, solved_.viscous));
+    const Scalar resistance =
+        structure_.measured_voltage ? b.resistance : b.resistance + b.output_resistance;  // in a row with the motor's
+    const bool changed = any(differs(resistance, solved_.resistance) | differs(b.inertia, solved_.inertia) |
+                             differs(b.inductance, solved_.inductance) | differs(b.flux, solved_.flux) |
+                             differs(b.viscous, solved_.viscous));
     if (h == solved_h_ && conducts == solved_conducts_ && !changed) return;
     solved_h_ = h;
     solved_conducts_ = conducts;
-    solved_ = {b.resistance, b.inductance, b.flux, b.viscous};
+    solved_ = {resistance, b.inductance, b.flux, b.viscous, b.inertia};
     k_b_ = p_[1] * b.flux;
     k_m_ = p_[2] * b.flux;
     mean_ = end_ = Response{};
+    inductive_ = any(differs(b.inductance, Scalar(0.0)));
     if (conducts) {
       // R i + L di/dt = v, v linear from v0 to v1: i(h) = v1/R - trail + (i - v0/R + trail) carried, trail = (v1 - v0)
       // lag/R.
-      const Scalar conductance = 1.0 / b.resistance;
+      const Scalar conductance = 1.0 / resistance;
       Scalar lag(0.0), carried(0.0);  // L/R in steps; how much of an initial current is left at the end
       if (inductive_) {
         const Scalar tau = b.inductance * conductance;
         lag = tau / h;
         carried = decay(h, tau);
+        holding_ = carried / (1.0 - carried) * resistance;
       }
       const Scalar mean_carried = lag * (1.0 - carried);
       end_ = {(mean_carried - carried) * conductance, (1.0 - mean_carried) * conductance, carried};
       const Scalar late = lag * (1.0 - mean_carried);
       mean_ = {(0.5 + late - mean_carried) * conductance, (0.5 - late) * conductance, mean_carried};
     }
-    momentum_ = p_[4] / h - 0.5 * b.viscous;
-    inverse_inertia_ = 1.0 / (p_[4] / h + 0.5 * b.viscous + k_m_ * k_b_ * mean_.v1);
+    momentum_ = b.inertia / h - 0.5 * b.viscous;
+    inverse_inertia_ = 1.0 / (b.inertia / h + 0.5 * b.viscous + k_m_ * k_b_ * mean_.v1);
   }
 
   void read_sensors(double t, double h, const StepInput& in) {
@@ -245,8 +413,9 @@ class Machine {
     terms_.omega_reading = omega;
     terms_.i_a_reading = i_a;
     terms_.torque_reading = terms_.load_torque;
+    const Scalar angle = in.angle_end ? turned_ + *in.angle_end : theta;
     apply(sensor_parts_,
-          {.t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = theta});
+          {.t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = angle});
     omega_reading = terms_.omega_reading;
     i_a_reading = terms_.i_a_reading;
     torque_reading = terms_.torque_reading;
@@ -255,20 +424,31 @@ class Machine {
   const ModelStructure& structure_;
   std::span<const Scalar> p_;
   Parts driver_parts_, motor_parts_, load_parts_, sensor_parts_;
+  std::vector<UserTerm> terms_of_user_;
+  std::vector<double> term_values_, by_parameter_;
   std::vector<Scalar> memory_;
-  bool inductive_ = false;  ///< false: no inductance, and its terms are not computed
+  Scalar e_slewed_{};  ///< [V] the driver's output before its lag
+  Scalar turned_{};    ///< [rad] added to the angle at the start, and to a measured one
   State<Scalar> middle_;
   Balance<Scalar> terms_;
   Scalar omega_before_{};
   Scalar i_a_before_{};
 
+  struct Change {
+    double t, u_ref;
+  };
+  std::vector<Change> changes_;  ///< of the reference; kept only where effects of the driver may delay them
+  std::size_t arrived_ = 0;      ///< the last that the driver has seen
+
   // Kept until something that they depend on changes.
   struct Solved {
-    Scalar resistance{}, inductance{}, flux{}, viscous{};
+    Scalar resistance{}, inductance{}, flux{}, viscous{}, inertia{};
   } solved_;
   double solved_h_ = 0;
   bool solved_conducts_ = false;
   Scalar k_b_{}, k_m_{};
+  bool inductive_ = false;    ///< false: no inductance, and its terms are not computed
+  Scalar holding_{};          ///< [ohm] voltage that stops a current within the step, per ampere
   Response mean_, end_;       ///< current: mean over the step, and at its end
   Scalar momentum_{};         ///< J/h - B/2
   Scalar inverse_inertia_{};  ///< 1/(J/h + B/2 + K_m K_b mean_.v1)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/signal.h"
+#include "model/term.h"
 
 namespace emtb {
 
@@ -36,13 +37,14 @@ inline constexpr std::array<BaseParameter, 5> base_parameters{{{"R_a", "ohm", "a
                                                                {"J", "kg m2", "inertia"}}};
 
 /// Which equations a simulation solves; the numbers in them come apart from it, as a vector in the order
-/// R_a, K_b, K_m, B, J, then the parameters of each effect.
+/// R_a, K_b, K_m, B, J, then the parameters of each effect, then those of each added term.
 struct ModelStructure {
   static constexpr std::size_t base_count = base_parameters.size();
 
   Signal input = Signal::u_ref;  ///< u_ref, e_a, or i_a for a current drive
   DriverModel driver;
   std::vector<std::size_t> effects;  ///< places in the catalogue, ascending: the order of the stages
+  std::vector<PlacedTerm> terms;     ///< that the catalogue does not have
 
   bool measured_voltage = false;  ///< the motor is driven by the measured e_a, the driver predicts e_a on its own
   bool measured_load = false;     ///< the shaft is loaded by the measured torque, load effects predict it on their own

@@ -51,15 +51,16 @@ inline TestBench slow_bench() {
                {"driver_slew.rise", 20},
                {"driver_slew.fall", 18},
                {"driver_dead_zone.u_d", 0.1},
-               {"driver_saturation.e_max", 105},
+               {"driver_saturation.e_max", 103.9},
                {"driver_output_resistance.R_o", 3},
                {"driver_lag.tau", 0.07},
-               {"driver_delay.t_d", 0.03},
+               {"driver_delay.t_d", 0.0317},
                {"discontinuous_conduction.V_d", 3},
                {"discontinuous_conduction.i_c", 0.1},
                {"armature_inductance.L_a", 1},
                {"brush_drop.V_b", 1.5},
-               {"armature_heating.C_th", 100},
+               {"brush_drop.i_lin", 0.01},
+               {"armature_heating.C_th", 5},  // a hundredth of a real one: the run is short
                {"armature_heating.R_th", 3},
                {"armature_reaction.k_i", 0.1},
                {"armature_reaction.i_k", 1},
@@ -102,7 +103,7 @@ inline TestBench fast_bench() {
   b.name = "fast";
   b.structure.driver = {.gain = 4, .rise = 2000, .fall = 2000, .min = -24, .max = 24};
   b.base = {1.2, 0.042, 0.042, 1e-5, 6e-5};
-  b.excitation = holds(1e-3, {{0.05, 0}, {0.5, 2.13}, {0.6, -3.37}, {0.6, 6.5}, {0.4, 0.11}, {0.4, -0.37}, {0.4, 0}});
+  b.excitation = holds(1e-3, {{0.05, 0}, {0.5, 2.13}, {0.6, -3.36}, {0.6, 6.5}, {0.4, 0.11}, {0.4, -0.37}, {0.4, 0}});
   b.typical = {{"driver_gain_error.k", 0.02},
                {"driver_gain_error.e_0", 0.1},
                {"driver_slew.rise", 500},
@@ -111,11 +112,12 @@ inline TestBench fast_bench() {
                {"driver_saturation.e_max", 22},
                {"driver_output_resistance.R_o", 0.2},
                {"driver_lag.tau", 0.01},
-               {"driver_delay.t_d", 0.0053},
+               {"driver_delay.t_d", 0.00537},
                {"discontinuous_conduction.V_d", 0.5},
                {"discontinuous_conduction.i_c", 0.3},
                {"armature_inductance.L_a", 2e-3},
                {"brush_drop.V_b", 0.4},
+               {"brush_drop.i_lin", 0.02},
                {"armature_heating.C_th", 5},
                {"armature_heating.R_th", 3},
                {"armature_reaction.k_i", 0.07},

@@ -39,9 +39,12 @@ class PlainMachine {
     const Scalar omega_mid = omega + 0.5 * (omega - omega_before_);
 
     const Scalar target = clamped(driver_.gain * reference(u_ref), Scalar(driver_.min), Scalar(driver_.max));
-    const Scalar e_before = e_driver;
-    e_driver = e_driver + clamped(target - e_driver, Scalar(-driver_.fall * h), Scalar(driver_.rise * h));
-    const Scalar e0 = measured_voltage_ ? Scalar(e_a_start) : e_before;
+    const Scalar way = target - e_driver;
+    const Scalar moved = clamped(way, Scalar(-driver_.fall * h), Scalar(driver_.rise * h));
+    const double rate = value_of(way) > 0 ? driver_.rise : driver_.fall;
+    const Scalar area = e_driver * h + moved * h - 0.5 * moved * abs(moved) / rate;  // of a ramp, then a plateau
+    e_driver = e_driver + moved;
+    const Scalar e0 = measured_voltage_ ? Scalar(e_a_start) : 2.0 * area / h - e_driver;
     const Scalar e1 = measured_voltage_ ? Scalar(e_a_end) : e_driver;
 
     const Scalar v0 = e0 - K_b * omega;

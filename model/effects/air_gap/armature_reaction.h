@@ -1,0 +1,41 @@
+#pragma once
+
+#include <tuple>
+#include <vector>
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// The field of the armature current, which saturates one pole tip more than it relieves the other.
+struct ArmatureReaction {
+  static constexpr EffectInfo info{
+      .id = "armature_reaction",
+      .name = "armature reaction",
+      .stage = Stage::air_gap,
+      .equation = "K_b, K_m -> K (1 - k_i x^2/(1 + x^2)), x = i_a/i_k",
+      .what = "Under load the armature's own field weakens that of the poles.",
+      .shows = "Torque and back-EMF constants fall with the current.",
+      .told_apart = "From R_a, which costs speed but no torque for the current; from windage by load at low speed.",
+      .source = "Krause, Wasynczuk and Sudhoff, Analysis of Electric Machinery; even, with a knee",
+      .parameter_list = {{{.symbol = "k_i", .unit = "1", .null = 0, .min = 0, .max = 0.5},
+                          {.symbol = "i_k", .unit = "A", .null = 1, .min = 1e-6, .max = 1e4, .shape = true}}},
+      .parameter_count = 2};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
+    const auto& [k_i, i_k] = std::tie(p[0], p[1]);
+    const Scalar share = x.i_a / i_k;
+    const Scalar square = share * share;
+    balance.flux *= 1.0 - k_i * square / (1.0 + square);
+  }
+
+  static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double share : {0.1, 0.3, 1.0}) all.push_back({0, share * seen.current});
+    return all;
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A field winding that warms up: its resistance rises, its current and its flux sag.
+struct FieldHeating {
+  static constexpr EffectInfo info{
+      .id = "field_heating",
+      .name = "field heating",
+      .stage = Stage::air_gap,
+      .equation = "K_b, K_m -> K (1 - drop (1 - exp(-t/tau)))",
+      .what = "The field winding grows warm, and at constant voltage its current falls.",
+      .shows = "The speed creeps up at constant voltage, and the current with it.",
+      .told_apart = "From friction_warmup by the current, which falls there; from armature_heating by the speed.",
+      .source = "copper, 0.393 % a kelvin (IEC 60028); one time constant",
+      .parameter_list = {{{.symbol = "drop", .unit = "1", .null = 0, .min = -0.5, .max = 0.5},
+                          {.symbol = "tau", .unit = "s", .null = 100, .min = 1e-2, .max = 1e5, .shape = true}}},
+      .parameter_count = 2};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
+    balance.flux *= 1.0 - p[0] * (1.0 - exp(-x.t / p[1]));
+  }
+
+  static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double share : {0.1, 0.4, 2.0}) all.push_back({0, share * seen.duration});
+    return all;
+  }
+};
+
+}  // namespace emtb

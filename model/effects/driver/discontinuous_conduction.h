@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A line-commutated rectifier at light load: between its pulses no current flows, and the voltage rises.
+struct DiscontinuousConduction {
+  static constexpr EffectInfo info{
+      .id = "discontinuous_conduction",
+      .name = "discontinuous conduction",
+      .stage = Stage::driver,
+      .equation = "e_a = e + V_d exp(-|i_a|/i_c), e > 0",
+      .what = "Where the current has gaps, the rectifier's mean voltage is higher than its firing angle says.",
+      .shows = "e_a is too high at light load only, which is where a small bench lives.",
+      .told_apart = "From driver_output_resistance, which is straight, by load; from driver_gain_error by no load.",
+      .source = "Leonhard, Control of Electrical Drives, ch. 8: intermittent current; exponential as a smooth stand-in",
+      .parameter_list = {{{.symbol = "V_d", .unit = "V", .null = 0, .min = 0, .max = 1e3},
+                          {.symbol = "i_c", .unit = "A", .null = 0.1, .min = 1e-6, .max = 1e3, .shape = true}}},
+      .parameter_count = 2};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.light_load_rise += p[0];
+    balance.light_load_current += p[1];
+  }
+
+  static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double share : {0.01, 0.05, 0.2}) all.push_back({0, share * seen.current});
+    return all;
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// The filter at the output of a driver.
+struct DriverLag {
+  static constexpr EffectInfo info{
+      .id = "driver_lag",
+      .name = "driver lag",
+      .stage = Stage::driver,
+      .equation = "tau de/dt = e_in - e",
+      .what = "A smoothing filter or a slow regulator rounds what the driver does.",
+      .shows = "The edges of e_a are exponential; nothing is wrong when settled.",
+      .told_apart = "From driver_delay by the shape of the edge; from tacho_lag by a measured e_a.",
+      .source = "first-order filter; Leonhard, Control of Electrical Drives",
+      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}}};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.lag += p[0];
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// An output that sags under load.
+struct DriverOutputResistance {
+  static constexpr EffectInfo info{
+      .id = "driver_output_resistance",
+      .name = "driver output resistance",
+      .stage = Stage::driver,
+      .equation = "e_a = e - R_o i_a",
+      .what = "Windings, switches and cables between the regulated voltage and the motor take their share.",
+      .shows = "e_a sags in proportion to the current.",
+      .told_apart = "From R_a by a measured e_a alone: without it they are one.",
+      .source = "Thevenin; Leonhard, Control of Electrical Drives",
+      .parameter_list = {{{.symbol = "R_o", .unit = "ohm", .null = 0, .min = 0, .max = 1e4}}}};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.output_resistance += p[0];
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// Slew limits of the driver that are not what the model believes.
+struct DriverSlew {
+  static constexpr EffectInfo info{
+      .id = "driver_slew",
+      .name = "driver slew limits",
+      .stage = Stage::driver,
+      .equation = "-fall <= de/dt <= rise, in place of the driver's known limits",
+      .what = "The driver's output cannot change faster than this.",
+      .shows = "Edges of e_a are steeper or flatter than the model's; nothing is wrong when settled.",
+      .told_apart = "From driver_lag by edges that stay straight; from J where e_a is measured.",
+      .source = "Erdal et al. (2011), figure 8: 22.5 and -20.4 V/s",
+      .parameter_list = {{{.symbol = "rise", .unit = "V/s", .null = 1e12, .min = 1e-3, .max = 1e12, .known = true},
+                          {.symbol = "fall", .unit = "V/s", .null = 1e12, .min = 1e-3, .max = 1e12, .known = true}}},
+      .parameter_count = 2};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.rise = p[0];
+    balance.fall = p[1];
+  }
+
+  /// At the driver's known limits.
+  static std::vector<StartValues> starts(const Ranges& seen) { return {{seen.rise, seen.fall}}; }
+};
+
+}  // namespace emtb

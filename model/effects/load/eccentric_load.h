@@ -1,0 +1,30 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A weight off the axis.
+struct EccentricLoad {
+  static constexpr EffectInfo info{
+      .id = "eccentric_load",
+      .name = "eccentric load",
+      .stage = Stage::load,
+      .equation = "T = T_e sin(theta + phase)",
+      .what = "The load's centre of mass is not on the axis, and gravity pulls at it.",
+      .shows = "Speed and current ripple once a turn, strongly at crawl.",
+      .told_apart = "From cogging by its order, once a turn; from tacho_ripple by the current.",
+      .source = "pendulum",
+      .parameter_list = {{{.symbol = "T_e", .unit = "N m", .null = 0, .min = 0, .max = 1e4},
+                          {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .shape = true}}},
+      .parameter_count = 2,
+      .periodic = true};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
+    balance.load_torque += p[0] * sin(x.theta + p[1]);
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A current sensor that does not read zero.
+struct CurrentOffset {
+  static constexpr EffectInfo info{
+      .id = "current_offset",
+      .name = "current sensor offset",
+      .stage = Stage::sensors,
+      .equation = "reading = i_a + i_0",
+      .what = "A Hall sensor or shunt amplifier has an offset, or keeps some magnetisation.",
+      .shows = "A current is read at rest, and the same is added in both directions.",
+      .told_apart = "From coulomb_friction by rest and by reversal.",
+      .source = "offset error of a Hall sensor",
+      .parameter_list = {{{.symbol = "i_0", .unit = "A", .null = 0, .min = -1e3, .max = 1e3}}}};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.i_a_reading += p[0];
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A tachogenerator that does not read zero at rest.
+struct TachoOffset {
+  static constexpr EffectInfo info{
+      .id = "tacho_offset",
+      .name = "tachogenerator offset",
+      .stage = Stage::sensors,
+      .equation = "reading = omega + omega_0",
+      .what = "The amplifier behind the tachogenerator has an offset.",
+      .shows = "The speed reads omega_0 at rest, and is off by it at every speed.",
+      .told_apart = "From driver_dead_zone and coulomb_friction by its reading at rest.",
+      .source = "offset error of an amplifier",
+      .parameter_list = {{{.symbol = "omega_0", .unit = "rad/s", .null = 0, .min = -1e3, .max = 1e3}}}};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.omega_reading += p[0];
+  }
+};
+
+}  // namespace emtb

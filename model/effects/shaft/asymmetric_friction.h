@@ -1,0 +1,32 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// Friction that differs between the directions: skewed brushes, a screw, a seal with a lip.
+struct AsymmetricFriction {
+  static constexpr EffectInfo info{
+      .id = "asymmetric_friction",
+      .name = "asymmetric friction",
+      .stage = Stage::shaft,
+      .equation = "T = T_d + B_d |omega| while moving, beside T_c sign(omega)",
+      .what = "Forward and backward rub differently.",
+      .shows = "The no-load current differs between the directions.",
+      .told_apart =
+          "From load_torque by standstill, where it pulls and friction does not; in one direction it is T_c and B.",
+      .source = "Janot, Gautier and Brunot (2019) on EMPS; Armstrong-Helouvry et al. (1994)",
+      .parameter_list = {{{.symbol = "T_d", .unit = "N m", .null = 0, .min = -1e3, .max = 1e3},
+                          {.symbol = "B_d", .unit = "N m s/rad", .null = 0, .min = -1e2, .max = 1e2}}},
+      .parameter_count = 2,
+      .needs = "coulomb_friction"};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
+    if (value_of(x.omega) == 0) return;
+    balance.braking_torque += p[0] + p[1] * abs(x.omega);
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// Play between motor and load.
+struct Backlash {
+  static constexpr EffectInfo info{
+      .id = "backlash",
+      .name = "backlash",
+      .stage = Stage::shaft,
+      .equation = "the shaft's spring acts outside of +-gap/2",
+      .what = "A worn coupling or gear lets the shaft turn freely by the gap before it takes the load along.",
+      .shows = "A clank at reversals; limit cycles at light load.",
+      .told_apart = "From shaft_compliance alone by the start after a reversal, which is too light.",
+      .source = "Nordin and Gutman (2002), Controlling mechanical systems with backlash: dead-zone model",
+      .parameter_list = {{{.symbol = "gap", .unit = "rad", .null = 0, .min = 0, .max = 7}}},
+      .needs = "shaft_compliance"};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    balance.gap += p[0];
+  }
+};
+
+}  // namespace emtb

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <tuple>
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// The poles pull at the teeth.
+struct Cogging {
+  static constexpr EffectInfo info{
+      .id = "cogging",
+      .name = "cogging torque",
+      .stage = Stage::shaft,
+      .equation = "T = T_cog sin(N theta + phase)",
+      .what = "The rotor's teeth prefer some angles to others.",
+      .shows = "Speed and current ripple with the angle, strongly at crawl, hardly at speed, where inertia hides it.",
+      .told_apart = "From tacho_ripple, which grows with speed and leaves the current alone.",
+      .source = "Hanselman, Brushless Permanent Magnet Motor Design: first harmonic",
+      .parameter_list = {{{.symbol = "T_cog", .unit = "N m", .null = 0, .min = 0, .max = 1e3},
+                          {.symbol = "N", .unit = "1/turn", .null = 12, .min = 0.5, .max = 400, .shape = true},
+                          {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .shape = true}}},
+      .parameter_count = 3,
+      .periodic = true};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
+    const auto& [T_cog, N, phase] = std::tie(p[0], p[1], p[2]);
+    balance.braking_torque += T_cog * sin(N * x.theta + phase);
+  }
+};
+
+}  // namespace emtb

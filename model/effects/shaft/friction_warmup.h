@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// Grease that grows thin as it warms up.
+struct FrictionWarmup {
+  static constexpr EffectInfo info{
+      .id = "friction_warmup",
+      .name = "friction warm-up",
+      .stage = Stage::shaft,
+      .equation = "B, dry friction -> (1 - drop (1 - exp(-t/tau))) of them",
+      .what = "Bearings and grease warm up within minutes, and all friction falls.",
+      .shows = "The no-load current falls with time at constant speed.",
+      .told_apart = "From field_heating, in which the speed rises and the current does, too.",
+      .source = "Olsson et al. (1998), on temperature; one time constant",
+      .parameter_list = {{{.symbol = "drop", .unit = "1", .null = 0, .min = -1, .max = 0.95},
+                          {.symbol = "tau", .unit = "s", .null = 60, .min = 1e-2, .max = 1e5, .shape = true}}},
+      .parameter_count = 2};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
+    const Scalar left = 1.0 - p[0] * (1.0 - exp(-x.t / p[1]));
+    balance.viscous *= left;
+    balance.dry_friction *= left;
+  }
+
+  static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double share : {0.1, 0.4, 2.0}) all.push_back({0, share * seen.duration});
+    return all;
+  }
+};
+
+}  // namespace emtb

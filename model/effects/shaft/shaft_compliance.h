@@ -1,0 +1,76 @@
+#pragma once
+
+#include <tuple>
+#include <vector>
+
+#include "model/dual.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// A shaft that twists: motor and load are two bodies. The load's part of the inertia, J_2, is behind the spring;
+/// friction and loads stay on the motor's side.
+struct ShaftCompliance {
+  static constexpr EffectInfo info{
+      .id = "shaft_compliance",
+      .name = "shaft compliance",
+      .stage = Stage::shaft,
+      .equation = "J = J_1 + J_2; J_2 domega_2/dt = k dtheta + d domega",
+      .what = "A coupling or a long shaft twists between motor and load.",
+      .shows = "The speed rings after steps, at sqrt(k/J_2) and above.",
+      .told_apart =
+          "From armature_inductance and tacho_lag by the ringing. A driver that is slow against it never shows it.",
+      .source = "two-mass model; Leonhard, Control of Electrical Drives; trapezoidal step, implicit",
+      .parameter_list = {{{.symbol = "k", .unit = "N m/rad", .null = infinity, .min = 1e-6, .max = 1e9},
+                          {.symbol = "d", .unit = "N m s/rad", .null = 0, .min = 0, .max = 1e6, .shape = true},
+                          {.symbol = "J_2", .unit = "kg m2", .null = 0, .min = 0, .max = 1e4, .shape = true}}},
+      .parameter_count = 3,
+      .memory = 4};
+
+  template <class Scalar>
+  static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
+    const auto& [k, d, J_2] = std::tie(p[0], p[1], p[2]);
+    Scalar& twist = memory[0];    // [rad] of the motor against the load
+    Scalar& omega_2 = memory[1];  // [rad/s]
+    Scalar& omega_before = memory[2];
+    Scalar& started = memory[3];
+    if (value_of(started) == 0) {
+      started = Scalar(1.0);
+      omega_2 = omega_before = x.omega_start;
+    }
+    const double h = x.h;
+    const Scalar inertia = J_2 * (2.0 / h);
+    // The spring's torque is linear in the mean speed of the motor over a step: what a trapezoidal step of the load
+    // makes of it. First the step that is over, now that its end is known; then the one to come.
+    const auto spring = [&](Scalar& bent, Scalar& stiffness) {
+      bent = soft_threshold(twist, 0.5 * balance.gap);
+      const bool in_touch = value_of(balance.gap) == 0 || value_of(bent) != 0;
+      stiffness = in_touch ? k * (0.5 * h) + d : Scalar(0.0);
+      if (!in_touch) bent = Scalar(0.0);
+    };
+    Scalar bent, stiffness;
+    spring(bent, stiffness);
+    const Scalar mean = 0.5 * (omega_before + x.omega_start);
+    const Scalar mean_2 = (inertia * omega_2 + k * bent + stiffness * mean) / (inertia + stiffness);
+    twist += h * (mean - mean_2);
+    omega_2 = 2.0 * mean_2 - omega_2;
+    omega_before = x.omega_start;
+    spring(bent, stiffness);
+    balance.viscous += stiffness * inertia / (inertia + stiffness);
+    balance.braking_torque += (k * bent - stiffness * omega_2) * inertia / (inertia + stiffness);
+    balance.inertia -= J_2;
+  }
+
+  static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double share : {0.2, 0.5}) {                  // of the inertia
+      for (const double frequency : {30.0, 100.0, 300.0}) {  // [rad/s]
+        const double J_2 = share * seen.inertia, k = frequency * frequency * J_2 * (1 - share);
+        all.push_back({k, 0.05 * k / frequency, J_2});
+      }
+    }
+    return all;
+  }
+};
+
+}  // namespace emtb
