@@ -21,7 +21,7 @@ double truth(Signal signal, const Plant& plant, double reference) noexcept {
     case Signal::theta:
       return plant.theta();
     case Signal::torque:
-      return plant.load_torque();
+      return plant.gauge();
     default:
       return 0;
   }

@@ -16,11 +16,13 @@ struct MeterSettings {
   double window = 0.4;        ///< [s] that a reading averages, at most the period
   double resolution = 0.001;  ///< [A] last digit; 0: no steps
   double noise = 0;           ///< [A] sigma of a reading
+  double offset = 0;          ///< [A] of every reading: a meter that was not zeroed
   double latency = 0;         ///< [s] from the end of the window until the reading arrives
+  bool rms = false;           ///< reads the root mean square of its window instead of the mean
 };
 
-/// A multimeter in the armature circuit: each reading is the mean of i_a over its window, stamped with the window's
-/// end.
+/// A multimeter in the armature circuit: each reading is the mean (or rms) of i_a over its window, stamped with the
+/// window's end.
 ///
 /// The first window opens with the first look at the plant after start().
 class Meter final : public InputDevice, private Observer {
@@ -52,6 +54,7 @@ class Meter final : public InputDevice, private Observer {
   std::uint64_t window_ = 0;          ///< which window
   bool open_ = false;                 ///< it has begun
   double charge_ = 0;                 ///< [A s] when it began
+  double heat_ = 0;                   ///< [A2 s] when it began
   std::array<Reading, 16> buffer_{};  ///< 6 s of readings; the oldest are lost when nobody reads for longer
   std::uint64_t written_ = 0;
   std::uint64_t read_ = 0;

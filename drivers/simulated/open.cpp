@@ -42,22 +42,36 @@ class Overlay {
 };
 
 DriverParameters read_driver(const YamlMap& yaml) {
-  yaml.only({"gain", "rise", "fall", "min", "max", "dead_zone", "output_resistance"});
+  yaml.only({"gain", "offset", "rise", "fall", "min", "max", "knee", "dead_zone", "output_resistance", "lag", "delay",
+             "sampling", "play", "one_quadrant", "conduction_rise", "conduction_current", "rectified", "crest"});
   DriverParameters driver;
   Overlay(yaml)
       .any_sign("gain", driver.gain)
+      .any_sign("offset", driver.offset)
       .positive("rise", driver.rise)
       .positive("fall", driver.fall)
       .any_sign("min", driver.min)
       .any_sign("max", driver.max)
       .not_negative("dead_zone", driver.dead_zone)
-      .not_negative("output_resistance", driver.output_resistance);
+      .not_negative("knee", driver.knee)
+      .not_negative("output_resistance", driver.output_resistance)
+      .not_negative("lag", driver.lag)
+      .not_negative("sampling", driver.sampling)
+      .not_negative("play", driver.play)
+      .not_negative("conduction_rise", driver.conduction_rise)
+      .positive("conduction_current", driver.conduction_current)
+      .not_negative("rectified", driver.rectified)
+      .not_negative("crest", driver.crest);
+  driver.delay = yaml.within_or("delay", 0, 10, 0);
+  driver.one_quadrant = yaml.flag_or("one_quadrant", false);
   if (driver.min >= driver.max) yaml.fail(yaml.has("max") ? "max" : "min", "leaves no voltage. Write a max above min");
   return driver;
 }
 
 MotorParameters read_motor(const YamlMap& yaml) {
-  yaml.only({"R_a", "L_a", "K_b", "K_m", "B", "J", "brush_drop", "brush_current", "windage"});
+  yaml.only({"R_a", "L_a", "K_b", "K_m", "B", "J", "brush_drop", "brush_current", "heat_capacity", "heat_resistance",
+             "reaction", "reaction_current", "field_drop", "field_time", "flux_hysteresis", "coercive_current",
+             "windage", "windage_exponent", "windage_omega"});
   MotorParameters motor;
   motor.R_a = yaml.positive("R_a");
   motor.K_b = yaml.positive("K_b");
@@ -68,12 +82,22 @@ MotorParameters read_motor(const YamlMap& yaml) {
       .not_negative("B", motor.B)
       .not_negative("brush_drop", motor.brush_drop)
       .positive("brush_current", motor.brush_current)
-      .not_negative("windage", motor.windage);
+      .positive("heat_capacity", motor.heat_capacity)
+      .positive("heat_resistance", motor.heat_resistance)
+      .positive("reaction_current", motor.reaction_current)
+      .positive("field_time", motor.field_time)
+      .positive("coercive_current", motor.coercive_current)
+      .not_negative("windage", motor.windage)
+      .positive("windage_omega", motor.windage_omega);
+  motor.reaction = yaml.within_or("reaction", 0, 0.49, 0);
+  motor.field_drop = yaml.within_or("field_drop", 0, 0.89, 0);
+  motor.flux_hysteresis = yaml.within_or("flux_hysteresis", -0.49, 0.49, 0);
+  motor.windage_exponent = yaml.within_or("windage_exponent", 1, 3, 2);
   return motor;
 }
 
 FrictionParameters read_friction(const YamlMap& yaml) {
-  yaml.only({"law", "T_c", "T_s", "omega_s", "deflection"});
+  yaml.only({"law", "T_c", "T_s", "omega_s", "deflection", "T_d", "B_d", "warm_drop", "warm_time"});
   FrictionParameters friction;
   const std::string law = yaml.text_or("law", "bristle");
   if (law != "bristle" && law != "hard") yaml.fail("law", "is `" + law + "`. Known: bristle, hard");
@@ -82,18 +106,66 @@ FrictionParameters read_friction(const YamlMap& yaml) {
       .not_negative("T_c", friction.T_c)
       .not_negative("T_s", friction.T_s)
       .positive("omega_s", friction.omega_s)
-      .positive("deflection", friction.deflection);
+      .positive("deflection", friction.deflection)
+      .any_sign("B_d", friction.B_d)
+      .positive("warm_time", friction.warm_time);
+  friction.T_d = yaml.within_or("T_d", -friction.T_c, friction.T_c, 0);
+  friction.warm_drop = yaml.within_or("warm_drop", 0, 0.99, 0);
+  if (friction.B_d != 0 && friction.T_c == 0) yaml.fail("B_d", "needs dry friction. Write a T_c above 0");
   return friction;
 }
 
+ShaftParameters read_shaft(const YamlMap& yaml, double J) {
+  yaml.only({"cogging", "cogging_second", "cogging_order", "cogging_phase", "stiffness", "damping", "J_2", "gap"});
+  ShaftParameters shaft;
+  Overlay(yaml)
+      .any_sign("cogging", shaft.cogging)
+      .any_sign("cogging_second", shaft.cogging_second)
+      .positive("cogging_order", shaft.cogging_order)
+      .any_sign("cogging_phase", shaft.cogging_phase)
+      .positive("stiffness", shaft.stiffness)
+      .not_negative("damping", shaft.damping)
+      .not_negative("gap", shaft.gap);
+  if (shaft.stiffness != unlimited) {
+    shaft.J_2 = yaml.positive("J_2");
+    if (shaft.J_2 >= J) yaml.fail("J_2", "is not below motor.J, of which it is a part");
+  } else if (shaft.gap > 0) {
+    yaml.fail("gap", "needs a compliant shaft. Add stiffness and J_2");
+  }
+  return shaft;
+}
+
 LoadParameters read_load(const YamlMap& yaml) {
-  yaml.only({"torque", "eddy_torque", "eddy_omega"});
+  yaml.only({"torque", "eccentric", "eccentric_phase", "eddy_torque", "eddy_omega", "eddy_heating"});
   LoadParameters load;
   Overlay(yaml)
       .any_sign("torque", load.torque)
       .not_negative("eddy_torque", load.eddy_torque)
-      .positive("eddy_omega", load.eddy_omega);
+      .positive("eddy_omega", load.eddy_omega)
+      .any_sign("eccentric", load.eccentric)
+      .any_sign("eccentric_phase", load.eccentric_phase)
+      .not_negative("eddy_heating", load.eddy_heating);
   return load;
+}
+
+SensorParameters read_sensors(const YamlMap& yaml) {
+  yaml.only({"tacho_lag", "ripple", "ripple_second", "ripple_order", "ripple_phase", "tacho_stick", "torque_lag"});
+  SensorParameters sensors;
+  Overlay(yaml)
+      .not_negative("tacho_lag", sensors.tacho_lag)
+      .any_sign("ripple", sensors.ripple)
+      .any_sign("ripple_second", sensors.ripple_second)
+      .positive("ripple_order", sensors.ripple_order)
+      .any_sign("ripple_phase", sensors.ripple_phase)
+      .not_negative("tacho_stick", sensors.tacho_stick)
+      .not_negative("torque_lag", sensors.torque_lag);
+  return sensors;
+}
+
+Laws read_laws(const YamlMap& yaml) {
+  const std::string laws = yaml.text_or("laws", "usual");
+  if (laws != "usual" && laws != "other") yaml.fail("laws", "is `" + laws + "`. Known: usual, other");
+  return laws == "other" ? Laws::other : Laws::usual;
 }
 
 int read_bits(const YamlMap& yaml, int fallback) {
@@ -128,13 +200,15 @@ const std::shared_ptr<World>& need_world(const OpenRequest& request) {
 }  // namespace
 
 PlantParameters read_plant(const YamlMap& simulation) {
-  simulation.only({"pace", "seed", "driver", "motor", "friction", "load", "tacho_lag"});
+  simulation.only({"pace", "seed", "laws", "driver", "motor", "friction", "shaft", "load", "sensors"});
   PlantParameters plant;
+  plant.laws = read_laws(simulation);
   if (const auto driver = simulation.map_if("driver")) plant.driver = read_driver(*driver);
   plant.motor = read_motor(simulation.map("motor"));
   if (const auto friction = simulation.map_if("friction")) plant.friction = read_friction(*friction);
+  if (const auto shaft = simulation.map_if("shaft")) plant.shaft = read_shaft(*shaft, plant.motor.J);
   if (const auto load = simulation.map_if("load")) plant.load = read_load(*load);
-  plant.tacho_lag = simulation.within_or("tacho_lag", 0, any, 0);
+  if (const auto sensors = simulation.map_if("sensors")) plant.sensors = read_sensors(*sensors);
   return plant;
 }
 
@@ -149,12 +223,10 @@ std::shared_ptr<World> open_world(const YamlMap& simulation, std::shared_ptr<Clo
   return std::make_shared<World>(read_plant(simulation), std::move(clock), static_cast<std::uint64_t>(seed));
 }
 
-OpenedDevice open_daq(const OpenRequest& request) {
-  const YamlMap& yaml = request.device.yaml;
-  yaml.only({"driver", "bits", "channels"});
-  const std::shared_ptr<World>& world = need_world(request);
-  const int bits = read_bits(yaml, 12);  // the paper's card
-  const YamlMap entries = yaml.map("channels");
+std::vector<DaqChannel> read_channels(const YamlMap& device) {
+  device.only({"driver", "bits", "channels"});
+  const int bits = read_bits(device, 12);  // the paper's card
+  const YamlMap entries = device.map("channels");
   std::vector<DaqChannel> channels;
   for (const auto& [name, entry] : entries.entries()) {
     const auto signal = signal_named(name);
@@ -163,9 +235,34 @@ OpenedDevice open_daq(const OpenRequest& request) {
     }
     channels.push_back(read_channel(*signal, bits, entry));
   }
-  if (channels.empty()) yaml.fail("channels", "is empty. Give at least one signal");
+  if (channels.empty()) device.fail("channels", "is empty. Give at least one signal");
+  return channels;
+}
+
+MeterSettings read_meter(const YamlMap& device) {
+  device.only({"driver", "signal", "period", "window", "resolution", "noise", "offset", "latency", "reads"});
+  if (const std::string signal = device.text_or("signal", "i_a"); signal != "i_a") {
+    device.fail("signal", "is `" + signal + "`, but the simulated meter sits in the armature circuit: i_a");
+  }
+  MeterSettings settings;
+  Overlay(device)
+      .positive("period", settings.period)
+      .not_negative("resolution", settings.resolution)
+      .not_negative("noise", settings.noise)
+      .any_sign("offset", settings.offset)
+      .not_negative("latency", settings.latency);
+  settings.window = device.within_or("window", 1e-3, settings.period, settings.period);
+  const std::string reads = device.text_or("reads", "mean");
+  if (reads != "mean" && reads != "rms") device.fail("reads", "is `" + reads + "`. Known: mean, rms");
+  settings.rms = reads == "rms";
+  return settings;
+}
+
+OpenedDevice open_daq(const OpenRequest& request) {
+  const std::shared_ptr<World>& world = need_world(request);
   OpenedDevice opened;
-  opened.input = std::make_unique<Daq>(request.device.name, world, std::move(channels), 1 / request.bench.rate);
+  opened.input =
+      std::make_unique<Daq>(request.device.name, world, read_channels(request.device.yaml), 1 / request.bench.rate);
   if (request.drives_reference()) {
     request.bench.reference.yaml.only({"device", "min", "max", "safe", "rate"});
     opened.output = std::make_unique<Output>(world, request.bench.reference.limits);
@@ -174,21 +271,9 @@ OpenedDevice open_daq(const OpenRequest& request) {
 }
 
 OpenedDevice open_meter(const OpenRequest& request) {
-  const YamlMap& yaml = request.device.yaml;
-  yaml.only({"driver", "signal", "period", "window", "resolution", "noise", "latency"});
   const std::shared_ptr<World>& world = need_world(request);
-  if (const std::string signal = yaml.text_or("signal", "i_a"); signal != "i_a") {
-    yaml.fail("signal", "is `" + signal + "`, but the simulated meter sits in the armature circuit: i_a");
-  }
-  MeterSettings settings;
-  Overlay(yaml)
-      .positive("period", settings.period)
-      .not_negative("resolution", settings.resolution)
-      .not_negative("noise", settings.noise)
-      .not_negative("latency", settings.latency);
-  settings.window = yaml.within_or("window", 1e-3, settings.period, settings.period);
   OpenedDevice opened;
-  opened.input = std::make_unique<Meter>(request.device.name, world, settings);
+  opened.input = std::make_unique<Meter>(request.device.name, world, read_meter(request.device.yaml));
   return opened;
 }
 

@@ -4,6 +4,8 @@
 
 #include "config/yaml.h"
 #include "drivers/driver.h"
+#include "drivers/simulated/daq.h"
+#include "drivers/simulated/meter.h"
 #include "drivers/simulated/plant.h"
 #include "drivers/simulated/world.h"
 
@@ -18,11 +20,15 @@ std::shared_ptr<Clock> open_clock(const YamlMap& simulation);
 
 std::shared_ptr<World> open_world(const YamlMap& simulation, std::shared_ptr<Clock> clock);
 
+/// The channels of a `simulated_daq`, the settings of a `simulated_meter`. @throws ConfigError with file, line and key.
+std::vector<DaqChannel> read_channels(const YamlMap& device);
+MeterSettings read_meter(const YamlMap& device);
+
 /// `simulated_daq`: bits, channels {SIGNAL: {range, bits, noise, correlation, gain, offset}}. Input, and output of the
 /// reference.
 OpenedDevice open_daq(const OpenRequest& request);
 
-/// `simulated_meter`: signal (i_a), period, window, resolution, noise, latency.
+/// `simulated_meter`: signal (i_a), period, window, resolution, noise, latency, reads (mean, rms).
 OpenedDevice open_meter(const OpenRequest& request);
 
 }  // namespace emtb::simulated

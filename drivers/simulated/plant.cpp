@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <numbers>
+#include <tuple>
 
-#include "hal/error.h"
+#include "drivers/simulated/plant_laws.h"
 
 namespace emtb::simulated {
 namespace {
@@ -15,40 +16,52 @@ constexpr double longest_step = 1e-4;
 constexpr double shortest_step = 5e-6;
 /// [s] Time constants below this are taken as zero: no instrument on the bench sees them.
 constexpr double no_lag = 2 * shortest_step;
+/// [s] A change of the reference this close to a step's end is at its end.
+constexpr double instant = 1e-9;
+
+constexpr double copper = 0.00393;   ///< [1/K]
+constexpr double disc_cooling = 60;  ///< [s] of the eddy brake's disc
 
 /// What decays forever ends in denormal numbers, which are a hundred times slower. 1e-30 of any unit here is nothing.
 double settled(double x) noexcept { return std::abs(x) < 1e-30 ? 0 : x; }
 
-/// tanh to within 1e-16 absolute, in half the time of the library's, which is exact to its last digit near zero, too.
-double saturation(double x) noexcept { return 1 - 2 / (std::exp(2 * x) + 1); }
-
-void demand(bool holds, const char* what) {
-  if (!holds) throw ConfigError(std::string("simulated plant: ") + what);
-}
-
 }  // namespace
 
-Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
-  const auto& [driver, motor, friction, load, tacho_lag, hidden] = p_;
-  demand(std::isfinite(driver.gain), "driver.gain must be finite");
-  demand(driver.rise > 0 && driver.fall > 0, "driver.rise and driver.fall must be above 0");
-  demand(driver.min < driver.max, "driver.min must be below driver.max");
-  demand(driver.dead_zone >= 0 && driver.output_resistance >= 0,
-         "driver.dead_zone, output_resistance must be 0 or more");
-  demand(motor.R_a > 0 && motor.J > 0, "motor.R_a and motor.J must be above 0");
-  demand(motor.L_a >= 0 && motor.B >= 0 && motor.windage >= 0, "motor.L_a, B and windage must be 0 or more");
-  demand(motor.brush_drop >= 0 && motor.brush_current > 0, "motor.brush_drop must be 0 or more, brush_current above 0");
-  demand(std::isfinite(motor.K_b) && std::isfinite(motor.K_m), "motor.K_b and K_m must be finite");
-  demand(friction.T_c >= 0 && friction.T_s >= 0, "friction.T_c and T_s must be 0 or more");
-  demand(friction.omega_s > 0 && friction.deflection > 0, "friction.omega_s and deflection must be above 0");
-  demand(std::isfinite(load.torque) && load.eddy_torque >= 0 && load.eddy_omega > 0,
-         "load.torque must be finite, eddy_torque 0 or more, eddy_omega above 0");
-  demand(tacho_lag >= 0, "tacho_lag must be 0 or more");
+template <class Function>
+void Plant::each(Function f) const noexcept {
+  f(&State::i);
+  f(&State::omega);
+  f(&State::theta);
+  f(&State::charge);
+  f(&State::heat);
+  if (!rare_) return;
+  f(&State::past);
+  f(&State::lag_1);
+  f(&State::lag_2);
+  f(&State::omega_2);
+  f(&State::twist);
+  f(&State::tacho_1);
+  f(&State::tacho_2);
+  f(&State::gauge_1);
+  f(&State::gauge_2);
+}
 
+Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
+  check(p_);
+  const auto& [laws, driver, motor, friction, shaft, load, sensors, torque, drop] = p_;
+  const bool usual = laws == Laws::usual;
   resistance_ = motor.R_a + driver.output_resistance;
+  one_way_ = driver.rectified > 0 || driver.one_quadrant;
+  inertia_ = shaft.stiffness == unlimited ? motor.J : motor.J - shaft.J_2;
+
   longest_step_ = longest_step;
   const auto follow = [this](double time_constant) {
     longest_step_ = std::clamp(time_constant / 2, shortest_step, longest_step_);
+  };
+  const auto lag = [&](double& member, double time_constant) {
+    if (time_constant <= no_lag) return;
+    member = time_constant;
+    follow(time_constant);
   };
   // The brushes' knee adds to the resistance where the current is small.
   const double electrical = motor.L_a / (resistance_ + motor.brush_drop / motor.brush_current);
@@ -56,53 +69,200 @@ Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
     inductance_ = motor.L_a;
     follow(2 * electrical);  // the knee is passed in an instant; beyond it the time constant is longer
   }
-  if (tacho_lag > no_lag) {
-    lag_ = tacho_lag;
-    follow(tacho_lag);
+  lag(lag_1_, usual ? driver.lag : driver.lag / 2);
+  if (!usual) lag(lag_2_, driver.lag / 2);
+  lag(tacho_1_, usual ? sensors.tacho_lag : 0.8 * sensors.tacho_lag);
+  if (!usual) lag(tacho_2_, 0.2 * sensors.tacho_lag);
+  lag(gauge_1_, usual ? sensors.torque_lag : sensors.torque_lag / 2);
+  if (!usual) lag(gauge_2_, sensors.torque_lag / 2);
+  if (motor.reaction > 0 || driver.conduction_rise > 0 || p_.hidden_drop) {
+    lag(see_, usual ? 2e-4 : 1e-3);
+    // The rise falls with the current that it drives: a loop, and faster than its lag by its gain.
+    follow(see_ / (1 + driver.conduction_rise / driver.conduction_current / resistance_));
   }
   if (const double grip = friction.T_c + friction.T_s; grip > 0) {
     stiffness_ = grip / friction.deflection;
-    damping_ = 2 * std::sqrt(stiffness_ * motor.J);  // critical: a real contact does not ring
-    if (friction.law == FrictionLaw::bristle) follow(0.4 * std::sqrt(motor.J / stiffness_));
+    damping_ = 2 * std::sqrt(stiffness_ * inertia_);  // critical: a real contact does not ring
+    if (friction.law == FrictionLaw::bristle) follow(0.4 * std::sqrt(inertia_ / stiffness_));
   }
-  state_.e = std::clamp(0.0, driver.min, driver.max);
-  state_.i = inductance_ > 0 ? 0 : armature_current(state_.e, 0);
+  if (shaft.stiffness != unlimited) {
+    follow(0.4 * std::sqrt(inertia_ * shaft.J_2 / motor.J / shaft.stiffness));
+    if (shaft.damping > 0) follow(inertia_ * shaft.J_2 / motor.J / shaft.damping);
+  }
+  if (driver.delay > 0 || driver.sampling > 0) {
+    on_its_way_.resize(4 + static_cast<std::size_t>(driver.delay / 5e-5));  // a loop of 20 kHz
+  }
+  rare_ = see_ > 0 || lag_1_ > 0 || tacho_1_ > 0 || gauge_1_ > 0 || shaft.stiffness != unlimited;
+  target_ = settled_voltage(0, driver, laws);
+  state_.e = state_.lag_1 = state_.lag_2 = std::clamp(0.0, driver.min, driver.max);
+  state_.i = inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, 0), 0);
 }
 
 void Plant::advance(double dt, double reference) noexcept {
   if (!(dt > 0)) return;
-  const double voltage = target(reference);
+  send(reference);
+  receive();
   // The small number: 1 ms is ten steps of 0.1 ms, not eleven, however it is rounded.
   const int steps = std::max(1, static_cast<int>(std::ceil(dt / longest_step_ - 1e-6)));
-  const double step = dt / steps;
-  // A driver without slope is there at once, not after the step's first stage.
-  if (voltage > state_.e ? p_.driver.rise == unlimited : p_.driver.fall == unlimited) state_.e = voltage;
   for (int n = 0; n < steps; ++n) {
-    if (p_.friction.law == FrictionLaw::hard && stiffness_ > 0) {
-      step_hard(step, voltage, 0);
-    } else {
-      step_bristle(step, voltage);
+    double left = dt / steps;
+    while (waiting_ > 0 && on_its_way_[first_].due < time_ + left - instant) {
+      const double until = on_its_way_[first_].due - time_;
+      step(until);
+      left -= until;
+      receive();
     }
-    state_.i = settled(state_.i);
-    state_.omega = settled(state_.omega);
-    state_.tacho = settled(state_.tacho);
+    step(left);
   }
 }
 
-double Plant::e_a() const noexcept { return state_.e - p_.driver.output_resistance * state_.i; }
-
-double Plant::target(double reference) const noexcept {
+/// Gives the driver its reference, which it may see later.
+void Plant::send(double reference) noexcept {
   const auto& driver = p_.driver;
-  const double effective = std::copysign(std::max(std::abs(reference) - driver.dead_zone, 0.0), reference);
-  return std::clamp(driver.gain * effective, driver.min, driver.max);
+  followed_ = std::clamp(followed_, reference - driver.play / 2, reference + driver.play / 2);
+  if (on_its_way_.empty()) {
+    sent_ = followed_;
+    target_ = settled_voltage(sent_, driver, p_.laws);
+    return;
+  }
+  if (followed_ == sent_) return;
+  sent_ = followed_;
+  const double sampled = driver.sampling > 0 ? std::ceil(time_ / driver.sampling - instant) * driver.sampling : time_;
+  const Change change{.due = sampled + driver.delay, .value = sent_};
+  const auto last = (first_ + waiting_ + on_its_way_.size() - 1) % on_its_way_.size();
+  if (waiting_ > 0 && (waiting_ == on_its_way_.size() || on_its_way_[last].due >= change.due - instant)) {
+    on_its_way_[last].value = sent_;  // seen at the same moment
+  } else {
+    on_its_way_[(last + 1) % on_its_way_.size()] = change;
+    ++waiting_;
+  }
 }
 
-double Plant::driver_after(double e, double target, double dt) const noexcept {
-  return std::clamp(target, e - p_.driver.fall * dt, e + p_.driver.rise * dt);
+/// What has arrived becomes the driver's target. Without slope its output is there at once.
+void Plant::receive() noexcept {
+  const auto& driver = p_.driver;
+  while (waiting_ > 0 && on_its_way_[first_].due <= time_ + instant) {
+    target_ = settled_voltage(on_its_way_[first_].value, driver, p_.laws);
+    first_ = (first_ + 1) % on_its_way_.size();
+    --waiting_;
+  }
+  if (target_ > state_.e ? driver.rise == unlimited : driver.fall == unlimited) state_.e = target_;
 }
 
-/// Solves R i + V_b tanh(i/i_b) = voltage.
+void Plant::step(double dt) noexcept {
+  if (!(dt > 0)) return;
+  const double heat = state_.heat;
+  if (p_.friction.law == FrictionLaw::hard && stiffness_ > 0) {
+    step_hard(dt, 0);
+  } else {
+    step_bristle(dt);
+  }
+  each([this](auto member) { state_.*member = settled(state_.*member); });
+  remember(dt, state_.heat - heat);
+}
+
+/// What a step leaves behind: heat, magnetism, a coupling that sticks.
+/// @param heat [A2 s] of the step
+void Plant::remember(double dt, double heat) noexcept {
+  const auto& motor = p_.motor;
+  const bool usual = p_.laws == Laws::usual;
+  if (motor.heat_capacity < unlimited) {
+    const double loss = motor.R_a * (1 + copper * winding_) * heat;  // [J]
+    const double body = usual ? motor.heat_capacity : motor.heat_capacity / 2;
+    const double path = usual ? motor.heat_resistance : motor.heat_resistance / 2;
+    const double from_winding = (winding_ - iron_) / path * dt;  // the iron stays cold where it is not a body
+    winding_ += (loss - from_winding) / body;
+    if (!usual) iron_ += (from_winding - iron_ / path * dt) / body;
+    resistance_ = motor.R_a * (1 + copper * winding_) + p_.driver.output_resistance;
+  }
+  if (motor.field_drop > 0) field_ = field(time_, motor, p_.laws);
+  if (p_.friction.warm_drop > 0) grease_ = grease(time_, p_.friction, p_.laws);
+  if (motor.flux_hysteresis != 0) {
+    turned_over_ = std::clamp(turned_over_, state_.i - motor.coercive_current, state_.i + motor.coercive_current);
+  }
+  if (p_.load.eddy_heating > 0) {
+    const double omega = p_.shaft.stiffness == unlimited ? state_.omega : state_.omega_2;
+    disc_ += dt * (load_torque() * omega - disc_ / disc_cooling);
+  }
+  if (p_.sensors.tacho_stick > 0) {
+    const double reading = tacho_2_ > 0 ? state_.tacho_2 : tacho_1_ > 0 ? state_.tacho_1 : rippled(state_);
+    if (std::abs(reading - stuck_reading_) > p_.sensors.tacho_stick) stuck_reading_ = reading;
+  }
+}
+
+void Plant::set_load(const LoadParameters& load) {
+  check(load);
+  p_.load = load;
+}
+
+void Plant::open_armature(bool open) noexcept {
+  open_ = open;
+  state_.i = open || inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, time_), 0);
+}
+
+double Plant::e_a() const noexcept {
+  const double back_emf = p_.motor.K_b * flux(state_.past) * state_.omega;
+  if (open_ || blocks(driving_voltage(state_, state_.e, time_), state_.i)) return back_emf;
+  return output(state_, state_.e, time_) - p_.driver.output_resistance * state_.i;
+}
+
+double Plant::tacho() const noexcept {
+  if (p_.sensors.tacho_stick > 0) return stuck_reading_;
+  return tacho_2_ > 0 ? state_.tacho_2 : tacho_1_ > 0 ? state_.tacho_1 : rippled(state_);
+}
+
+double Plant::load_torque() const noexcept {
+  if (p_.shaft.stiffness == unlimited) return load_torque(state_.omega, state_.theta);
+  return load_torque(state_.omega_2, state_.theta - state_.twist);
+}
+
+double Plant::gauge() const noexcept {
+  return gauge_2_ > 0 ? state_.gauge_2 : gauge_1_ > 0 ? state_.gauge_1 : load_torque();
+}
+
+/// The driver's output at an instant, before its resistance.
+double Plant::output(const State& x, double e, double t) const noexcept {
+  const double mean = lag_2_ > 0 ? x.lag_2 : lag_1_ > 0 ? x.lag_1 : e;
+  const double rise = p_.driver.conduction_rise > 0 && mean > 0 ? conduction_rise(x.past, p_.driver, p_.laws) : 0;
+  return wave(mean, t) + rise;
+}
+
+/// From the driver's mean output to its instantaneous one.
+double Plant::wave(double e, double t) const noexcept {
+  const auto& driver = p_.driver;
+  if (driver.rectified == 0) return e;
+  constexpr double pi = std::numbers::pi;
+  const double phase = std::fmod(2 * pi * driver.rectified * t, pi);
+  if (driver.crest == 0) return e * pi / 2 * std::sin(phase);
+  // The mean of crest sin(phase) from the firing angle a to pi is crest (1 + cos a)/pi.
+  const double fires = std::acos(std::clamp(pi * e / driver.crest - 1, -1.0, 1.0));
+  return phase < fires ? 0 : driver.crest * std::sin(phase);
+}
+
+bool Plant::blocks(double driving, double i) const noexcept { return one_way_ && driving < 0 && i <= 0; }
+
+double Plant::driver_after(double e, double dt) const noexcept {
+  return std::clamp(target_, e - p_.driver.fall * dt, e + p_.driver.rise * dt);
+}
+
+double Plant::flux(double past) const noexcept {
+  const auto& motor = p_.motor;
+  double flux = field_;
+  if (motor.reaction > 0) flux *= 1 - reaction(past, motor, p_.laws);
+  if (motor.flux_hysteresis != 0) flux *= 1 + motor.flux_hysteresis * std::tanh(turned_over_ / motor.coercive_current);
+  return flux;
+}
+
+/// [V] What drives the current through resistance, inductance and brushes.
+double Plant::driving_voltage(const State& x, double e, double t) const noexcept {
+  double voltage = output(x, e, t) - p_.motor.K_b * flux(x.past) * x.omega;
+  if (p_.hidden_drop) voltage -= p_.hidden_drop(x.past, x.omega, x.theta);
+  return voltage;
+}
+
+/// Solves R i + V_b contact(i/i_b) = voltage.
 double Plant::armature_current(double voltage, double guess) const noexcept {
+  if (open_ || blocks(voltage, 0)) return 0;
   const double drop = p_.motor.brush_drop;
   if (drop == 0) return voltage / resistance_;
   // For positive current the left side is concave, so Newton's steps from below the root stay below it and cannot
@@ -111,122 +271,162 @@ double Plant::armature_current(double voltage, double guess) const noexcept {
   const double knee = p_.motor.brush_current;
   double i = std::max((v - drop) / resistance_, 0.0);
   guess = voltage < 0 ? -guess : guess;
-  if (guess > i && resistance_ * guess + drop * saturation(guess / knee) < v) i = guess;
+  if (guess > i && resistance_ * guess + drop * contact(guess / knee, p_.laws).share < v) i = guess;
   for (int n = 0; n < 30; ++n) {
-    const double bend = saturation(i / knee);
-    const double miss = v - resistance_ * i - drop * bend;
-    const double change = miss / (resistance_ + drop / knee * (1 - bend * bend));
+    const auto [share, slope] = contact(i / knee, p_.laws);
+    const double miss = v - resistance_ * i - drop * share;
+    const double change = miss / (resistance_ + drop / knee * slope);
     i += change;
     if (std::abs(change) <= 1e-12 * (i + knee)) break;
   }
   return std::copysign(i, voltage);
 }
 
-double Plant::load_torque(double omega) const noexcept {
+double Plant::load_torque(double omega, double theta) const noexcept {
   const auto& load = p_.load;
-  if (load.eddy_torque == 0) return load.torque;
-  const double x = omega / load.eddy_omega;
-  return load.torque + 2 * load.eddy_torque * x / (1 + x * x);
+  double torque = load.torque;
+  if (load.eccentric != 0) torque += load.eccentric * std::sin(theta + load.eccentric_phase);
+  if (load.eddy_torque == 0) return torque;
+  const double x = omega / (load.eddy_omega * (1 + load.eddy_heating * disc_));
+  return torque + 2 * load.eddy_torque * x / (1 + x * x);
 }
 
-double Plant::slip_torque(double omega) const noexcept {
+/// [N m] from the motor's side of a compliant shaft to the load's. With a gap, the teeth push and never pull.
+double Plant::shaft_torque(const State& x) const noexcept {
+  const auto& shaft = p_.shaft;
+  const double speed = x.omega - x.omega_2;
+  if (shaft.gap == 0) return shaft.stiffness * x.twist + shaft.damping * speed;
+  const double pressed = std::abs(x.twist) - shaft.gap / 2;
+  if (pressed <= 0) return 0;
+  const double side = x.twist > 0 ? 1 : -1;
+  return side * std::max(shaft.stiffness * pressed + shaft.damping * side * speed, 0.0);
+}
+
+/// [N m] of dry friction while sliding in a direction.
+double Plant::slip_torque(double omega, double direction) const noexcept {
   const auto& friction = p_.friction;
-  if (friction.T_s == 0) return friction.T_c;
-  const double x = omega / friction.omega_s;
-  return friction.T_c + friction.T_s * std::exp(-x * x);
+  double torque = friction.T_c;
+  if (friction.T_s != 0) torque += friction.T_s * stribeck(omega, friction, p_.laws);
+  torque = grease_ * torque + direction * (friction.T_d + friction.B_d * std::abs(omega));
+  return std::max(torque, 0.0);
 }
 
-double Plant::torque_without_friction(double omega, double theta, double i, double t) const noexcept {
-  const auto& motor = p_.motor;
-  double torque = motor.K_m * i - motor.B * omega - motor.windage * omega * std::abs(omega) - load_torque(omega);
-  if (p_.hidden_torque) torque -= p_.hidden_torque(omega, theta, t);
+double Plant::torque_without_friction(const State& x, double i, double t) const noexcept {
+  const auto& [motor, shaft] = std::tie(p_.motor, p_.shaft);
+  double torque = motor.K_m * flux(x.past) * i - grease_ * motor.B * x.omega - windage(x.omega, motor);
+  if (shaft.cogging != 0) {
+    torque -= shaft.cogging * harmonics(shaft.cogging_order * x.theta + shaft.cogging_phase, shaft.cogging_second);
+  }
+  torque -= shaft.stiffness == unlimited ? load_torque(x.omega, x.theta) : shaft_torque(x);
+  if (p_.hidden_torque) torque -= p_.hidden_torque(x.omega, x.theta, t);
   return torque;
 }
 
+double Plant::rippled(const State& x) const noexcept {
+  const auto& sensors = p_.sensors;
+  if (sensors.ripple == 0) return x.omega;
+  const double angle = sensors.ripple_order * x.theta + sensors.ripple_phase;
+  return x.omega * (1 + sensors.ripple * harmonics(angle, sensors.ripple_second));
+}
+
 /// @param i [A] out: the current at this point, which without inductance is no state
-Plant::Slope Plant::slope(const State& x, double e, double t, const Grip& grip, double& i) const noexcept {
-  const auto& motor = p_.motor;
-  Slope rate;
-  const double driving = e - motor.K_b * x.omega;
-  if (inductance_ > 0) {
+Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, double& i) const noexcept {
+  const auto& [motor, shaft] = std::tie(p_.motor, p_.shaft);
+  State rate;
+  const double driving = driving_voltage(x, e, t);
+  if (inductance_ > 0 && (open_ || blocks(driving, x.i))) {
+    i = 0;
+  } else if (inductance_ > 0) {
     i = x.i;
-    const double brushes = motor.brush_drop == 0 ? 0 : motor.brush_drop * saturation(i / motor.brush_current);
+    const double brushes =
+        motor.brush_drop == 0 ? 0 : motor.brush_drop * contact(i / motor.brush_current, p_.laws).share;
     rate.i = (driving - resistance_ * i - brushes) / inductance_;
   } else {
     i = armature_current(driving, i);
   }
   if (!grip.stuck) {
-    const double dry = std::clamp(grip.torque + grip.damping * x.omega, -grip.limit, grip.limit);
-    rate.omega = (torque_without_friction(x.omega, x.theta, i, t) - dry) / motor.J;
+    const double dry = std::clamp(grip.torque + grip.damping * x.omega, grip.lowest, grip.most);
+    rate.omega = (torque_without_friction(x, i, t) - dry) / inertia_;
     rate.theta = x.omega;
   }
-  if (lag_ > 0) rate.tacho = (x.omega - x.tacho) / lag_;
+  const bool stiff = shaft.stiffness == unlimited;
+  if (!stiff) {
+    rate.omega_2 = (shaft_torque(x) - load_torque(x.omega_2, x.theta - x.twist)) / shaft.J_2;
+    rate.twist = x.omega - x.omega_2;
+  }
+  if (lag_1_ > 0) rate.lag_1 = (e - x.lag_1) / lag_1_;
+  if (lag_2_ > 0) rate.lag_2 = (x.lag_1 - x.lag_2) / lag_2_;
+  if (tacho_1_ > 0) rate.tacho_1 = (rippled(x) - x.tacho_1) / tacho_1_;
+  if (tacho_2_ > 0) rate.tacho_2 = (x.tacho_1 - x.tacho_2) / tacho_2_;
+  if (gauge_1_ > 0) {
+    const double torque = stiff ? load_torque(x.omega, x.theta) : load_torque(x.omega_2, x.theta - x.twist);
+    rate.gauge_1 = (torque - x.gauge_1) / gauge_1_;
+  }
+  if (gauge_2_ > 0) rate.gauge_2 = (x.gauge_1 - x.gauge_2) / gauge_2_;
+  if (see_ > 0) rate.past = (i - x.past) / see_;
   rate.charge = i;
+  rate.heat = i * i;
   return rate;
 }
 
+Plant::State Plant::along(const State& from, const State& slope, double dt) const noexcept {
+  State x = from;
+  each([&](auto member) { x.*member += dt * (slope.*member); });
+  return x;
+}
+
 /// Classical Runge-Kutta. The driver's output is known at each stage, slopes and corners included.
-Plant::State Plant::integrate(const State& from, double dt, double target, const Grip& grip) const noexcept {
-  const auto at = [&from](const Slope& rate, double h) {
-    State x = from;
-    x.i += h * rate.i;
-    x.omega += h * rate.omega;
-    x.theta += h * rate.theta;
-    x.tacho += h * rate.tacho;
-    return x;
-  };
-  const double e_half = driver_after(from.e, target, dt / 2);
-  const double e_end = driver_after(from.e, target, dt);
+Plant::State Plant::integrate(const State& from, double dt, const Grip& grip) const noexcept {
+  const double e_half = driver_after(from.e, dt / 2);
+  const double e_end = driver_after(from.e, dt);
   double i = from.i;
-  const Slope a = slope(from, from.e, time_, grip, i);
-  const Slope b = slope(at(a, dt / 2), e_half, time_ + dt / 2, grip, i);
-  const Slope c = slope(at(b, dt / 2), e_half, time_ + dt / 2, grip, i);
-  const Slope d = slope(at(c, dt), e_end, time_ + dt, grip, i);
-  const auto mean = [&](double Slope::*rate) { return (a.*rate + 2 * (b.*rate + c.*rate) + d.*rate) / 6; };
+  const State a = slope(from, from.e, time_, grip, i);
+  const State b = slope(along(from, a, dt / 2), e_half, time_ + dt / 2, grip, i);
+  const State c = slope(along(from, b, dt / 2), e_half, time_ + dt / 2, grip, i);
+  const State d = slope(along(from, c, dt), e_end, time_ + dt, grip, i);
   State to = from;
+  each([&](auto m) { to.*m += dt / 6 * (a.*m + 2 * (b.*m + c.*m) + d.*m); });
   to.e = e_end;
-  to.i += dt * mean(&Slope::i);
-  to.omega += dt * mean(&Slope::omega);
-  to.theta += dt * mean(&Slope::theta);
-  to.tacho += dt * mean(&Slope::tacho);
-  to.charge += dt * mean(&Slope::charge);
-  if (inductance_ == 0) to.i = armature_current(e_end - p_.motor.K_b * to.omega, i);
+  if (inductance_ == 0) {
+    to.i = armature_current(driving_voltage(to, e_end, time_ + dt), i);
+  } else if (one_way_) {
+    to.i = std::max(to.i, 0.0);
+  }
   return to;
 }
 
 /// The bristle bends with the shaft until it slips; exact for a constant speed, whatever the speed.
 Plant::Grip Plant::bend(double dt) noexcept {
   if (stiffness_ == 0) return {};
-  const double limit = slip_torque(state_.omega);
-  const double most = limit / stiffness_;
+  const double lowest = -slip_torque(state_.omega, -1);
+  const double most = p_.friction.T_d == 0 && p_.friction.B_d == 0 ? -lowest : slip_torque(state_.omega, 1);
   const double bent = bristle_ + state_.omega * dt;
-  bristle_ = std::clamp(bent, -most, most);
-  return {.torque = stiffness_ * bristle_, .damping = bristle_ == bent ? damping_ : 0, .limit = limit};
+  bristle_ = std::clamp(bent, lowest / stiffness_, most / stiffness_);
+  return {.torque = stiffness_ * bristle_, .damping = bristle_ == bent ? damping_ : 0, .lowest = lowest, .most = most};
 }
 
-void Plant::step_bristle(double dt, double target) noexcept {
+void Plant::step_bristle(double dt) noexcept {
   const Grip grip = bend(dt / 2);  // half before and half after: second order
-  state_ = integrate(state_, dt, target, grip);
+  state_ = integrate(state_, dt, grip);
   bend(dt / 2);
   time_ += dt;
 }
 
-void Plant::step_hard(double dt, double target, int depth) noexcept {
-  const double holding = slip_torque(0);
+void Plant::step_hard(double dt, int depth) noexcept {
   double direction = state_.omega > 0 ? 1 : -1;
   if (state_.omega == 0) {
-    const double pull = torque_without_friction(0, state_.theta, state_.i, time_);
-    stuck_ = std::abs(pull) <= holding;
+    const double pull = torque_without_friction(state_, state_.i, time_);
     direction = pull > 0 ? 1 : -1;
+    stuck_ = std::abs(pull) <= slip_torque(0, direction);
   }
   if (stuck_) {
-    state_ = integrate(state_, dt, target, {.stuck = true});
+    state_ = integrate(state_, dt, {.stuck = true});
     time_ += dt;
     return;
   }
-  const double sliding = slip_torque(state_.omega);
-  const Grip grip{.torque = direction * sliding, .limit = sliding};
-  const State next = integrate(state_, dt, target, grip);
+  const double sliding = direction * slip_torque(state_.omega, direction);
+  const Grip grip{.torque = sliding, .lowest = sliding, .most = sliding};
+  const State next = integrate(state_, dt, grip);
   if (next.omega * direction >= 0) {
     state_ = next;
     time_ += dt;
@@ -235,14 +435,14 @@ void Plant::step_hard(double dt, double target, int depth) noexcept {
   // It stops within this step: go there, stand, and decide from there. Chattering at the limit of holding ends stuck.
   const double part = dt * state_.omega / (state_.omega - next.omega);
   if (part > 0) {
-    state_ = integrate(state_, part, target, grip);
+    state_ = integrate(state_, part, grip);
     time_ += part;
   }
   state_.omega = 0;
   if (depth < 3) {
-    step_hard(dt - part, target, depth + 1);
+    step_hard(dt - part, depth + 1);
   } else {
-    state_ = integrate(state_, dt - part, target, {.stuck = true});
+    state_ = integrate(state_, dt - part, {.stuck = true});
     time_ += dt - part;
   }
 }

@@ -42,6 +42,14 @@ class World {
     act(t, plant_, reference_.load());
   }
 
+  /// The same for a person at the bench, who turns the brake or opens the armature: `act(plant)`.
+  template <class Act>
+  void operate(Act act) {
+    const Lock lock(busy_);
+    advance();
+    act(plant_);
+  }
+
   /// [V] from now on.
   void set_reference(double volts) noexcept;
 

@@ -6,10 +6,10 @@
 #include <thread>
 
 #include "drivers/simulated/daq.h"
+#include "drivers/simulated/manual_clock.h"
 #include "drivers/simulated/meter.h"
 #include "drivers/simulated/output.h"
 #include "hal/error.h"
-#include "tests/drivers/manual_clock.h"
 
 namespace emtb::simulated {
 namespace {
@@ -300,6 +300,16 @@ TEST_F(MeterTest, MayRestBetweenItsWindows) {
     const double end = 0.4 * static_cast<double>(k + 1);
     EXPECT_NEAR(readings[k].time, end, 1e-9);
     EXPECT_NEAR(readings[k].value, mean(end - 0.1, end), 2e-5);
+  }
+}
+
+TEST_F(MeterTest, MayReadTheRootMeanSquare) {
+  measure({.period = 0.4, .window = 0.4, .resolution = 0, .rms = true}, 2.05);
+  ASSERT_EQ(readings.size(), 5U);
+  for (double& i : current) i *= i;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const double end = 0.4 * static_cast<double>(k + 1);
+    EXPECT_NEAR(readings[k].value, std::sqrt(mean(end - 0.4, end)), 2e-5);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <numbers>
 
 #include "hal/error.h"
 
@@ -205,7 +206,7 @@ TEST(Plant, AWeightPullsAtRest) {
 
 TEST(Plant, TheTachoLags) {
   PlantParameters p = fh2();
-  p.tacho_lag = 0.03;
+  p.sensors.tacho_lag = 0.03;
   Plant plant(p);
   run(plant, 4, 6);  // on the slope: 22.5 V/s over 0.6739 V s/rad
   EXPECT_NEAR(plant.omega() - plant.tacho(), 0.03 * 22.5 / 0.6739, 0.01);
@@ -336,6 +337,79 @@ TEST(Plant, ChargeIsTheIntegralOfTheCurrent) {
   EXPECT_NEAR(plant.charge(), (3.449e-3 * plant.omega() + 1e-4 * plant.theta()) / 0.6739, 1e-9);
 }
 
+TEST(Plant, AnOpenArmatureShowsTheBackEmfWhileItCoasts) {
+  for (const double inductance : {0.0, 0.2}) {
+    PlantParameters p = with_friction(fh2(), FrictionLaw::bristle, 0.0547);
+    p.motor.L_a = inductance;
+    Plant plant(p);
+    run(plant, 12, 6);
+    plant.open_armature(true);
+    const double omega = plant.omega(), charge = plant.charge();
+    run(plant, 2, 6);
+    EXPECT_EQ(plant.i_a(), 0);
+    EXPECT_EQ(plant.charge(), charge);
+    EXPECT_EQ(plant.e_a(), 0.6739 * plant.omega());
+    // omega + T_c/B decays with J/B
+    const double decay = std::exp(-1e-4 / 3.449e-3 * 2), asymptote = 0.0547 / 1e-4;
+    EXPECT_NEAR(plant.omega(), (omega + asymptote) * decay - asymptote, 1e-4);
+    plant.open_armature(false);
+    run(plant, 5, 6);
+    EXPECT_NEAR(plant.omega(), omega, 0.01);
+  }
+}
+
+TEST(Plant, APersonMayTurnTheBrake) {
+  Plant plant(fh2());
+  run(plant, 12, 6);
+  EXPECT_EQ(plant.load_torque(), 0);
+  plant.set_load({.torque = 0.05});
+  run(plant, 5, 6);
+  EXPECT_EQ(plant.load_torque(), 0.05);
+  EXPECT_NEAR(0.6739 * plant.i_a(), 0.05 + 1e-4 * plant.omega(), 1e-6);
+  EXPECT_THROW(plant.set_load({.eddy_omega = 0}), ConfigError);
+}
+
+TEST(Plant, ARectifiedCurrentFlowsOneWayAndHeatsMoreThanItTurns) {
+  for (const double inductance : {0.0, 0.2}) {
+    PlantParameters p = with_friction(fh2(), FrictionLaw::bristle, 0.0547);
+    p.motor.L_a = inductance;
+    p.driver.rectified = 50;
+    Plant plant(p);
+    run(plant, 8, 4);
+    const double charge = plant.charge(), heat = plant.heat();
+    double smallest = 1, voltage = 0, speed = 0;
+    for (int n = 0; n < 10000; ++n) {
+      plant.advance(1e-4, 4);
+      smallest = std::min(smallest, plant.i_a());
+      voltage += plant.e_a() / 10000;
+      speed += plant.omega() / 10000;
+    }
+    EXPECT_EQ(smallest, 0);
+    const double mean = plant.charge() - charge;  // over one second
+    EXPECT_NEAR(0.6739 * mean, 0.0547 + 1e-4 * speed, 1e-3) << "torque goes by the mean";
+    EXPECT_NEAR(voltage, 31.825 * mean + 0.6739 * speed, 0.2) << "and so does the mean voltage";
+    EXPECT_GT(std::sqrt(plant.heat() - heat) / mean, 1.3) << "pulses";
+    EXPECT_GT(speed * 0.6739, 4 * 110.0 / 6) << "the crests drive it past the mean voltage";
+  }
+}
+
+TEST(Plant, APhaseControlledRectifierFiresLateEnoughForItsMean) {
+  PlantParameters p = fh2();
+  p.motor.K_b = p.motor.K_m = 1e-6;  // a resistor
+  p.driver.rectified = 50;
+  p.driver.crest = 170;
+  Plant plant(p);
+  run(plant, 6, 3);
+  const double charge = plant.charge(), heat = plant.heat();
+  run(plant, 1, 3);
+  const double mean = plant.charge() - charge;
+  EXPECT_NEAR(mean * 31.825, 55, 0.8) << "it fires between two steps";
+  // From a = acos(pi 55/170 - 1) on: rms = crest sqrt((1 - a/pi + sin(2 a)/(2 pi))/2)
+  const double a = std::acos(std::numbers::pi * 55 / 170 - 1);
+  const double rms = 170 * std::sqrt((1 - a / std::numbers::pi + std::sin(2 * a) / (2 * std::numbers::pi)) / 2);
+  EXPECT_NEAR(std::sqrt(plant.heat() - heat) * 31.825, rms, 0.01 * rms);
+}
+
 TEST(Plant, RefusesWhatCannotBe) {
   const auto refuses = [](auto change) {
     PlantParameters p = servo();
@@ -348,9 +422,10 @@ TEST(Plant, RefusesWhatCannotBe) {
   refuses([](auto& p) { p.motor.L_a = -1; });
   refuses([](auto& p) { p.motor.K_b = nan; });
   refuses([](auto& p) { p.driver.rise = 0; });
+  refuses([](auto& p) { p.driver.rectified = -1; });
   refuses([](auto& p) { p.driver.min = p.driver.max = 0; });
   refuses([](auto& p) { p.friction.T_c = nan; });
-  refuses([](auto& p) { p.tacho_lag = -1; });
+  refuses([](auto& p) { p.sensors.tacho_lag = -1; });
 }
 
 TEST(Plant, IsAHundredTimesFasterThanTime) {
@@ -378,7 +453,7 @@ TEST(Plant, IsAHundredTimesFasterThanTime) {
   p.motor.L_a = 1e-3;
   p.motor.brush_drop = 0.4;
   p.motor.windage = 3e-8;
-  p.tacho_lag = 0.005;
+  p.sensors.tacho_lag = 0.005;
   EXPECT_LT(us_per_ms(p), 30) << "with everything on";  // 8 measured
 }
 

@@ -84,7 +84,8 @@ TEST(Registry, EachMistakeHasItsLine) {
 TEST(Registry, TheSimulationIsCheckedStrictly) {
   EXPECT_EQ(bad("J: 6.0e-5", "j: 6.0e-5"),
             "b.yaml:11: simulation.motor.j is not known here. Known: R_a, L_a, K_b, K_m, B, J, brush_drop, "
-            "brush_current, windage");
+            "brush_current, heat_capacity, heat_resistance, reaction, reaction_current, field_drop, field_time, "
+            "flux_hysteresis, coercive_current, windage, windage_exponent, windage_omega");
   EXPECT_EQ(bad("R_a: 1.2", "R_a: 0"), "b.yaml:11: simulation.motor.R_a is 0, but must be above 0");
   EXPECT_EQ(bad(", J: 6.0e-5", ""), "b.yaml:11: simulation.motor.J is missing");
   EXPECT_EQ(bad("law: hard", "law: soft"), "b.yaml:12: simulation.friction.law is `soft`. Known: bristle, hard");
@@ -92,9 +93,44 @@ TEST(Registry, TheSimulationIsCheckedStrictly) {
   EXPECT_EQ(bad("pace: max", "pace: fast"), "b.yaml:10: simulation.pace must be a number, not `fast`");
   EXPECT_EQ(
       bad("pace: max", "pase: max"),
-      "b.yaml:10: simulation.pase is not known here. Known: pace, seed, driver, motor, friction, load, tacho_lag");
+      "b.yaml:10: simulation.pase is not known here. Known: pace, seed, laws, driver, motor, friction, shaft, load, "
+      "sensors");
   EXPECT_EQ(bad("  friction:", "  driver: {min: 3, max: 2}\n  friction:"),
             "b.yaml:12: simulation.driver.max leaves no voltage. Write a max above min");
+}
+
+TEST(Registry, AUserCanHideAnyEffectInTheSimulatedBench) {
+  const std::string text =
+      good +
+      "  laws: other\n"
+      "  driver: {gain: 4, offset: 0.1, lag: 0.01, delay: 0.002, sampling: 1.0e-3, play: 0.05, one_quadrant: true}\n"
+      "  shaft: {cogging: 0.01, cogging_order: 8, stiffness: 0.5, J_2: 2.0e-5, gap: 0.1}\n"
+      "  load: {eccentric: 0.004, eddy_torque: 0.02, eddy_heating: 1.0e-3}\n"
+      "  sensors: {tacho_lag: 0.01, ripple: 0.02, ripple_order: 6, tacho_stick: 2, torque_lag: 0.016}\n";
+  const BenchConfig bench = config(text);
+  const simulated::PlantParameters plant = simulated::read_plant(*bench.simulation);
+  EXPECT_EQ(plant.laws, simulated::Laws::other);
+  EXPECT_EQ(plant.driver.delay, 0.002);
+  EXPECT_TRUE(plant.driver.one_quadrant);
+  EXPECT_EQ(plant.shaft.cogging_order, 8);
+  EXPECT_EQ(plant.shaft.gap, 0.1);
+  EXPECT_EQ(plant.load.eddy_heating, 1e-3);
+  EXPECT_EQ(plant.sensors.ripple, 0.02);
+  EXPECT_EQ(plant.sensors.torque_lag, 0.016);
+  const simulated::Plant runs(plant);
+  EXPECT_EQ(runs.omega(), 0);
+}
+
+TEST(Registry, WhatCannotBeHiddenTogetherIsSaid) {
+  const auto complaint = [](const std::string& line) { return bad("  friction:", "  " + line + "\n  friction:"); };
+  EXPECT_EQ(complaint("laws: mine"), "b.yaml:12: simulation.laws is `mine`. Known: usual, other");
+  EXPECT_EQ(complaint("shaft: {gap: 0.1}"),
+            "b.yaml:12: simulation.shaft.gap needs a compliant shaft. Add stiffness and J_2");
+  EXPECT_EQ(complaint("shaft: {stiffness: 1, J_2: 1}"),
+            "b.yaml:12: simulation.shaft.J_2 is not below motor.J, of which it is a part");
+  EXPECT_EQ(complaint("sensors: {lag: 1}"),
+            "b.yaml:12: simulation.sensors.lag is not known here. Known: tacho_lag, ripple, ripple_second, "
+            "ripple_order, ripple_phase, tacho_stick, torque_lag");
 }
 
 TEST(Registry, TheInstrumentsAreCheckedStrictly) {
@@ -113,7 +149,8 @@ TEST(Registry, TheInstrumentsAreCheckedStrictly) {
             "b.yaml:8: devices.meter.signal is `omega`, but the simulated meter sits in the armature circuit: i_a");
   EXPECT_EQ(bad("period: 0.4", "rate: 2.5"),
             "b.yaml:8: devices.meter.rate is not known here. Known: driver, signal, period, window, resolution, noise, "
-            "latency");
+            "offset, latency, reads");
+  EXPECT_EQ(bad("period: 0.4", "reads: peak"), "b.yaml:8: devices.meter.reads is `peak`. Known: mean, rms");
 }
 
 TEST(Registry, TheClockGoesByThePace) {
