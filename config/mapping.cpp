@@ -1,6 +1,7 @@
 #include "config/mapping.h"
 
 #include "config/yaml.h"
+#include "session/units.h"
 
 namespace emtb {
 namespace {
@@ -22,10 +23,20 @@ char need_char(const YamlMap& yaml, std::string_view key, char fallback) {
   return text[0];
 }
 
-Mapping::Source read_source(const YamlMap& yaml) {
-  yaml.only({"from", "scale", "offset"});
+Mapping::Source read_source(const YamlMap& yaml, Signal signal) {
+  yaml.only({"from", "unit", "scale", "offset"});
   Mapping::Source source{
       .column = yaml.text("from"), .scale = yaml.number_or("scale", 1), .offset = yaml.number_or("offset", 0)};
+  if (yaml.has("unit")) {
+    const std::string unit = yaml.text("unit");
+    const auto conversion = unit_of(signal, unit);
+    if (!conversion) {
+      yaml.fail("unit", "is `" + unit + "`, but " + std::string(info(signal).name) +
+                            " is in one of: " + known_units(signal) + ". For any other give its size as `scale`");
+    }
+    source.scale *= conversion->scale;
+    source.offset += conversion->offset;
+  }
   if (source.scale == 0)
     yaml.fail("scale", "is 0, which leaves nothing of the column. Write its size in the signal's unit");
   return source;
@@ -35,15 +46,20 @@ Mapping::Source read_source(const YamlMap& yaml) {
 
 Mapping read_mapping(const std::filesystem::path& path) {
   const YamlMap yaml = YamlMap::load(path);
-  yaml.only({"time", "run", "columns", "window", "delimiter", "decimal"});
+  yaml.only({"time", "time_unit", "run", "columns", "window", "delimiter", "decimal"});
   Mapping mapping;
   mapping.time = yaml.text_or("time", mapping.time);
+  if (yaml.has("time_unit")) {
+    const auto scale = time_unit(yaml.text("time_unit"));
+    if (!scale) yaml.fail("time_unit", "is `" + yaml.text("time_unit") + "`. Write s, ms, us, min or h");
+    mapping.time_scale = *scale;
+  }
   mapping.run = yaml.text_or("run", mapping.run);
   if (yaml.has("columns")) {
     const YamlMap columns = yaml.map("columns");
     for (const std::string& name : columns.keys()) {
       const Signal signal = need_signal(columns, name);
-      if (!mapping.columns.emplace(signal, read_source(columns.map(name))).second)
+      if (!mapping.columns.emplace(signal, read_source(columns.map(name), signal)).second)
         columns.fail(name, "stands twice. Keep one");
     }
   }
@@ -57,10 +73,12 @@ Mapping read_mapping(const std::filesystem::path& path) {
       if (!mapping.window.emplace(signal, windows.positive(name)).second) windows.fail(name, "stands twice. Keep one");
     }
   }
-  mapping.delimiter = need_char(yaml, "delimiter", mapping.delimiter);
-  mapping.decimal = need_char(yaml, "decimal", mapping.decimal);
-  if (mapping.decimal != '.' && mapping.decimal != ',') yaml.fail("decimal", "must be \".\" or \",\"");
-  if (mapping.decimal == mapping.delimiter) {
+  if (yaml.has("delimiter")) mapping.delimiter = need_char(yaml, "delimiter", ',');
+  if (yaml.has("decimal")) {
+    mapping.decimal = need_char(yaml, "decimal", '.');
+    if (mapping.decimal != '.' && mapping.decimal != ',') yaml.fail("decimal", "must be \".\" or \",\"");
+  }
+  if (mapping.decimal != '\0' && mapping.decimal == mapping.delimiter) {
     yaml.fail(yaml.has("decimal") ? "decimal" : "delimiter",
               "is the same for delimiter and decimal. Write e.g. delimiter: \";\"");
   }

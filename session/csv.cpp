@@ -17,6 +17,7 @@
 #include "session/names.h"
 #include "session/shift.h"
 #include "session/text.h"
+#include "session/units.h"
 
 namespace emtb {
 namespace {
@@ -192,9 +193,21 @@ struct Target {
   std::string column;
 };
 
+/// A column in a unit of its own, named like the contract's: `omega_rpm`, `i_a_mA`, `theta_deg`.
+std::optional<Target> in_other_unit(const std::string& column) {
+  for (const Signal signal : all_signals()) {
+    const std::string start = std::string(info(signal).name) + "_";
+    if (!column.starts_with(start)) continue;
+    const auto conversion = unit_of(signal, std::string_view(column).substr(start.size()));
+    if (conversion) return Target{0, signal, conversion->scale, conversion->offset, column};
+  }
+  return std::nullopt;
+}
+
 struct Header {
   std::size_t width = 0;
   std::size_t time = 0;
+  double time_scale = 1;
   std::string time_name;
   std::optional<std::size_t> run;
   std::string run_name;
@@ -229,6 +242,7 @@ Header read_header(Table& table, const Mapping& mapping) {
   Header header;
   header.width = names.size();
   header.time_name = mapping.time;
+  header.time_scale = mapping.time_scale;
   if (const auto time = position(table, names, mapping.time)) {
     header.time = *time;
   } else {
@@ -250,6 +264,12 @@ Header read_header(Table& table, const Mapping& mapping) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       const auto signal = signal_of_column(names[i]);
       if (signal && position(table, names, names[i])) header.targets.push_back({i, *signal, 1, 0, names[i]});
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto known = in_other_unit(names[i]);
+      if (!known || std::ranges::find(header.targets, known->signal, &Target::signal) != header.targets.end()) continue;
+      if (position(table, names, names[i]))
+        header.targets.push_back({i, known->signal, known->scale, known->offset, names[i]});
     }
     refuse_near_misses(table, names, header.targets);
     if (header.targets.empty()) {
@@ -362,14 +382,35 @@ void append(std::string& out, double value) {
   out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
+/// The mapping with delimiter and decimal sign as the file shows them, where they are not given: a header with
+/// semicolons or tabs and no comma; below it, commas in numbers and no point.
+Mapping completed(Mapping mapping, std::string_view text) {
+  const std::string_view header = text.substr(0, text.find('\n'));
+  if (mapping.delimiter == '\0') {
+    mapping.delimiter = ',';
+    for (const char c : {';', '\t'}) {
+      if (header.find(c) != std::string_view::npos && header.find(',') == std::string_view::npos) mapping.delimiter = c;
+    }
+    if (mapping.decimal == ',' && mapping.delimiter == ',') mapping.delimiter = ';';
+  }
+  if (mapping.decimal == '\0') {
+    const std::string_view rows = text.substr(std::min(text.size(), header.size()), std::size_t{1} << 14);
+    const bool commas = mapping.delimiter != ',' && rows.find(',') != std::string_view::npos &&
+                        rows.find('.') == std::string_view::npos;
+    mapping.decimal = commas ? ',' : '.';
+  }
+  return mapping;
+}
+
 }  // namespace
 
-Session read_csv(const std::filesystem::path& path, const Mapping& mapping) {
-  if (mapping.delimiter == mapping.decimal) {
-    throw SessionError(path.string() + ": the mapping takes `" + std::string(1, mapping.decimal) +
+Session read_csv(const std::filesystem::path& path, const Mapping& given) {
+  if (given.delimiter != '\0' && given.delimiter == given.decimal) {
+    throw SessionError(path.string() + ": the mapping takes `" + std::string(1, given.decimal) +
                        "` for both delimiter and decimal. They must differ");
   }
   const std::string text = read_whole(path);
+  const Mapping mapping = completed(given, text);
   Table table(path, text, mapping.delimiter);
   if (!table.next()) {
     throw SessionError(path.string() +
@@ -407,7 +448,7 @@ Session read_csv(const std::filesystem::path& path, const Mapping& mapping) {
 
     const std::string_view time_text = cells[header.time];
     if (time_text.empty()) table.fail("column " + shown(header.time_name) + " is empty. Every row needs a time");
-    const double t = numbers.parse(time_text, header.time_name);
+    const double t = header.time_scale * numbers.parse(time_text, header.time_name);
     check_time(table, header, run, t, time_text);
     if (run.last_text.empty()) run.start = t;
     run.last = t;

@@ -10,24 +10,26 @@ namespace emtb {
 /// How the columns of somebody else's file become signals: `--map FILE`.
 ///
 ///     time: t_s
+///     time_unit: ms                             # optional, default s
 ///     run: run                                  # optional: splits the file into runs
-///     columns: {theta: {from: pos_m, scale: 1, offset: 0}, i_a: {from: u_V}}
+///     columns: {theta: {from: pos_m, scale: 1, offset: 0}, omega: {from: n, unit: rpm}}
 ///     window: {i_a: 0.4}                        # [s]
-///     delimiter: ";"                            # optional, default ","
-///     decimal: ","                              # optional, default "."
+///     delimiter: ";"                            # optional, default: as the file shows
+///     decimal: ","                              # optional, default: as the file shows
 struct Mapping {
   struct Source {
     std::string column;
-    double scale = 1;  ///< signal = scale * column + offset
+    double scale = 1;  ///< signal = scale * column + offset; units are in it already
     double offset = 0;
   };
 
   std::string time = "t_s";
+  double time_scale = 1;             ///< [s]
   std::string run;                   ///< empty: the file is one run
   std::map<Signal, Source> columns;  ///< empty: the contract's own column names
   std::map<Signal, double> window;   ///< [s]
-  char delimiter = ',';
-  char decimal = '.';
+  char delimiter = '\0';             ///< NUL: as the file shows
+  char decimal = '\0';
 };
 
 }  // namespace emtb

@@ -41,6 +41,14 @@ TEST_F(MappingFile, NothingButAWindowIsEnough) {
   EXPECT_EQ(mapping("delimiter: \"\\t\"\n").delimiter, '\t');
 }
 
+TEST_F(MappingFile, UnitsBecomeAScaleAndAnOffset) {
+  const Mapping m = mapping(
+      "time: t\ntime_unit: ms\ncolumns: {omega: {from: n, unit: rpm, scale: 2}, temperature: {from: T, unit: degF}}\n");
+  EXPECT_DOUBLE_EQ(m.time_scale, 1e-3);
+  EXPECT_NEAR(m.columns.at(Signal::omega).scale, 2 * 0.10471976, 1e-8);
+  EXPECT_NEAR(m.columns.at(Signal::temperature).scale * 212 + m.columns.at(Signal::temperature).offset, 100, 1e-9);
+}
+
 TEST_F(MappingFile, ComplaintsNameFileLineAndKey) {
   EXPECT_THAT(complaint("time: t\ncolumn: {}\n"), HasSubstr("map.yaml:2: column is not known here"));
   EXPECT_THAT(complaint("columns:\n  omga: {from: n}\n"),
@@ -58,7 +66,11 @@ TEST_F(MappingFile, ComplaintsNameFileLineAndKey) {
   EXPECT_THAT(complaint("window: {i_a: -1}\n"), HasSubstr("window.i_a is -1, but must be above 0"));
   EXPECT_THAT(complaint("delimiter: \",,\"\n"), HasSubstr("delimiter must be one character"));
   EXPECT_THAT(complaint("decimal: \";\"\n"), HasSubstr("decimal must be"));
-  EXPECT_THAT(complaint("decimal: \",\"\n"), HasSubstr("map.yaml:1: decimal is the same for delimiter and decimal"));
+  EXPECT_THAT(complaint("time_unit: fortnight\n"), HasSubstr("time_unit is `fortnight`. Write s, ms"));
+  EXPECT_THAT(complaint("columns:\n  omega: {from: n, unit: knots}\n"),
+              HasSubstr("columns.omega.unit is `knots`, but omega is in one of: rad/s, rpm"));
+  EXPECT_THAT(complaint("decimal: \",\"\ndelimiter: \",\"\n"),
+              HasSubstr("map.yaml:1: decimal is the same for delimiter and decimal"));
   EXPECT_THAT(complaint("- 1\n"), HasSubstr("must be a map"));
 }
 
