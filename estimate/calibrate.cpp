@@ -122,7 +122,7 @@ class CompressedCost final : public ceres::CostFunction {
     const std::span x(parameters[0], static_cast<std::size_t>(p));
     const bool linearize = jacobians != nullptr && jacobians[0] != nullptr;
     const NormalEquations& n = at(x);
-    if (!std::isfinite(n.rtr)) return false;
+    if (!std::isfinite(n.rtr) || !n.sts.allFinite() || !n.str.allFinite()) return false;
     Eigen::Map<Eigen::VectorXd> r(out, p + 1);
     r.setZero();
     if (!linearize) {
@@ -169,14 +169,15 @@ struct Descent {
 
 /// Descends in rounds of a few iterations. A parameter that rests on a bound and would leave it stays there for a
 /// round: otherwise every step would be cut short at that bound, and the others would creep.
-Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations) {
+Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations,
+                double tolerance) {
   constexpr int round_length = 8;
   CompressedCost cost(problem);
   const auto places = problem.free().places();
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.function_tolerance = 1e-9;
-  options.parameter_tolerance = 1e-9;
+  options.function_tolerance = tolerance;
+  options.parameter_tolerance = tolerance;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
   Descent result{std::move(x), 0, false, 0};
@@ -306,8 +307,9 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   for (Eigen::Index i = 0; i < p; ++i) {
     const std::size_t place = free.places()[static_cast<std::size_t>(i)];
     Parameter& parameter = result.model.at(place);
-    const double margin = 1e-7 * (parameter.max - parameter.min);
-    const bool on_bound = parameter.value <= parameter.min + margin || parameter.value >= parameter.max - margin;
+    // Bounds of effects are far wider than any value: only the bound itself counts.
+    const bool on_bound = parameter.value <= parameter.min + 1e-9 * std::abs(parameter.min) ||
+                          parameter.value >= parameter.max - 1e-9 * std::abs(parameter.max);
     parameter.std_error.reset();
     if (on_bound) {
       result.at_bound.push_back(names[place]);
@@ -320,9 +322,13 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   if (inner.empty()) return;
   const Eigen::MatrixXd sts = n.sts(inner, inner);
   const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = inverse_size.asDiagonal() * sts * inverse_size.asDiagonal();
-  const Eigen::MatrixXd inverse =
-      inverse_size.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse() * inverse_size.asDiagonal();
+  // A direction that the data do not determine has a huge variance, not none as in a pseudo-inverse.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse_size.asDiagonal() * sts *
+                                                             inverse_size.asDiagonal());
+  const double rounding = 1e-13 * eigen.eigenvalues().maxCoeff();
+  const Eigen::VectorXd variances = eigen.eigenvalues().cwiseMax(rounding).cwiseInverse();
+  const Eigen::MatrixXd inverse = inverse_size.asDiagonal() * eigen.eigenvectors() * variances.asDiagonal() *
+                                  eigen.eigenvectors().transpose() * inverse_size.asDiagonal();
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
   for (const Eigen::VectorXd& g : n.block_gradients) {
     const Eigen::VectorXd part = g(inner);
@@ -339,7 +345,8 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
     const auto ia = static_cast<Eigen::Index>(a);
     const double variance = std::max(sandwich(ia, ia), inverse(ia, ia));
     result.covariance(inner[a], inner[a]) = variance;
-    result.model.at(free.places()[static_cast<std::size_t>(inner[a])]).std_error = std::sqrt(variance);
+    Parameter& parameter = result.model.at(free.places()[static_cast<std::size_t>(inner[a])]);
+    if (const double error = std::sqrt(variance); error < parameter.max - parameter.min) parameter.std_error = error;
   }
 }
 
@@ -359,17 +366,17 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
   if (!std::isfinite(problem.normal_equations(given, false, false).rtr)) {
     throw ModelError("model `" + model.name + "` cannot be simulated with its start values: the result is not finite");
   }
-  Descent best = descend(problem, model, given, options.max_iterations);
+  Descent best = descend(problem, model, given, options.max_iterations, options.tolerance);
   // Other starts descend on a part of the data; what they reach is tried on all of it.
   const std::vector<PreparedRun> part = options.extra_starts > 0 ? shortest(records) : std::vector<PreparedRun>{};
   const Problem glance(part, model, options);
   NormalEquations at_best;
   if (options.extra_starts > 0) at_best = problem.normal_equations(best.x, true, false);
   for (int s = 0; s < options.extra_starts; ++s) {
-    const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15);
+    const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
     if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;
-    Descent other = descend(problem, model, rough.x, options.max_iterations);
+    Descent other = descend(problem, model, rough.x, options.max_iterations, options.tolerance);
     if (other.cost >= best.cost * (1 - 1e-9)) continue;
     best = std::move(other);
     at_best = problem.normal_equations(best.x, true, false);

@@ -37,6 +37,7 @@ struct Calibration {
 struct CalibrationOptions {
   int extra_starts = 4;  ///< besides the given one; drawn within the bounds, the same on every machine
   int max_iterations = 60;
+  double tolerance = 1e-9;  ///< of the cost, relative: where a descent ends
   bool with_covariance = true;
   std::vector<Signal> outputs;  ///< compare these alone; empty: all
 };

@@ -1,9 +1,10 @@
 #include "estimate/inverse_dynamics.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "estimate/regression.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -91,29 +92,17 @@ void append(const Run& run, double k_m, Rows& rows) {
 InverseDynamics inverse_dynamics(std::span<const Run> runs, double k_m) {
   Rows rows;
   for (const Run& run : runs) append(run, k_m, rows);
-  const auto n = static_cast<Eigen::Index>(rows.torque.size());
+  const std::size_t n = rows.torque.size();
   if (n < 20) throw SessionError("too few readings in motion for inverse dynamics: " + std::to_string(n) + " rows");
-  Eigen::MatrixXd a(n, 4);
-  const auto column = [&](const std::vector<double>& x) { return Eigen::Map<const Eigen::VectorXd>(x.data(), n); };
-  a << column(rows.acceleration), column(rows.speed), column(rows.sign), Eigen::VectorXd::Ones(n);
-  const Eigen::VectorXd b = column(rows.torque);
-  const Eigen::VectorXd inverse_size = a.colwise().norm().cwiseInverse();
-  const Eigen::MatrixXd scaled = a * inverse_size.asDiagonal();
-  const auto qr = scaled.colPivHouseholderQr();
-  const Eigen::VectorXd x = inverse_size.asDiagonal() * qr.solve(b);
-  const Eigen::VectorXd left = b - a * x;
-  const double variance = left.squaredNorm() / static_cast<double>(n - 4);
-  const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
+  const std::vector<double> ones(rows.torque.size(), 1.0);
+  const Regression fit = regress(std::array{rows.acceleration, rows.speed, rows.sign, ones}, rows.torque);
   InverseDynamics result;
   const char* const symbols[] = {"J", "B", "T_c", "T_L"};
   const char* const units[] = {"kg m2", "N m s/rad", "N m", "N m"};
-  for (Eigen::Index i = 0; i < 4; ++i) {
-    const double error = std::sqrt(variance * inverse(i, i)) * inverse_size[i];
-    result.values.push_back({symbols[i], units[i], x[i], error});
-  }
-  result.residual = std::sqrt(variance);
-  result.r_squared = 1 - left.squaredNorm() / (b.array() - b.mean()).matrix().squaredNorm();
-  result.rows = static_cast<std::size_t>(n);
+  for (std::size_t i = 0; i < 4; ++i) result.values.push_back({symbols[i], units[i], fit.value[i], fit.std_error[i]});
+  result.residual = fit.scatter;
+  result.r_squared = fit.r_squared;
+  result.rows = fit.rows;
   return result;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/orders.h"
+
 namespace emtb {
 namespace {
 
@@ -52,11 +54,13 @@ std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excita
   return stretches;
 }
 
+/// The pieces of a signal in which nothing changes but noise, and what repeats with the angle.
 struct Settled {
-  std::vector<double> variances, covariances;
+  std::vector<TurningStretch> fast;
+  std::vector<std::vector<double>> slow;
 };
 
-/// Collects the scatter of one observation in its settled windows.
+/// Collects the settled pieces of one observation.
 void collect(const PreparedRun& record, const Observation& o, Settled& settled) {
   const Excitation& x = record.excitation;
   const std::vector<double>& input = !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
@@ -64,24 +68,26 @@ void collect(const PreparedRun& record, const Observation& o, Settled& settled) 
     // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces of 1
     // s.
     const double from = 0.5 * (x.t[begin] + x.t[end - 1]), until = x.t[end - 1];
-    std::vector<double> piece;
+    TurningStretch piece;
     double piece_begin = from;
     const auto take = [&] {
-      if (piece.size() < fewest_readings) return;
-      const Scatter s = scatter_about_line(piece);
-      if (!o.slow && s.rise > 4) return;  // still moving: curvature would count as noise
-      settled.variances.push_back(s.variance);
-      settled.covariances.push_back(s.covariance);
+      if (piece.value.size() < fewest_readings) return;
+      if (o.slow) {
+        settled.slow.push_back(piece.value);
+      } else if (scatter_about_line(piece.value).rise <= 4) {  // else still moving: curvature would count as noise
+        settled.fast.push_back(piece);
+      }
     };
     for (std::size_t i = 0; i < o.size(); ++i) {
       const double t = x.t[o.last[i]];
       if (x.t[o.first[i]] < from || t > until) continue;
       if (!o.slow && t - piece_begin >= settled_stretch) {
         take();
-        piece.clear();
+        piece = {};
         piece_begin = t;
       }
-      piece.push_back(o.value[i]);
+      piece.value.push_back(o.value[i]);
+      piece.angle.push_back(x.angle.empty() ? 0 : x.angle[o.last[i]]);
     }
     if (o.slow || until - piece_begin >= 0.9 * settled_stretch) take();
   }
@@ -108,11 +114,24 @@ NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
       lsb = std::max(lsb, o.lsb);
     }
   }
-  if (settled.variances.size() >= 2) {
-    const double variance = median(settled.variances);
+  // What repeats with the angle is no noise: an effect may explain it.
+  const std::vector<Order> orders = strong_orders(settled.fast, 4);
+  std::vector<double> variances, correlations;
+  const auto take = [&](std::span<const double> piece) {
+    const Scatter s = scatter_about_line(piece);
+    variances.push_back(s.variance);
+    if (s.variance > 0) correlations.push_back(s.covariance / s.variance);
+  };
+  for (TurningStretch& piece : settled.fast) {
+    if (piece.value.size() > 20 * orders.size()) remove_orders(piece, orders);
+    take(piece.value);
+  }
+  for (const auto& piece : settled.slow) take(piece);
+  if (variances.size() >= 2) {
+    const double variance = median(variances);
     floor.sigma = std::sqrt(variance);
     floor.from = "settled";
-    if (variance > 0) floor.autocorrelation = std::clamp(median(settled.covariances) / variance, -0.99, 0.999);
+    if (!correlations.empty()) floor.autocorrelation = std::clamp(median(correlations), -0.99, 0.999);
   } else {
     floor.sigma = median(differences);
     floor.from = "differences";

@@ -171,6 +171,52 @@ double first_speed(const Observation& omega, std::span<const double> grid) {
   return std::abs(start) > 3 * error ? start : 0;
 }
 
+/// The series at the times of the grid, linear in between, constant beyond its ends.
+std::vector<double> interpolated(std::span<const double> t, std::span<const double> value,
+                                 std::span<const double> grid) {
+  std::vector<double> values;
+  values.reserve(grid.size());
+  std::size_t j = 0;
+  for (const double at : grid) {
+    while (j + 2 < t.size() && t[j + 1] <= at) ++j;
+    const double share = std::clamp((at - t[j]) / (t[j + 1] - t[j]), 0.0, 1.0);
+    values.push_back(value[j] + share * (value[j + 1] - value[j]));
+  }
+  return values;
+}
+
+/// The angle as measured: the encoder's, or the integral of a fast speed; empty where there is neither.
+std::vector<double> measured_angle(const Run& run, std::span<const double> grid) {
+  const auto fast = [&](Signal signal) {
+    return run.has(signal) && run.at(signal).window <= 0 && 2 * run.at(signal).t.size() > grid.size();
+  };
+  if (fast(Signal::theta)) return interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid);
+  if (!fast(Signal::omega)) return {};
+  const Series& omega = run.at(Signal::omega);
+  std::vector<double> angle(omega.t.size(), 0.0);
+  for (std::size_t k = 1; k < angle.size(); ++k) {
+    angle[k] = angle[k - 1] + 0.5 * (omega.value[k] + omega.value[k - 1]) * (omega.t[k] - omega.t[k - 1]);
+  }
+  return interpolated(omega.t, angle, grid);
+}
+
+/// What an encoder counts over 20 ms or more, span after span: beside a tachogenerator, which it judges.
+Observation angle_increments(const Series& theta, std::span<const double> grid) {
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const auto span = static_cast<std::size_t>(std::max(2.0, std::round(0.02 / interval)));
+  Observation o;
+  o.signal = Signal::theta;
+  o.lsb = theta.lsb;
+  o.increment = true;
+  const Observation angle = observe(theta, Signal::theta, grid, false);
+  for (std::size_t i = span; i < angle.size(); i += span) {
+    o.first.push_back(angle.last[i - span]);
+    o.last.push_back(angle.last[i]);
+    o.value.push_back(angle.value[i] - angle.value[i - span]);
+  }
+  return o;
+}
+
 }  // namespace
 
 ModelStructure PreparedRun::structure(const Model& model) const {
@@ -224,6 +270,10 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
   if (run.has(Signal::omega)) {
     add(Signal::omega, run.at(Signal::omega));
+    if (run.has(Signal::theta)) {
+      Observation o = angle_increments(run.at(Signal::theta), x.t);
+      if (o.size() > 0) record.observations.push_back(std::move(o));
+    }
   } else if (run.has(Signal::theta)) {
     // 21 ms are short against any shaft here and long against the encoder's steps.
     const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.01 / interval)));
@@ -235,6 +285,10 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
       o.last[i] = std::min(o.last[i] + reach, static_cast<std::uint32_t>(x.t.size() - 1));
     }
     if (o.size() > 0) record.observations.push_back(std::move(o));
+  }
+  x.angle = measured_angle(run, x.t);
+  if (run.has(Signal::temperature)) {
+    x.temperature = on_grid(run.at(Signal::temperature), x.t, run.name + ": temperature_degC");
   }
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(Signal::i_a, run.at(Signal::i_a));
   if (run.has(Signal::torque)) {

@@ -24,7 +24,8 @@ struct Observation {
   std::vector<double> sigma;  ///< what the reading may differ from a perfect model: noise, timing, noise of the input;
                               ///< set by weigh() and then the same for all models that are compared
   double lsb = 0;
-  bool slow = false;  ///< fewer than half as many readings as the grid has points
+  bool slow = false;       ///< fewer than half as many readings as the grid has points
+  bool increment = false;  ///< the reading is by how much the signal grew from `first` to `last`: an encoder's angle
 
   std::size_t size() const { return value.size(); }
 
@@ -32,6 +33,7 @@ struct Observation {
   template <class Get>
   double predicted(std::size_t i, const Get& simulated) const {
     const std::size_t a = first[i], b = last[i];
+    if (increment) return simulated(b) - simulated(a);
     if (a == b) return simulated(a);
     double sum = 0.5 * (simulated(a) + simulated(b));
     for (std::size_t k = a + 1; k < b; ++k) sum += simulated(k);
@@ -43,7 +45,8 @@ struct Observation {
 ///
 /// Each unit is driven by what was measured upstream, so that an error stays where it arises: the driver by u_ref, the
 /// motor by the measured e_a, the shaft by the measured torque. `chained` drives the motor with the simulated driver
-/// instead.
+/// instead. Effects that repeat with the angle see the measured one: that of an encoder, or the integral of the
+/// measured speed. A simulated one would drift off by turns.
 struct PreparedRun {
   std::string name;
   Excitation excitation;

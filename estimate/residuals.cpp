@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <type_traits>
 
 #include "estimate/parallel.h"
+#include "model/catalogue.h"
 
 namespace emtb {
 namespace {
@@ -44,10 +47,15 @@ class Instrument {
   /// @param take called with the number of each reading that ends at grid point k, and its prediction
   template <class Take>
   void see(std::size_t k, const Scalar& x, const Take& take) {
-    if (averages_) {
+    if (averages_ && !o_.increment) {
       if (k > 0) integral_ += 0.5 * (before_ + x);
       before_ = x;
       for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) integral_at_first_[begun_] = integral_;
+    }
+    if (o_.increment) {
+      for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) integral_at_first_[begun_] = x;
+      for (; done_ < o_.size() && o_.last[done_] == k; ++done_) take(done_, x - integral_at_first_[done_]);
+      return;
     }
     for (; done_ < o_.size() && o_.last[done_] == k; ++done_) {
       const std::size_t over = k - o_.first[done_];
@@ -64,7 +72,7 @@ class Instrument {
   bool averages_;
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
   Scalar integral_{}, before_{};
-  std::vector<Scalar> integral_at_first_;
+  std::vector<Scalar> integral_at_first_;  ///< or of an increment, the signal itself
 };
 
 /// Compares a record with its simulation: residuals from values, columns of the sensitivities from derivatives.
@@ -104,6 +112,7 @@ class Comparison final : public Reader<Scalar> {
 };
 
 /// One pass with as many derivatives as the scalar carries.
+/// @param values of all parameters, and the angle to turn the rotor by at the start
 template <class Scalar>
 void pass(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
           std::span<const std::vector<std::size_t>> moved, Columns columns, std::vector<Residuals>& out) {
@@ -115,20 +124,21 @@ void pass(const PreparedRun& record, const ModelStructure& structure, std::span<
   simulate<Scalar>(structure, p, record.excitation, comparison);
 }
 
-}  // namespace
-
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index,
-                                 const ModelStructure& structure, std::span<const double> values,
-                                 std::span<const std::vector<std::size_t>> moved) {
-  const PreparedRun& record = records[index];
+/// Room for the residuals of each observation.
+std::vector<Residuals> room_for(const PreparedRun& record) {
   std::vector<Residuals> out;
   for (const Observation& o : record.observations) {
-    out.push_back({index, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}});
+    out.push_back({0, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}});
   }
+  return out;
+}
+
+/// As many passes as the columns need.
+void all_passes(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+                std::span<const std::vector<std::size_t>> moved, std::vector<Residuals>& out) {
   if (moved.empty()) {
     Comparison<double> comparison(record, {}, out);
     simulate<double>(structure, values, record.excitation, comparison);
-    return out;
   }
   const auto all = static_cast<Eigen::Index>(moved.size());
   for (std::size_t first = 0; first < moved.size();) {
@@ -142,6 +152,112 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size
       first += left;
     }
   }
+}
+
+double squares(std::span<const Residuals> residuals) {
+  double sum = 0;
+  for (const Residuals& r : residuals) sum += r.value.squaredNorm();
+  return sum;
+}
+
+/// The orders of the periodic effects in a structure: how often a turn they repeat.
+std::vector<double> orders_of(const ModelStructure& structure, std::span<const double> values) {
+  std::vector<double> orders;
+  std::size_t place = ModelStructure::base_count;
+  for (const std::size_t effect : structure.effects) {
+    const EffectInfo& info = effect_catalogue()[effect];
+    if (info.periodic) {
+      double order = 1;
+      for (std::size_t i = 0; i < info.parameter_count; ++i) {
+        if (info.parameter_list[i].symbol == "N") order = values[place + i];
+      }
+      orders.push_back(order);
+    }
+    place += info.parameter_count;
+  }
+  return orders;
+}
+
+/// Takes out of the other columns what the last one, the turn at the start, does instead, and drops it: the residuals
+/// are those at its best value, whatever the parameters are (variable projection after Kaufman, 1975).
+void project_off_last(std::vector<Residuals>& out) {
+  double own = 0;
+  Eigen::RowVectorXd shared;
+  for (const Residuals& r : out) {
+    if (!r.informed()) continue;
+    const auto turn = r.sensitivity.rightCols<1>();
+    own += turn.squaredNorm();
+    const Eigen::RowVectorXd product = turn.transpose() * r.sensitivity;
+    shared = shared.size() > 0 ? Eigen::RowVectorXd(shared + product) : product;
+  }
+  for (Residuals& r : out) {
+    if (!r.informed()) continue;
+    if (own > 0) r.sensitivity -= Eigen::VectorXd(r.sensitivity.rightCols<1>()) * (shared / own);
+    r.sensitivity.conservativeResize(Eigen::NoChange, r.sensitivity.cols() - 1);
+  }
+}
+
+}  // namespace
+
+double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> parameters) {
+  const std::vector<double> orders = orders_of(structure, parameters);
+  if (orders.empty()) return 0;
+  // A scan over a period, since there is a valley for each; then two steps of Newton's.
+  const auto [slowest, fastest] = std::ranges::minmax(orders);
+  const double period = 2 * std::numbers::pi / slowest;
+  const int steps = static_cast<int>(std::lround(8 * std::min(8.0, fastest / slowest)));
+  std::vector<double> values(parameters.begin(), parameters.end());
+  values.push_back(0);
+  std::vector<Residuals> out = room_for(record);
+  double best = 0, least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < steps; ++k) {
+    values.back() = period * k / steps;
+    all_passes(record, structure, values, {}, out);
+    if (const double cost = squares(out); cost < least) {
+      least = cost;
+      best = values.back();
+    }
+  }
+  const std::vector<std::vector<std::size_t>> turn{{values.size() - 1}};
+  for (int k = 0; k < 2; ++k) {
+    values.back() = best;
+    out = room_for(record);
+    all_passes(record, structure, values, turn, out);
+    double gradient = 0, curvature = 0;
+    for (const Residuals& r : out) {
+      if (!r.informed()) continue;
+      gradient += r.sensitivity.col(0).dot(r.value);
+      curvature += r.sensitivity.col(0).squaredNorm();
+    }
+    if (curvature <= 0) break;
+    best += std::clamp(gradient / curvature, -period / steps, period / steps);
+  }
+  return best;
+}
+
+std::vector<Residuals> residuals_at_turn(const PreparedRun& record, const ModelStructure& structure,
+                                         std::span<const double> values,
+                                         std::span<const std::vector<std::size_t>> moved, double turn) {
+  std::vector<Residuals> out = room_for(record);
+  if (orders_of(structure, values).empty()) {
+    all_passes(record, structure, values, moved, out);
+    return out;
+  }
+  std::vector<double> turned(values.begin(), values.end());
+  turned.push_back(turn);
+  std::vector<std::vector<std::size_t>> with_turn(moved.begin(), moved.end());
+  if (!moved.empty()) with_turn.push_back({values.size()});
+  all_passes(record, structure, turned, with_turn, out);
+  if (!moved.empty()) project_off_last(out);
+  return out;
+}
+
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index,
+                                 const ModelStructure& structure, std::span<const double> values,
+                                 std::span<const std::vector<std::size_t>> moved) {
+  const double turn = best_turn(records[index], structure, values);
+  std::vector<Residuals> out = residuals_at_turn(records[index], structure, values, moved, turn);
+  for (Residuals& r : out) r.record = index;
   return out;
 }
 
