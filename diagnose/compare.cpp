@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimate/residuals.h"
+#include "hal/error.h"
 
 namespace emtb {
 
@@ -49,15 +50,20 @@ std::map<Signal, SignalFit> fit_of(std::span<const PreparedRun> records, const M
   return fits;
 }
 
-Comparison compare(std::span<const Run> runs, const Model& model) {
+Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge) {
+  if (model.input != judge.input) {
+    throw ModelError("models `" + judge.name + "` and `" + model.name + "` are driven by different inputs, " +
+                     std::string(info(judge.input).name) + " and " + std::string(info(model.input).name) +
+                     ": their errors cannot be compared");
+  }
   Comparison result;
-  const Dataset staged = prepare(runs, {}, model, Chaining::staged);
+  const Dataset staged = prepare(runs, {}, judge, Chaining::staged);
   const auto staged_squares = mean_squares(residuals(staged.train, model, model.values(), {}));
   result.error = error_of(staged_squares);
   result.signals = fit_of(staged.train, model, staged.noise);
   Dataset chained;
-  for (const Run& run : runs) chained.train.push_back(prepare_run(run, model, Chaining::chained));
-  weigh(chained.train, staged.noise, model);
+  for (const Run& run : runs) chained.train.push_back(prepare_run(run, judge, Chaining::chained));
+  weigh(chained.train, staged.noise, judge);
   const auto chained_squares = mean_squares(residuals(chained.train, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);
   for (const auto& [signal, square] : chained_squares) result.chained[signal] = std::sqrt(square);

@@ -44,7 +44,10 @@ Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const
                 Chaining chaining = Chaining::staged);
 
 /// Compares the model as it stands with all runs.
-Comparison compare(std::span<const Run> runs, const Model& model);
+/// @param judge whose start values weigh the readings: models that are held against each other share one judge
+/// @throws ModelError where the judge has another input than the model
+Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge);
+inline Comparison compare(std::span<const Run> runs, const Model& model) { return compare(runs, model, model); }
 
 /// The fit of each signal on records.
 std::map<Signal, SignalFit> fit_of(std::span<const PreparedRun> records, const Model& model, const Noise& noise);

@@ -9,6 +9,19 @@
 namespace emtb {
 namespace {
 
+/// Friction that falls with speed is a part of dry friction: without that it makes no sense.
+bool makes_sense(std::size_t effect, const Model& model) {
+  const std::string_view needs = effect_catalogue()[effect].needs;
+  return needs.empty() || model.includes(effect_index(needs));
+}
+
+/// Does some effect of the model need this one?
+bool needed(std::size_t effect, const Model& model) {
+  return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
+    return effect_catalogue()[e.effect].needs == effect_catalogue()[effect].id;
+  });
+}
+
 /// A model fitted to the training runs and judged on runs that it never saw.
 struct Trial {
   Model model;
@@ -23,8 +36,9 @@ class Search {
   /// Fits; several starts only where nothing good is known to start from.
   Trial fit(const Model& start, int extra_starts = 0) const {
     Trial trial{{}, 0, Loss(data_.noise)};
+    // A millionth of 10^6 readings' cost is one unit of chi-squared: closer than any decision needs.
     const CalibrationOptions quick{
-        .extra_starts = extra_starts, .max_iterations = 40, .with_covariance = false, .outputs = {}};
+        .extra_starts = extra_starts, .max_iterations = 40, .tolerance = 1e-6, .with_covariance = false, .outputs = {}};
     trial.model = calibrate(data_.train, start, quick).model;
     trial.train = error_of(mean_squares(residuals(data_.train, trial.model, trial.model.values(), {})));
     if (!data_.held_out.empty()) {
@@ -35,6 +49,27 @@ class Search {
       leave_one_out(trial, quick);
     }
     return trial;
+  }
+
+  /// Do the data tell the size of an effect, to three standard errors that hold for coloured residuals? A gain that
+  /// several parameters of the model share out among themselves is nobody's.
+  bool determined(const Model& fitted, std::size_t effect) const {
+    const CalibrationOptions judge_only{
+        .extra_starts = 0, .max_iterations = 0, .tolerance = 1e-6, .with_covariance = true, .outputs = {}};
+    const Model judged = calibrate(data_.train, fitted, judge_only).model;
+    const EffectInfo& about = effect_catalogue()[effect];
+    const IncludedEffect& included = *std::ranges::find(judged.effects, effect, &IncludedEffect::effect);
+    bool any_amplitude = false;
+    for (std::size_t i = 0; i < about.parameter_count; ++i) {
+      const EffectParameter& p = about.parameter_list[i];
+      if (p.shape) continue;
+      any_amplitude = true;
+      const Parameter& found = included.parameters[i];
+      const bool on_bound = found.value <= found.min || found.value >= found.max;
+      const double size = p.null == infinity || p.known ? found.value : found.value - p.null;
+      if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
+    }
+    return !any_amplitude;
   }
 
   std::vector<Score> scores(const Model& fitted) const {
@@ -48,7 +83,9 @@ class Search {
   /// Refits of the best-scored candidates.
   std::vector<std::pair<Score, Trial>> refits(const Model& fitted, const std::vector<Score>& all) const {
     std::vector<Score> best = promising(all, options_.score);
+    std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, fitted); });
     if (best.size() > options_.refits) best.resize(options_.refits);
+    std::erase_if(best, [&](const Score& s) { return s.predicted_drop < 0.03 * best.front().predicted_drop; });
     std::vector<std::pair<Score, Trial>> trials;
     for (const Score& s : best) trials.emplace_back(s, fit(with_expected(fitted, s)));
     return trials;
@@ -155,16 +192,21 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   d.steps.push_back({"fitted", {}, current.train, d.base_held_out});
   const std::vector<PreparedRun> all = data.all();
   d.where = residual_maps(all, d.base);
+  if (current.held_out.error() > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
 
   // Forward: add what removes most, until nothing material is left to remove.
   std::vector<std::size_t> found;
   while (found.size() < options.longest_list) {
     progress(0.1 + 0.15 * static_cast<double>(found.size()), "scoring absent effects");
     const std::vector<Score> scores = search.scores(current.model);
-    const auto trials = search.refits(current.model, scores);
+    auto trials = search.refits(current.model, scores);
     for (const Score& s : scores) remember(d.candidates, s, {});
     for (const auto& [s, trial] : trials) remember(d.candidates, s, trial.held_out.error());
     const auto* best = best_of(trials, current, rule);
+    while (best != nullptr && !search.determined(best->second.model, best->first.effect)) {
+      std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
+      best = best_of(trials, current, rule);
+    }
     if (best == nullptr) break;
     found.push_back(best->first.effect);
     d.steps.push_back({"added " + std::string(effect_catalogue()[found.back()].id), found.back(), best->second.train,
@@ -177,11 +219,13 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   for (std::size_t i = 0; i < found.size(); ++i) {
     progress(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found.size()), "trying rivals");
     const std::size_t member = found[i];
+    if (needed(member, current.model)) continue;
     Model without = current.model;
     without.exclude(member);
     const Trial reduced = search.fit(without);
     for (const auto& [s, trial] : search.refits(reduced.model, search.scores(reduced.model))) {
       if (s.effect == member || !material(reduced.held_out, trial.held_out, rule)) continue;
+      if (!search.determined(trial.model, s.effect)) continue;
       if (material(current.held_out, trial.held_out, rule) && !tied(trial.held_out, current.held_out, rule)) {
         d.steps.push_back({"swapped " + std::string(effect_catalogue()[member].id) + " for " +
                                std::string(effect_catalogue()[s.effect].id),
@@ -199,6 +243,10 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   // Prune: what the others have made superfluous goes.
   for (std::size_t i = 0; i < found.size() && found.size() > 1;) {
     progress(0.85, "pruning");
+    if (needed(found[i], current.model)) {
+      ++i;
+      continue;
+    }
     Model without = current.model;
     without.exclude(found[i]);
     Trial reduced = search.fit(without);
@@ -214,16 +262,19 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   }
 
   progress(0.9, "standard errors");
-  const Calibration last = calibrate(data.train, current.model,
-                                     {.extra_starts = 0, .max_iterations = 40, .with_covariance = true, .outputs = {}});
+  const Calibration last =
+      calibrate(data.train, current.model,
+                {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true, .outputs = {}});
   d.final = last.model;
   d.undetermined = last.identifiability.undetermined;
   d.final_train = current.train;
   d.final_held_out = current.held_out.error();
   d.base =
-      calibrate(data.train, d.base, {.extra_starts = 0, .max_iterations = 5, .with_covariance = true, .outputs = {}})
+      calibrate(data.train, d.base,
+                {.extra_starts = 0, .max_iterations = 5, .tolerance = 1e-6, .with_covariance = true, .outputs = {}})
           .model;
   d.where_final = residual_maps(all, d.final);
+  if (!d.missing_base.empty()) d.missing_final = missing_curves(data.train, d.final);
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
 
   for (const std::size_t effect : found) {

@@ -8,6 +8,7 @@
 
 #include "diagnose/compare.h"
 #include "diagnose/loss.h"
+#include "diagnose/missing_curve.h"
 #include "diagnose/score.h"
 #include "estimate/calibrate.h"
 #include "model/model.h"
@@ -56,6 +57,7 @@ struct Diagnosis {
   std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
+  std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
 };
 
 struct DiagnoseOptions {
@@ -63,6 +65,7 @@ struct DiagnoseOptions {
   ScoreOptions score;
   std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
   std::size_t longest_list = 6;  ///< no more effects than this are added
+  double curves_from = 1.1;      ///< error of the base model, in floors, from which the missing curves are recovered
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 

@@ -75,8 +75,8 @@ bool materially_better(const Loss& without, const Loss& with, const Materiality&
   const auto mean = without.mean_squares();
   return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {
     const auto& [signal, d] = entry;
-    const double excess = std::max(0.0, mean.at(signal) - 1);
-    return d.gain >= rule.share * excess && d.gain >= rule.least && d.gain > rule.errors * d.noise_error;
+    const double excess = mean.at(signal) - 1;  // at the floor there is nothing left to remove
+    return excess > 0 && d.gain >= rule.share * excess && d.gain >= rule.least && d.gain > rule.errors * d.noise_error;
   });
 }
 

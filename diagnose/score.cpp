@@ -3,9 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
+#include <numbers>
+#include <numeric>
+#include <optional>
 
+#include "estimate/orders.h"
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
 #include "model/catalogue.h"
@@ -52,82 +55,73 @@ Base make_base(Residuals r) {
   return base;
 }
 
-/// Sums over all records: fitted parameters (s), candidate (c), residuals (r).
-struct Sums {
-  MatrixXd ss, sc, cc;
-  VectorXd sr, cr;
+/// What the fitted parameters (s) say of the residuals (r), summed over records.
+struct OwnSums {
+  MatrixXd ss;
+  VectorXd sr;
+  double readings = 0;
 
-  Sums(Eigen::Index p, Eigen::Index q)
-      : ss(MatrixXd::Zero(p, p)),
-        sc(MatrixXd::Zero(p, q)),
-        cc(MatrixXd::Zero(q, q)),
-        sr(VectorXd::Zero(p)),
-        cr(VectorXd::Zero(q)) {}
+  explicit OwnSums(Eigen::Index p = 0) : ss(MatrixXd::Zero(p, p)), sr(VectorXd::Zero(p)) {}
 
-  void add(const MatrixXd& s, const MatrixXd& c, const VectorXd& r) {
-    if (s.size() > 0) {
-      ss.noalias() += s.transpose() * s;
-      sr.noalias() += s.transpose() * r;
-    }
-    if (c.size() > 0) {
-      cc.noalias() += c.transpose() * c;
-      cr.noalias() += c.transpose() * r;
-    }
-    if (s.size() > 0 && c.size() > 0) sc.noalias() += s.transpose() * c;
-  }
-
-  /// What the fitted parameters would do to imitate the candidate: (SᵀS)⁻¹ SᵀC, scaled against their different sizes.
-  MatrixXd imitation() const {
-    if (ss.rows() == 0) return sc;
-    const VectorXd inverse = ss.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
-    const MatrixXd scaled = inverse.asDiagonal() * ss * inverse.asDiagonal();
-    return inverse.asDiagonal() * scaled.completeOrthogonalDecomposition().solve(inverse.asDiagonal() * sc);
+  void add(const MatrixXd& s, const VectorXd& r) {
+    readings += static_cast<double>(r.size());
+    if (s.size() == 0) return;
+    ss.noalias() += s.transpose() * s;
+    sr.noalias() += s.transpose() * r;
   }
 };
+
+/// What a candidate (c) has to do with them.
+struct CrossSums {
+  MatrixXd sc, cc;
+  VectorXd cr;
+
+  CrossSums(Eigen::Index p = 0, Eigen::Index q = 0)
+      : sc(MatrixXd::Zero(p, q)), cc(MatrixXd::Zero(q, q)), cr(VectorXd::Zero(q)) {}
+
+  void add(const MatrixXd& s, const MatrixXd& c, const VectorXd& r) {
+    cc.noalias() += c.transpose() * c;
+    cr.noalias() += c.transpose() * r;
+    if (s.size() > 0) sc.noalias() += s.transpose() * c;
+  }
+  CrossSums& operator+=(const CrossSums& b) {
+    sc += b.sc;
+    cc += b.cc;
+    cr += b.cr;
+    return *this;
+  }
+};
+
+/// What the fitted parameters would do to imitate the candidate: (SᵀS)⁻¹ SᵀC, scaled against their different sizes.
+MatrixXd imitation(const OwnSums& own, const CrossSums& cross) {
+  if (own.ss.rows() == 0) return cross.sc;
+  const VectorXd inverse = own.ss.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
+  const MatrixXd scaled = inverse.asDiagonal() * own.ss * inverse.asDiagonal();
+  return inverse.asDiagonal() * scaled.completeOrthogonalDecomposition().solve(inverse.asDiagonal() * cross.sc);
+}
 
 struct Projected {
   MatrixXd information;  ///< C'ᵀC'
   VectorXd gradient;     ///< C'ᵀr
 };
 
-Projected project(const Sums& sums, const MatrixXd& imitation) {
-  const MatrixXd lost = sums.sc.transpose() * imitation;
-  return {sums.cc - 0.5 * (lost + lost.transpose()), sums.cr - imitation.transpose() * sums.sr};
+Projected project(const OwnSums& own, const CrossSums& cross, const MatrixXd& imitation) {
+  const MatrixXd lost = cross.sc.transpose() * imitation;
+  return {cross.cc - lost - lost.transpose() + imitation.transpose() * own.ss * imitation,
+          cross.cr - imitation.transpose() * own.sr};
 }
 
-/// The step a = H⁻¹ g, with parameters that would leave their bounds held at null.
-VectorXd expected_step(const Projected& p, const EffectInfo& effect, const VectorXd& full) {
-  const Eigen::Index q = p.gradient.size();
-  VectorXd step = VectorXd::Zero(q);
-  std::vector<Eigen::Index> use;
-  for (Eigen::Index i = 0; i < q; ++i) {
-    if (p.information(i, i) > 1e-9 * full[i] && full[i] > 0) use.push_back(i);
-  }
-  while (!use.empty()) {
-    const VectorXd part =
-        MatrixXd(p.information(use, use)).completeOrthogonalDecomposition().solve(VectorXd(p.gradient(use)));
-    std::vector<Eigen::Index> stay;
-    for (std::size_t k = 0; k < use.size(); ++k) {
-      const EffectParameter& parameter = effect.parameter_list[static_cast<std::size_t>(use[k])];
-      const double value = parameter.null + part[static_cast<Eigen::Index>(k)];
-      if (value >= parameter.min) stay.push_back(use[k]);
-    }
-    if (stay.size() == use.size()) {
-      step(use) = part;
-      break;
-    }
-    use = stay;
-  }
-  return step;
-}
-
-/// P(chi-squared with q degrees of freedom > x), q = 1, 2, 3.
+/// P(chi-squared with q degrees of freedom > x), by recurrence over q.
 double chi_squared_tail(double x, Eigen::Index q) {
   if (x <= 0) return 1;
-  const double normal = std::erfc(std::sqrt(x / 2));
-  if (q == 1) return normal;
-  if (q == 2) return std::exp(-x / 2);
-  return normal + std::sqrt(2 * x / 3.14159265358979323846) * std::exp(-x / 2);
+  const bool odd = q % 2 == 1;
+  double tail = odd ? std::erfc(std::sqrt(x / 2)) : std::exp(-x / 2);
+  double term = odd ? std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2) : x / 2 * std::exp(-x / 2);
+  for (Eigen::Index k = odd ? 3 : 4; k <= q; k += 2) {
+    tail += term;
+    term *= x / static_cast<double>(k);
+  }
+  return tail;
 }
 
 /// The x at which a one-sided normal test has this probability of a false alarm.
@@ -140,87 +134,468 @@ double normal_quantile(double tail) {
   return low;
 }
 
-Score score_one(std::span<const PreparedRun> records, const Model& fitted, const std::vector<std::vector<Base>>& bases,
-                std::size_t parameters, std::size_t effect, std::size_t candidates, const ScoreOptions& options) {
-  const EffectInfo& about = effect_catalogue()[effect];
-  Model with = fitted;
-  with.include(effect);
-  const std::vector<double> values = with.values();
-  std::vector<std::vector<std::size_t>> moved;
-  std::size_t place = ModelStructure::base_count;
-  for (const IncludedEffect& e : with.effects) {
-    for (std::size_t i = 0; i < e.parameters.size(); ++i, ++place) {
-      if (e.effect == effect) moved.push_back({place});
-    }
-  }
-  const auto p = static_cast<Eigen::Index>(parameters);
-  const auto q = static_cast<Eigen::Index>(moved.size());
-  Sums plain(p, q), white(p, q);
-  std::map<Signal, Sums> by_signal;
-  std::map<Signal, double> counts;
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    const std::vector<Residuals> candidate = residuals(records, i, records[i].structure(with), values, moved);
-    for (std::size_t s = 0; s < candidate.size(); ++s) {
-      const Base& base = bases[i][s];
-      const MatrixXd& c = candidate[s].sensitivity;
-      plain.add(base.plain.sensitivity, c, base.plain.value);
-      white.add(base.white_sensitivity, c.size() > 0 ? whiten(c, base.rho, base.innovation) : c, base.white);
-      by_signal.try_emplace(base.plain.signal, p, q).first->second.add(base.plain.sensitivity, c, base.plain.value);
-      counts[base.plain.signal] += static_cast<double>(base.plain.value.size());
-    }
-  }
+/// The fitted model's side of the test, shared by all candidates.
+struct Fitted {
+  std::span<const PreparedRun> records;
+  const Model& model;
+  std::vector<double> turns;             ///< of each record
+  std::vector<std::vector<Base>> bases;  ///< of each record, one a signal
+  std::map<Signal, OwnSums> plain;
+  OwnSums white;
+  Ranges seen;
+  Eigen::Index parameters = 0;
 
-  Score result;
-  result.effect = effect;
-  const VectorXd full = plain.cc.diagonal();
-  const MatrixXd imitation = plain.imitation();
-  const Projected projected = project(plain, imitation);
-  const VectorXd step = expected_step(projected, about, full);
+  OwnSums all() const {
+    OwnSums sum(parameters);
+    for (const auto& [signal, own] : plain) {
+      sum.ss += own.ss;
+      sum.sr += own.sr;
+      sum.readings += own.readings;
+    }
+    return sum;
+  }
+};
+
+/// A candidate at certain values, and how it is looked at: as columns of sensitivities to what is not a shape, as two
+/// waves a quarter of a period apart, or, if it fades, as the whole change that it makes.
+struct Hypothesis {
+  std::size_t effect = 0;
+  StartValues at{};
+
+  const EffectInfo& about() const { return effect_catalogue()[effect]; }
+
+  /// The parameters that have a null to be scored at.
+  std::vector<std::size_t> amplitudes() const {
+    std::vector<std::size_t> all;
+    for (std::size_t i = 0; i < about().parameter_count; ++i) {
+      if (!about().parameter_list[i].shape) all.push_back(i);
+    }
+    return all;
+  }
+  std::size_t columns() const { return about().fades() ? 1 : about().periodic ? 2 : amplitudes().size(); }
+};
+
+/// The step a = H⁻¹ g, with parameters that would leave their bounds held where they are.
+/// @param full diagonal of CᵀC, before projection
+VectorXd expected_step(const Projected& p, const Hypothesis& h, const VectorXd& full) {
+  const std::vector<std::size_t> amplitudes = h.amplitudes();
+  const Eigen::Index q = p.gradient.size();
+  VectorXd step = VectorXd::Zero(q);
+  std::vector<Eigen::Index> use;
   for (Eigen::Index i = 0; i < q; ++i) {
-    result.expected.push_back(about.parameter_list[static_cast<std::size_t>(i)].null + step[i]);
+    if (p.information(i, i) > 1e-9 * full[i] && full[i] > 0) use.push_back(i);
   }
-  result.predicted_drop = std::max(0.0, 2 * step.dot(projected.gradient) - step.dot(projected.information * step));
-  const double seen =
-      full.sum() > 0 ? std::sqrt(std::max(0.0, projected.information(0, 0) / std::max(full[0], 1e-300))) : 0;
-  result.visibility = std::min(1.0, seen);
+  while (!use.empty()) {
+    const VectorXd part =
+        MatrixXd(p.information(use, use)).completeOrthogonalDecomposition().solve(VectorXd(p.gradient(use)));
+    std::vector<Eigen::Index> stay;
+    for (std::size_t k = 0; k < use.size(); ++k) {
+      const std::size_t i = amplitudes[static_cast<std::size_t>(use[k])];
+      if (h.at[i] + part[static_cast<Eigen::Index>(k)] >= h.about().parameter_list[i].min) stay.push_back(use[k]);
+    }
+    if (stay.size() == use.size()) {
+      step(use) = part;
+      break;
+    }
+    use = stay;
+  }
+  return step;
+}
 
-  const Projected whitened = project(white, white.imitation());
-  const VectorXd white_step = expected_step(whitened, about, white.cc.diagonal());
-  const double statistic = 2 * white_step.dot(whitened.gradient) - white_step.dot(whitened.information * white_step);
-  result.p_value = chi_squared_tail(statistic, q);
-  if (q == 1 && about.opposes_motion) result.p_value /= 2;  // one-sided: the other half scores nothing
+/// What the records say of one hypothesis; of each record by itself where its phase is free.
+struct Evidence {
+  std::map<Signal, CrossSums> plain;
+  CrossSums white;
 
-  // Found with power 0.8: significant after Holm, and material in the signal that shows it best.
+  CrossSums all() const {
+    CrossSums sum = white;
+    sum.sc.setZero();
+    sum.cc.setZero();
+    sum.cr.setZero();
+    for (const auto& [signal, cross] : plain) sum += cross;
+    return sum;
+  }
+  Evidence& operator+=(const Evidence& b) {
+    for (const auto& [signal, cross] : b.plain) {
+      auto& own = plain.try_emplace(signal, cross.sc.rows(), cross.sc.cols()).first->second;
+      own += cross;
+    }
+    white += b.white;
+    return *this;
+  }
+};
+
+/// Hypotheses that share a simulation: the same effects may be in it several times, all of them null.
+using Batch = std::vector<Hypothesis>;
+
+std::vector<Batch> batches_of(const std::vector<Hypothesis>& hypotheses) {
+  std::vector<Batch> batches;
+  std::size_t columns = 0;
+  for (const Hypothesis& h : hypotheses) {
+    const bool alone = h.about().fades();
+    if (batches.empty() || alone || columns + h.columns() > 2 * derivatives_per_pass) {
+      batches.emplace_back();
+      columns = 0;
+    }
+    batches.back().push_back(h);
+    columns = alone ? 2 * derivatives_per_pass : columns + h.columns();
+  }
+  return batches;
+}
+
+/// The fitted model's structure with a batch built into it.
+struct Extended {
+  ModelStructure structure;
+  std::vector<double> values;
+  std::vector<std::vector<std::size_t>> columns;  ///< the places of the batch's columns, in its order
+};
+
+Extended extend(const Fitted& fitted, const PreparedRun& record, const Batch& batch) {
+  struct Part {
+    std::size_t effect = 0;
+    std::vector<double> values;
+    std::vector<std::size_t> scored;  ///< parameters that are columns
+    std::size_t column = 0;
+  };
+  std::vector<Part> parts;
+  const std::vector<double> given = fitted.model.values();
+  std::size_t place = ModelStructure::base_count;
+  for (const IncludedEffect& e : fitted.model.effects) {
+    const auto begin = given.begin() + static_cast<std::ptrdiff_t>(place);
+    parts.push_back({e.effect, {begin, begin + static_cast<std::ptrdiff_t>(e.parameters.size())}, {}, 0});
+    place += e.parameters.size();
+  }
+  std::size_t column = 0;
+  for (const Hypothesis& h : batch) {
+    std::vector<double> values(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(h.about().parameter_count));
+    if (h.about().periodic) {
+      parts.push_back({h.effect, values, {0}, column});
+      values.back() += std::numbers::pi / 2;
+      parts.push_back({h.effect, values, {0}, column + 1});
+    } else {
+      parts.push_back({h.effect, values, h.about().fades() ? std::vector<std::size_t>{} : h.amplitudes(), column});
+    }
+    column += h.columns();
+  }
+  std::ranges::stable_sort(parts, {}, &Part::effect);
+  Extended x{record.structure(fitted.model), {given.begin(), given.begin() + ModelStructure::base_count}, {}};
+  x.structure.effects.clear();
+  x.columns.resize(column);
+  for (const Part& part : parts) {
+    for (std::size_t i = 0; i < part.scored.size(); ++i) {
+      x.columns[part.column + i] = {x.values.size() + part.scored[i]};
+    }
+    x.structure.effects.push_back(part.effect);
+    x.values.insert(x.values.end(), part.values.begin(), part.values.end());
+  }
+  x.values.insert(x.values.end(), given.begin() + static_cast<std::ptrdiff_t>(place), given.end());
+  return x;
+}
+
+/// What one record says of each hypothesis of a batch.
+std::vector<Evidence> evidence_of(const Fitted& fitted, std::size_t index, const Batch& batch) {
+  const PreparedRun& record = fitted.records[index];
+  const Extended x = extend(fitted, record, batch);
+  std::vector<Residuals> seen;
+  if (batch.front().about().fades()) {
+    seen = residuals_at_turn(record, x.structure, x.values, {}, fitted.turns[index]);
+    for (std::size_t s = 0; s < seen.size(); ++s) {
+      const VectorXd change = fitted.bases[index][s].plain.value - seen[s].value;
+      if (change.squaredNorm() > 0) seen[s].sensitivity = change;
+    }
+  } else {
+    seen = residuals_at_turn(record, x.structure, x.values, x.columns, fitted.turns[index]);
+  }
+  std::vector<Evidence> all;
+  for (const Hypothesis& h : batch) {
+    const auto q = static_cast<Eigen::Index>(h.columns());
+    all.push_back({{}, CrossSums(fitted.parameters, q)});
+  }
+  for (std::size_t s = 0; s < seen.size(); ++s) {
+    if (!seen[s].informed()) continue;
+    const Base& base = fitted.bases[index][s];
+    const MatrixXd white = whiten(seen[s].sensitivity, base.rho, base.innovation);
+    Eigen::Index column = 0;
+    for (std::size_t h = 0; h < batch.size(); ++h) {
+      const auto q = static_cast<Eigen::Index>(batch[h].columns());
+      auto& plain = all[h].plain.try_emplace(base.plain.signal, fitted.parameters, q).first->second;
+      plain.add(base.plain.sensitivity, seen[s].sensitivity.middleCols(column, q), base.plain.value);
+      all[h].white.add(base.white_sensitivity, white.middleCols(column, q), base.white);
+      column += q;
+    }
+  }
+  return all;
+}
+
+/// The largest mean square that a step would remove from a signal.
+double largest_gain(const Fitted& fitted, const Evidence& evidence, const MatrixXd& imitation, const VectorXd& step) {
+  double largest = 0;
+  for (const auto& [signal, cross] : evidence.plain) {
+    const OwnSums& own = fitted.plain.at(signal);
+    const Projected p = project(own, cross, imitation);
+    largest = std::max(largest, (2 * step.dot(p.gradient) - step.dot(p.information * step)) / own.readings);
+  }
+  return largest;
+}
+
+/// Found with power 0.8 once this large: significant after Holm, and material in the signal that shows it best.
+double detectable(const Fitted& fitted, const Evidence& evidence, const MatrixXd& imitation, double white_information,
+                  std::size_t candidates, const ScoreOptions& options) {
   const double z =
       normal_quantile(options.false_alarms / 2 / static_cast<double>(std::max<std::size_t>(1, candidates))) + 0.84;
-  const double information = whitened.information(0, 0);
-  double size =
-      information > 1e-12 * white.cc(0, 0) ? z / std::sqrt(information) : std::numeric_limits<double>::infinity();
+  const double significant =
+      white_information > 1e-12 * evidence.white.cc(0, 0) ? z / std::sqrt(white_information) : infinity;
   double per_unit = 0;
-  for (const auto& [signal, sums] : by_signal) {
-    const VectorXd b = imitation.col(0);
-    const double remains = sums.cc(0, 0) - 2 * b.dot(sums.sc.col(0)) + b.dot(sums.ss * b);
-    per_unit = std::max(per_unit, remains / counts[signal]);
+  for (const auto& [signal, cross] : evidence.plain) {
+    const OwnSums& own = fitted.plain.at(signal);
+    per_unit = std::max(per_unit, project(own, cross, imitation).information(0, 0) / own.readings);
   }
-  size = std::max(
-      size, per_unit > 0 ? std::sqrt(options.material_least / per_unit) : std::numeric_limits<double>::infinity());
+  return std::max(significant, per_unit > 0 ? std::sqrt(options.material_least / per_unit) : infinity);
+}
+
+/// Scores a hypothesis on what all records say of it together.
+Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& evidence, std::size_t candidates,
+               const ScoreOptions& options) {
+  const EffectInfo& about = h.about();
+  const std::vector<std::size_t> amplitudes = h.amplitudes();
+  Score result;
+  result.effect = h.effect;
+  result.expected.assign(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(about.parameter_count));
+  const OwnSums own = fitted.all();
+  const CrossSums cross = evidence.all();
+  const VectorXd full = cross.cc.diagonal();
+  const MatrixXd imitated = imitation(own, cross);
+  const Projected projected = project(own, cross, imitated);
+  // An effect that fades is there as it stands: its whole change, once.
+  const VectorXd step = about.fades() ? VectorXd::Ones(1) : expected_step(projected, h, full);
+  if (!about.fades()) {
+    for (std::size_t i = 0; i < amplitudes.size(); ++i) {
+      result.expected[amplitudes[i]] += step[static_cast<Eigen::Index>(i)];
+    }
+  }
+  result.predicted_drop = std::max(0.0, 2 * step.dot(projected.gradient) - step.dot(projected.information * step));
+  result.predicted_gain = largest_gain(fitted, evidence, imitated, step);
+  result.visibility = full[0] > 0 ? std::sqrt(std::clamp(projected.information(0, 0) / full[0], 0.0, 1.0)) : 0;
+
+  const Projected whitened = project(fitted.white, evidence.white, imitation(fitted.white, evidence.white));
+  VectorXd white_step = VectorXd::Zero(full.size());
+  if (!about.fades()) {
+    white_step = expected_step(whitened, h, evidence.white.cc.diagonal());
+  } else if (whitened.information(0, 0) > 0) {
+    white_step[0] = std::max(0.0, whitened.gradient[0] / whitened.information(0, 0));
+  }
+  const double statistic = 2 * white_step.dot(whitened.gradient) - white_step.dot(whitened.information * white_step);
+  result.p_value = chi_squared_tail(statistic, full.size());
+  if (full.size() == 1 && (about.opposes_motion || about.fades()))
+    result.p_value /= 2;  // the other half scores nothing
+
+  double size = detectable(fitted, evidence, imitated, whitened.information(0, 0), candidates, options);
+  if (about.fades()) {
+    // `size` is a share of this effect; its parameter lies between where it is absent and where it was tried, about
+    // evenly in the inverse.
+    const double absent = about.clips ? 1 / fitted.seen.voltage : 0;
+    size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
+  }
   result.detectable_size = size;
   return result;
 }
 
+/// Scores an order of the shaft. Its phase is free in each run, so each explains its own part; what they agree on is
+/// the amplitude. (What the fitted parameters could imitate of a ripple is nothing.)
+Score score_of_order(const Fitted& fitted, const Hypothesis& h, const std::vector<Evidence>& of_records,
+                     std::size_t candidates, const ScoreOptions& options) {
+  double statistic = 0, information = 0, found = 0, gain = 0, readings = 0;
+  Eigen::Index freedom = 0;
+  for (const Evidence& evidence : of_records) {
+    const CrossSums cross = evidence.all();
+    const MatrixXd& white = evidence.white.cc;
+    if (white.determinant() <= 1e-12 * white(0, 0) * white(1, 1) || cross.cc.determinant() <= 0) continue;
+    const VectorXd size = cross.cc.inverse() * cross.cr;
+    information += 0.5 * cross.cc.trace();
+    found += 0.5 * cross.cc.trace() * size.squaredNorm();
+    statistic += evidence.white.cr.dot(white.inverse() * evidence.white.cr);
+    freedom += 2;
+  }
+  for (const auto& [signal, own] : fitted.plain) {
+    if (signal == Signal::omega) readings = own.readings;
+  }
+  gain = readings > 0 ? found / readings : 0;
+  Score result;
+  result.effect = h.effect;
+  result.expected.assign(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(h.about().parameter_count));
+  result.detectable_size = infinity;
+  if (freedom == 0) return result;
+  result.expected[0] = std::sqrt(found / information);
+  result.predicted_drop = found;
+  result.predicted_gain = gain;
+  result.visibility = 1;
+  constexpr double places = 1e3;  // orders among which chance could have picked
+  result.p_value = std::min(1.0, places * chi_squared_tail(statistic, freedom));
+  const double z = normal_quantile(options.false_alarms / 2 / places / static_cast<double>(candidates)) + 0.84;
+  result.detectable_size =
+      std::max(z / std::sqrt(information), std::sqrt(options.material_least * readings / information));
+  return result;
+}
+
+/// x less its mean over 0.5 s around each reading: what changes slowly is not periodic, but leaks into every order.
+std::vector<double> without_slow_changes(std::vector<double> x, double interval) {
+  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(0.25 / interval)));
+  std::vector<double> sum(x.size() + 1, 0.0);
+  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const std::size_t from = k > reach ? k - reach : 0, to = std::min(x.size(), k + reach + 1);
+    x[k] -= (sum[to] - sum[from]) / static_cast<double>(to - from);
+  }
+  return x;
+}
+
+/// The orders that stand out of what is left of the speed.
+std::vector<Order> orders_left(const Fitted& fitted) {
+  std::vector<TurningStretch> stretches;
+  for (std::size_t i = 0; i < fitted.records.size(); ++i) {
+    const PreparedRun& record = fitted.records[i];
+    const Excitation& x = record.excitation;
+    if (x.angle.empty()) continue;
+    for (std::size_t s = 0; s < record.observations.size(); ++s) {
+      const Observation& o = record.observations[s];
+      if (o.signal != Signal::omega || o.slow || o.size() < 2) continue;
+      const VectorXd& left = fitted.bases[i][s].plain.value;
+      const double interval = (x.t[o.last.back()] - x.t[o.last.front()]) / static_cast<double>(o.size() - 1);
+      TurningStretch stretch{{}, without_slow_changes({left.begin(), left.end()}, interval)};
+      for (const std::uint32_t k : o.last) stretch.angle.push_back(x.angle[k]);
+      stretches.push_back(std::move(stretch));
+    }
+  }
+  return strong_orders(stretches, 3);
+}
+
+std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std::size_t> candidates) {
+  std::vector<Hypothesis> all;
+  std::optional<std::vector<Order>> orders;
+  for (const std::size_t effect : candidates) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    if (!about.periodic) {
+      for (StartValues at : starts_of(effect, fitted.seen)) {
+        for (std::size_t i = 0; i < about.parameter_count; ++i) {
+          const EffectParameter& parameter = about.parameter_list[i];
+          if (!about.fades() && !parameter.shape && !parameter.known) at[i] = parameter.null;
+        }
+        all.push_back({effect, at});
+      }
+      continue;
+    }
+    const bool any_order =
+        std::ranges::find(about.parameters(), "N", &EffectParameter::symbol) != about.parameters().end();
+    if (!any_order) {  // once a turn
+      all.push_back({effect, {}});
+      continue;
+    }
+    if (!orders) orders = orders_left(fitted);
+    for (const Order& order : *orders) {
+      Hypothesis h{effect, {}};
+      for (std::size_t i = 0; i < about.parameter_count; ++i) {
+        if (about.parameter_list[i].symbol == "N") h.at[i] = order.per_turn;
+      }
+      all.push_back(h);
+    }
+  }
+  return all;
+}
+
+/// How far the fitted model went in the records.
+Ranges ranges_of(std::span<const PreparedRun> records, const Model& model) {
+  struct Extremes final : Reader<double> {
+    Ranges seen;
+    double heat = 0, resistance = 0;
+    const std::vector<double>* t = nullptr;
+    void read(std::size_t k, const SimulatedReadings<double>& y) override {
+      seen.voltage = std::max(seen.voltage, std::abs(y.e_a));
+      seen.current = std::max(seen.current, std::abs(y.i_a));
+      seen.speed = std::max(seen.speed, std::abs(y.omega));
+      if (k > 0) heat += resistance * y.i_a * y.i_a * ((*t)[k] - (*t)[k - 1]);
+    }
+  };
+  const std::vector<double> values = model.values();
+  Ranges seen;
+  seen.inertia = values[4];
+  seen.rise = model.structure().driver.rise;
+  seen.fall = model.structure().driver.fall;
+  for (const PreparedRun& record : records) {
+    const Excitation& x = record.excitation;
+    Extremes extremes;
+    extremes.resistance = values[0];
+    extremes.t = &x.t;
+    simulate<double>(record.structure(model), values, x, extremes);
+    for (const double u : x.u_ref) seen.reference = std::max(seen.reference, std::abs(u));
+    for (const double e : x.e_a) seen.voltage = std::max(seen.voltage, std::abs(e));
+    seen.voltage = std::max(seen.voltage, extremes.seen.voltage);
+    seen.current = std::max(seen.current, extremes.seen.current);
+    seen.speed = std::max(seen.speed, extremes.seen.speed);
+    seen.heat = std::max(seen.heat, extremes.heat);
+    seen.duration = std::max(seen.duration, x.t.back() - x.t.front());
+  }
+  return seen;
+}
+
 }  // namespace
 
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
+std::vector<Score> score(std::span<const PreparedRun> records, const Model& model,
                          std::span<const std::size_t> candidates, const ScoreOptions& options) {
-  const FreeParameters free(fitted);
-  std::vector<std::vector<Base>> bases(records.size());
-  for (Residuals& r : residuals(records, fitted, fitted.values(), moved_by(free))) {
-    bases[r.record].push_back(make_base(std::move(r)));
-  }
-  std::vector<Score> scores(candidates.size());
-  parallel_for(candidates.size(), [&](std::size_t i) {
-    scores[i] = score_one(records, fitted, bases, free.size(), candidates[i], candidates.size(), options);
+  const FreeParameters free(model);
+  const auto p = static_cast<Eigen::Index>(free.size());
+  Fitted fitted{records, model, std::vector<double>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model), p};
+  fitted.bases.resize(records.size());
+  const std::vector<double> values = model.values();
+  const std::vector<std::vector<std::size_t>> moved = moved_by(free);
+  parallel_for(records.size(), [&](std::size_t i) {
+    const ModelStructure structure = records[i].structure(model);
+    fitted.turns[i] = best_turn(records[i], structure, values);
+    for (Residuals& r : residuals_at_turn(records[i], structure, values, moved, fitted.turns[i])) {
+      fitted.bases[i].push_back(make_base(std::move(r)));
+    }
   });
+  for (const auto& bases : fitted.bases) {
+    for (const Base& base : bases) {
+      fitted.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);
+      fitted.white.add(base.white_sensitivity, base.white);
+    }
+  }
+
+  const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates));
+  std::vector<std::vector<Evidence>> evidence(batches.size() * records.size());
+  parallel_for(evidence.size(), [&](std::size_t k) {
+    evidence[k] = evidence_of(fitted, k % records.size(), batches[k / records.size()]);
+  });
+
+  // The best of a candidate's hypotheses; the more there are, the less its p-value is worth.
+  std::map<std::size_t, std::vector<Score>> of_effect;
+  for (std::size_t b = 0; b < batches.size(); ++b) {
+    for (std::size_t h = 0; h < batches[b].size(); ++h) {
+      const Hypothesis& hypothesis = batches[b][h];
+      std::vector<Evidence> of_records;
+      for (std::size_t i = 0; i < records.size(); ++i) of_records.push_back(evidence[b * records.size() + i][h]);
+      if (hypothesis.about().periodic) {
+        of_effect[hypothesis.effect].push_back(
+            score_of_order(fitted, hypothesis, of_records, candidates.size(), options));
+        continue;
+      }
+      for (std::size_t i = 1; i < of_records.size(); ++i) of_records[0] += of_records[i];
+      of_effect[hypothesis.effect].push_back(score_of(fitted, hypothesis, of_records[0], candidates.size(), options));
+    }
+  }
+  std::vector<Score> scores;
+  for (const std::size_t effect : candidates) {
+    const std::vector<Score>& tried = of_effect[effect];
+    if (tried.empty()) {  // no order of the shaft stands out
+      scores.push_back({.effect = effect, .expected = std::vector(effect_catalogue()[effect].parameter_count, 0.0)});
+      scores.back().detectable_size = infinity;
+      continue;
+    }
+    Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
+    best.p_value = std::min(
+        1.0, std::ranges::min_element(tried, {}, &Score::p_value)->p_value * static_cast<double>(tried.size()));
+    scores.push_back(std::move(best));
+  }
   std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_drop);
   return scores;
 }
@@ -233,7 +608,8 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
     ++passed;
   }
   scores.resize(passed);
-  std::erase_if(scores, [](const Score& s) { return s.predicted_drop <= 0; });
+  // Far below what is material even if the prediction were some times too small: not worth a refit.
+  std::erase_if(scores, [&](const Score& s) { return s.predicted_gain < 0.1 * options.material_least; });
   std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_drop);
   return scores;
 }
@@ -244,6 +620,7 @@ Model with_expected(const Model& model, const Score& score) {
   IncludedEffect& added = *std::ranges::find(extended.effects, score.effect, &IncludedEffect::effect);
   for (std::size_t i = 0; i < added.parameters.size(); ++i) {
     Parameter& p = added.parameters[i];
+    if (p.fixed) continue;
     p.value = std::clamp(score.expected[i], p.min, p.max);
   }
   return extended;

@@ -18,17 +18,21 @@ namespace emtb {
 ///     drop = aᵀ C'ᵀ r               predicted drop of the sum of squares: this ranks
 ///     visibility = |C'| / |C|       0: an exact alias of the fitted parameters in these data
 ///
-/// An amplitude that cannot be negative scores nothing on the wrong side. Significance (Lagrange multiplier test on
-/// residuals and sensitivities whitened by a first-order autoregression per record and signal) is a gate only: with
-/// 10^5 readings every wrong model is significant. Sources: Davidson and MacKinnon (1993), ch. 6 (Gauss-Newton
-/// regression); Saris, Satorra and van der Veld (2009).
+/// An amplitude that cannot be negative scores nothing on the wrong side. Shapes are tried on a grid that the data's
+/// own ranges span, orders of the shaft are read off the residuals' spectrum over the angle, and an effect that has no
+/// null but fades (a saturation, a heat capacity) is tried as it stands: C is then the whole change that it makes, and
+/// a = 1. Significance (Lagrange multiplier test on residuals and sensitivities whitened by a first-order
+/// autoregression per record and signal) is a gate only: with 10^5 readings every wrong model is significant. Sources:
+/// Davidson and MacKinnon (1993), ch. 6 (Gauss-Newton regression); Saris, Satorra and van der Veld (2009).
 struct Score {
   std::size_t effect = 0;
   std::vector<double> expected;  ///< in the order of the effect's parameters, SI
   double predicted_drop = 0;     ///< of the sum of squares in units of sigma^2
+  double predicted_gain = 0;     ///< largest mean square, in units of sigma^2, that goes from a signal
   double visibility = 0;
   double p_value = 1;
-  double detectable_size = 0;  ///< of the first parameter: found with power 0.8; infinite where it cannot be seen
+  double detectable_size = 0;  ///< of the first parameter: found with power 0.8; infinite where it cannot be seen, or
+                               ///< for one that fades, 0
 };
 
 struct ScoreOptions {
@@ -40,7 +44,7 @@ struct ScoreOptions {
 std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
                          std::span<const std::size_t> candidates, const ScoreOptions& options = {});
 
-/// Those that pass the gate (Holm's step-down over all scores), largest predicted drop first.
+/// Those that pass the gate (Holm's step-down over all scores) and could matter, largest predicted drop first.
 std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& options = {});
 
 /// The model with the scored effect, at the values that the score expects as far as bounds allow: where a refit starts.

@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "model/catalogue.h"
 #include "model/simulation.h"
 
 namespace emtb {
@@ -16,6 +17,12 @@ constexpr std::size_t bin_count = 12;
 struct Point {
   double condition, residual, scaled;
 };
+
+double mean_over(const std::vector<double>& x, std::size_t first, std::size_t last) {
+  double sum = 0;
+  for (std::size_t k = first; k <= last; ++k) sum += x[k];
+  return sum / static_cast<double>(last - first + 1);
+}
 
 ResidualMap map_of(Signal signal, const std::string& against, const std::vector<Point>& points) {
   ResidualMap map{signal, against, {}, {}, {}, {}, {}, 0};
@@ -54,19 +61,23 @@ ResidualMap map_of(Signal signal, const std::string& against, const std::vector<
 std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model) {
   std::map<std::pair<Signal, std::string>, std::vector<Point>> points;
   const std::vector<double> values = model.values();
+  // The conditions are those of the machine, not what its instruments make of them.
+  Model machine = model;
+  for (const IncludedEffect& e : model.effects) {
+    if (effect_catalogue()[e.effect].stage == Stage::sensors) machine.exclude(e.effect);
+  }
+  const std::vector<double> machine_values = machine.values();
   for (std::size_t i = 0; i < records.size(); ++i) {
     const PreparedRun& record = records[i];
     const Excitation& x = record.excitation;
     Trajectory<double> y;
-    simulate<double>(record.structure(model), values, x, y);
+    simulate<double>(record.structure(machine), machine_values, x, y);
     const std::vector<Residuals> rs = residuals(records, i, record.structure(model), values, {});
     for (std::size_t s = 0; s < rs.size(); ++s) {
       const Observation& o = record.observations[s];
       for (std::size_t j = 0; j < o.size(); ++j) {
         const std::size_t a = o.first[j], k = o.last[j];
-        const auto over = [&](const std::vector<double>& signal) {
-          return o.predicted(j, [&](std::size_t n) { return signal[n]; });
-        };
+        const auto over = [&](const std::vector<double>& signal) { return mean_over(signal, a, k); };
         const double scaled = rs[s].value[static_cast<Eigen::Index>(j)];
         const auto put = [&](const char* against, double condition) {
           points[{o.signal, against}].push_back({condition, scaled * o.sigma[j], scaled});
@@ -83,7 +94,10 @@ std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, con
     }
   }
   std::vector<ResidualMap> maps;
-  for (const auto& [key, list] : points) maps.push_back(map_of(key.first, key.second, list));
+  for (const auto& [key, list] : points) {
+    ResidualMap map = map_of(key.first, key.second, list);
+    if (!map.bins.empty()) maps.push_back(std::move(map));
+  }
   std::ranges::stable_sort(maps, [](const ResidualMap& a, const ResidualMap& b) {
     return std::pair(a.signal, -a.explained) < std::pair(b.signal, -b.explained);
   });

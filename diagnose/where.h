@@ -23,7 +23,8 @@ struct ResidualMap {
 };
 
 /// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own
-/// simulation, which is free of noise. The most telling map of each signal first.
+/// simulation, which is free of noise. The most telling map of each signal first; none that would be empty, of a meter
+/// with a handful of readings.
 std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model);
 
 }  // namespace emtb

@@ -164,7 +164,7 @@ TEST(Diagnose, NamesTheDeadZoneOfTheDriver) {
 
 TEST(Diagnose, NamesTheLagOfTheTacho) {
   blind::Bench bench = blind::fast_bench();
-  bench.plant.tacho_lag = 8e-3;  // [s]
+  bench.plant.sensors.tacho_lag = 8e-3;  // [s]
   const Diagnosis d = diagnose_on(bench);
   EXPECT_THAT(named(d), ElementsAre("tacho_lag")) << report(d);
   EXPECT_NEAR(fitted(d, "tau"), 8e-3, 0.4e-3);
