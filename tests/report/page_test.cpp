@@ -1,0 +1,61 @@
+#include "report/page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/report/xml.h"
+
+namespace emtb {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Page small_page(std::function<void(const NamedFigure&)> on_figure = {}) {
+  Figure line("A line", "rising");
+  line.x({"t", "s"}).panel({"y", ""}).line("", {0, 1}, {0, 1});
+  Page page("About `fh2` & <others>", "1 run", std::move(on_figure));
+  page.section("First").lead("T_{c} < 1 & more").list({"one", "two"}).code("emtb report 'a b.csv'");
+  page.section("Second").table("Values", "lr", {"", "value"}, {{"R_{a}", "31.8"}});
+  page.figure({"line", line, "It rises."}).small_multiples({{"left", line, ""}, {"right", line, ""}}, "Twice.");
+  page.folded("Model", "a: <b>");
+  return page;
+}
+
+TEST(Page, IsWellFormedAndNeedsNothingButItself) {
+  const std::string html = small_page().html();
+  const std::size_t body = html.find("<body>"), end = html.find("</html>");
+  ASSERT_NE(body, std::string::npos);
+  EXPECT_EQ(xml_error(html.substr(body, end - body)), "");
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("src=")));
+  EXPECT_THAT(html, Not(HasSubstr("@import")));
+  EXPECT_THAT(html, Not(HasSubstr("url(")));
+}
+
+TEST(Page, EscapesTextAndKnowsSubscriptsAndCode) {
+  const std::string html = small_page().html();
+  EXPECT_THAT(html, HasSubstr("<h1>About <code>fh2</code> &amp; &lt;others&gt;</h1>"));
+  EXPECT_THAT(html, HasSubstr("T<sub>c</sub> &lt; 1 &amp; more"));
+  EXPECT_THAT(html, HasSubstr("a: &lt;b&gt;"));
+  EXPECT_THAT(html, HasSubstr("<title>About fh2 &amp; &lt;others&gt;</title>")) << "no tags in a window's title";
+}
+
+TEST(Page, NamesTheRowsAndColumnsOfATable) {
+  EXPECT_THAT(small_page().html(), testing::AllOf(HasSubstr("<th scope=\"row\">R<sub>a</sub></th>"),
+                                                  HasSubstr("<th scope=\"col\" class=\"r\">value</th>"),
+                                                  HasSubstr("<caption>Values</caption>")));
+}
+
+TEST(Page, LinksToItsSections) {
+  EXPECT_THAT(small_page().html(), testing::AllOf(HasSubstr("<a href=\"#s1\">Second</a>"), HasSubstr("id=\"s1\"")));
+}
+
+TEST(Page, HandsOutEachFigureAsItIsAdded) {
+  std::vector<std::string> names;
+  small_page([&](const NamedFigure& f) { names.push_back(f.name); });
+  EXPECT_THAT(names, testing::ElementsAre("line", "left", "right"));
+}
+
+}  // namespace
+}  // namespace emtb
