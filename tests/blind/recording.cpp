@@ -1,12 +1,6 @@
 #include "tests/blind/recording.h"
 
-#include <array>
-#include <cmath>
-#include <memory>
-
-#include "drivers/simulated/output.h"
-#include "drivers/simulated/world.h"
-#include "tests/drivers/manual_clock.h"
+#include "drivers/simulated/recording.h"
 
 namespace emtb::blind {
 namespace {
@@ -75,45 +69,9 @@ Bench fast_bench() {
 }
 
 Run record(const Bench& bench, const Profile& profile, std::uint64_t seed) {
-  const auto clock = std::make_shared<ManualClock>();
-  const auto world = std::make_shared<simulated::World>(bench.plant, clock, seed);
-  const double period = 1 / bench.rate;
-  std::vector<std::unique_ptr<InputDevice>> inputs;
-  inputs.push_back(std::make_unique<simulated::Daq>("daq", world, bench.channels, period));
-  if (bench.slow_meter) inputs.push_back(std::make_unique<simulated::Meter>("meter", world, bench.meter));
-  simulated::Output output(world, {.min = -1e3, .max = 1e3, .safe = 0});
-  Run run;
-  run.name = profile.name();
-  for (const auto& input : inputs) {
-    input->start();
-    for (const Channel& c : input->channels()) {
-      Series& series = run.signals[c.signal];
-      series.window = c.window;
-      series.lsb = c.lsb;
-      series.source = c.source;
-    }
-  }
-  Series& reference = run.signals[Signal::u_ref];
-  const double start = clock->now();
-  std::array<Reading, 64> readings{};
-  const auto ticks = static_cast<long>(std::floor(profile.duration() * bench.rate));
-  for (long k = 0; k <= ticks; ++k) {
-    const double t = static_cast<double>(k) * period;
-    clock->sleep_until(start + t);
-    for (const auto& input : inputs) {
-      const Readings got = input->read(readings);
-      for (std::size_t i = 0; i < got.count; ++i) {
-        Series& series = run.signals[readings[i].signal];
-        series.t.push_back(readings[i].time - start);
-        series.value.push_back(readings[i].value);
-      }
-    }
-    output.set(profile.reference(t));
-    reference.t.push_back(t);
-    reference.value.push_back(profile.reference(t));
-  }
-  std::erase_if(run.signals, [](const auto& entry) { return entry.second.t.empty(); });
-  return run;
+  simulated::Setup setup{.plant = bench.plant, .channels = bench.channels, .meter = {}, .rate = bench.rate};
+  if (bench.slow_meter) setup.meter = bench.meter;
+  return simulated::record(setup, profile, seed);
 }
 
 std::vector<Run> record(const Bench& bench, const std::vector<Profile>& profiles, std::uint64_t seed) {
