@@ -2,7 +2,7 @@
 # Installs what is missing, builds and tests. Without arguments all of it; or any of:
 #   format    clang-format agrees with every source file
 #   release   all tests, as shipped
-#   asan      all tests under AddressSanitizer and UndefinedBehaviorSanitizer
+#   asan      the tests of the rooms under AddressSanitizer and UndefinedBehaviorSanitizer; not those of whole programs
 #   tsan      the tests of what has threads, under ThreadSanitizer
 #   tidy      clang-tidy; slow, not part of "all of it"
 set -euo pipefail
@@ -29,7 +29,7 @@ for what in "$@"; do
   case "$what" in
     format) echo "== format" && sources | xargs clang-format --dry-run -Werror ;;
     release) build_and_test release ;;
-    asan) build_and_test asan ;;
+    asan) build_and_test asan hal experiment session config model drivers estimate diagnose report server daemon ;;
     tsan) build_and_test tsan hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, release, asan, tsan, tidy" >&2; exit 2 ;;

@@ -12,7 +12,16 @@ void add_daemon_commands(CommandLine& line);
 /// calibrate, compare, diagnose, add: a model beside sessions.
 void add_model_commands(CommandLine& line);
 
-/// effects, simulate, import, export, info, estimate, table: files without a fit.
+/// effects, simulate, import, export, info, table: files without a fit.
 void add_file_commands(CommandLine& line);
+
+/// estimate: the paper's static experiments on recorded sessions.
+void add_estimate_command(CommandLine& line);
+
+/// paper: the paper's experiments on the simulated bench, beside its numbers.
+void add_paper_command(CommandLine& line);
+
+/// report: the diagnosis as a page. @param argv the command line, for those who repeat it
+void add_report_command(CommandLine& line, int argc, const char* const* argv);
 
 }  // namespace emtb

@@ -1,6 +1,8 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -13,6 +15,7 @@
 #include "hal/signal.h"
 #include "server/client.h"
 #include "tools/commands.h"
+#include "tools/live_plot.h"
 #include "tools/progress.h"
 #include "tools/result_json.h"
 
@@ -65,8 +68,9 @@ struct Options {
   std::string profile;
   std::string note;
   std::string operator_name;
-  bool reset = false;
-  double rate = 10;  // [Hz]
+  bool reset = false, plot = false;
+  double rate = 10;     // [Hz]
+  double seconds = 30;  // shown by --plot
 
   Client connect() const { return Client(socket.empty() ? socket_to_call() : std::filesystem::path(socket)); }
 };
@@ -99,14 +103,30 @@ int status(const Options& options) {
 }
 
 int watch(const Options& options) {
+  if (!(options.seconds > 0)) throw Error("--seconds: must be more than 0");
   Client daemon = options.connect();
   daemon.call("subscribe", {{"rate", options.rate}});
   catch_interrupt();
   const bool terminal = isatty(STDOUT_FILENO) == 1;
+  LivePlot plot(options.seconds);
+  std::ptrdiff_t lines = 0;  // of the plot that is on the screen
+  const auto start = std::chrono::steady_clock::now();
   while (interrupted == 0) {
     const auto message = daemon.notification(0.5);
     if (!message || (*message)["method"] != "live") continue;
     const json& now = (*message)["params"];
+    if (options.plot) {
+      const std::chrono::duration<double> t = std::chrono::steady_clock::now() - start;
+      const auto reading = [&](Signal signal) {
+        const auto found = now["signals"].find(info(signal).name);
+        return found != now["signals"].end() && found->is_number() ? found->get<double>() : std::nan("");
+      };
+      plot.add(t.count(), reading(Signal::omega), reading(Signal::i_a));
+      const std::string text = plot.text(style_of_stdout());
+      if (terminal && lines > 0) std::cout << "\r\033[" << lines << "A\033[J";
+      std::cout << text;
+      lines = std::ranges::count(text, '\n');
+    }
     std::string line = now["state"].get<std::string>();
     if (!now["run"].is_null()) line += " " + run_text(now["run"]);
     line += "  " + values(now["signals"]);
@@ -201,6 +221,8 @@ void add_daemon_commands(CommandLine& line) {
       .action(act(status));
   line.command("watch", "shows the signals as they are measured, until Ctrl-C")
       .option("--rate", options->rate, "[Hz] lines a second, 50 at most")
+      .flag("--plot", options->plot, "draws speed and current as they come")
+      .option("--seconds", options->seconds, "[s] how far back --plot shows")
       .action(act(watch));
   line.command("run", "runs an experiment and prints where its session is; Ctrl-C stops it")
       .argument("PROFILE", options->profile, "a profile's file, or the name of one that the daemon knows")

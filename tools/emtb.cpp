@@ -7,5 +7,8 @@ int main(int argc, char** argv) {
   emtb::add_daemon_commands(line);
   emtb::add_model_commands(line);
   emtb::add_file_commands(line);
+  emtb::add_estimate_command(line);
+  emtb::add_paper_command(line);
+  emtb::add_report_command(line, argc, argv);
   return line.run(argc, argv);
 }

@@ -8,7 +8,6 @@
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
-#include "estimate/inverse_dynamics.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "model/simulation.h"
@@ -154,25 +153,6 @@ int info_command(const Options& o) {
   return 0;
 }
 
-int estimate_command(const Options& o) {
-  if (o.model.empty()) throw Error("estimate needs --model FILE: its K_m turns the current into torque");
-  const Model model = read_model(o.model);
-  const InverseDynamics result = inverse_dynamics(o.runs(), model.values()[2]);
-  json out = json::object();
-  Table table({"inverse dynamics", "value", "+- std error", "unit"});
-  for (const auto& v : result.values) {
-    table.row({v.symbol, pretty(v.value, 5), pretty(v.std_error, 2), v.unit});
-    out["parameters"][v.symbol] = {{"value", v.value}, {"std_error", v.std_error}, {"unit", v.unit}};
-  }
-  out["residual"] = result.residual;
-  out["r_squared"] = result.r_squared;
-  write_json(o.json_file, out);
-  if (o.json_file == "-") return 0;
-  std::cout << table.text() << "R2 " << pretty(result.r_squared, 6) << ", residual " << pretty(result.residual, 3)
-            << " N m, " << result.rows << " equations\n";
-  return 0;
-}
-
 /// The parameters of several models side by side; --truth adds what a simulated bench was built with.
 int table_command(const Options& o) {
   std::vector<Model> models;
@@ -254,12 +234,6 @@ void add_file_commands(CommandLine& line) {
       .option("--map", o->map, map_help)
       .option("--json", o->json_file, "writes it to this file; - for standard output")
       .action(act(info_command));
-  line.command("estimate", "estimates J, B, T_c and T_L without a simulation, by inverse dynamics")
-      .arguments("SESSION", o->sessions, session_help)
-      .option("--model", o->model, "the model whose K_m turns the current into torque")
-      .option("--map", o->map, map_help)
-      .option("--json", o->json_file, "writes it to this file; - for standard output")
-      .action(act(estimate_command));
   line.command("table", "puts the parameters of several models side by side")
       .arguments("MODEL", o->models, "models' YAML")
       .option("--truth", o->truth, "a simulated bench's YAML: what its plant was built with")

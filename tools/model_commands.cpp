@@ -1,5 +1,8 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -7,14 +10,18 @@
 #include "config/model.h"
 #include "diagnose/compare.h"
 #include "diagnose/diagnose.h"
+#include "diagnose/overlay.h"
 #include "diagnose/score.h"
 #include "estimate/calibrate.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "report/terminal.h"
 #include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
+#include "tools/report_figures.h"
 #include "tools/result_json.h"
+#include "tools/symbols.h"
 #include "tools/text.h"
 
 namespace emtb {
@@ -26,7 +33,7 @@ struct Options {
   std::string effect, model;
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file;
-  bool fit = false;
+  bool fit = false, plot = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
     const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
@@ -182,7 +189,84 @@ int add_command(const Options& o) {
   return fit_and_report(o, with_expected(before.model, scores.front()), data, "added " + o.effect, extra);
 }
 
+/// The signal that is furthest off, in the run where it is: measured over simulated with the residual below. Where none
+/// is off, the speed.
+void plot_worst(std::span<const Run> runs, const Model& model) {
+  const Dataset data = prepare(runs, {}, model);
+  std::optional<Overlay> worst;
+  std::string name;
+  const auto off = [](const Overlay& o) {
+    const double floors = o.floors();
+    return floors > 1.1 ? floors : o.signal == Signal::omega ? 1 : 0;  // within a tenth of the floor: not off
+  };
+  for (const PreparedRun& record : data.train) {
+    for (Overlay& o : overlays(record, model)) {
+      if (worst && off(o) <= off(*worst)) continue;
+      worst = std::move(o);
+      name = short_name(record.name);
+    }
+  }
+  if (worst) std::cout << "\n" << to_terminal(overlay_figure(name, *worst).figure, style_of_stdout());
+}
+
+bool is_model_file(const std::string& argument) { return argument.ends_with(".yaml") || argument.ends_with(".yml"); }
+
+/// Several models on the same runs, weighed alike: the error of each, signal by signal.
+int compare_models(const Options& o, const std::vector<std::string>& files, const std::vector<std::string>& sessions) {
+  if (sessions.empty()) throw Error("compare needs a SESSION behind the models: a .csv or .h5");
+  if (!o.out.empty()) throw Error("compare writes no model where it compares several: leave --out away");
+  std::vector<Model> models;
+  for (const std::string& file : files) models.push_back(read_model(file));
+  std::vector<Run> runs = o.runs(sessions);
+  const std::vector<Run> held_out = o.runs(o.held_out);
+  if (o.fit) {
+    for (Model& model : models) {
+      const Dataset data = prepare(runs, held_out, model);
+      model = calibrate(data.train, model, o.calibration()).model;
+    }
+  }
+  if (!held_out.empty()) runs = held_out;
+  std::vector<Comparison> results;
+  for (const Model& model : models) results.push_back(compare(runs, model, models.front()));
+  json out = json::object();
+  out["models"] = json::array();
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    json one{{"file", files[i]}, {"name", models[i].name}};
+    one.update(to_json(results[i]));
+    out["models"].push_back(std::move(one));
+  }
+  write_json(o.json_file, out);
+  if (o.json_file == "-") return 0;
+
+  std::vector<std::string> heading{"multiples of the noise floor"};
+  for (const std::string& file : files) heading.push_back(std::filesystem::path(file).stem().string());
+  Table table(heading);
+  const auto row = [&](const std::string& what, const auto& get) {
+    std::vector<std::string> cells{what};
+    for (const Comparison& c : results) cells.push_back(pretty(get(c), 4));
+    table.row(cells);
+  };
+  row("error", [](const Comparison& c) { return c.error; });
+  row("all units chained", [](const Comparison& c) { return c.chained_error; });
+  for (const auto& [signal, fit] : results.front().signals) {
+    row(std::string(info(signal).name) + " (floor " + pretty(fit.noise.sigma, 3) + " " +
+            std::string(info(signal).unit) + ")",
+        [&](const Comparison& c) { return c.signals.at(signal).ratio; });
+  }
+  std::cout << models.size() << " models on " << runs.size() << (held_out.empty() ? "" : " held-out") << " runs\n"
+            << table.text();
+  const auto best = std::ranges::min_element(results, {}, &Comparison::error);
+  std::cout << "nearest to the measurements: " << files[static_cast<std::size_t>(best - results.begin())] << "\n";
+  return 0;
+}
+
 int compare_command(const Options& o) {
+  const auto others = std::ranges::partition_point(o.sessions, is_model_file);
+  if (others != o.sessions.begin()) {
+    std::vector<std::string> files{o.model};
+    files.insert(files.end(), o.sessions.begin(), others);
+    return compare_models(o, files, {others, o.sessions.end()});
+  }
   Model model = read_model(o.model);
   std::vector<Run> runs = o.runs(o.sessions);
   const std::vector<Run> held_out = o.runs(o.held_out);
@@ -200,6 +284,7 @@ int compare_command(const Options& o) {
   print_signals(c.signals, c.chained);
   if (!c.failing_unit.empty()) std::cout << "The unit that fails: " << c.failing_unit << "\n";
   print_where(c.where, c.signals);
+  if (o.plot || isatty(STDOUT_FILENO) == 1) plot_worst(runs, model);
   finish_model(o, model);
   return 0;
 }
@@ -267,9 +352,10 @@ int diagnose_command(const Options& o) {
   Table candidates(
       {"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
   for (const Candidate& c : d.candidates) {
-    const EffectParameter& p = effect_catalogue()[c.score.effect].parameters()[0];
-    candidates.row({id(c.score.effect), pretty(c.score.predicted_drop, 3),
-                    std::string(p.symbol) + " " + pretty(c.score.expected[0], 3), std::string(p.unit),
+    const EffectParameter& p = effect_catalogue()[c.score.effect].parameter_list[0];
+    const std::string expected =
+        c.score.expected.empty() ? "there" : std::string(p.symbol) + " " + pretty(c.score.expected[0], 3);
+    candidates.row({id(c.score.effect), pretty(c.score.predicted_drop, 3), expected, std::string(p.unit),
                     pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
                     pretty(c.score.detectable_size, 2)});
   }
@@ -305,8 +391,12 @@ void add_model_commands(CommandLine& line) {
   const auto act = [&o](int (*command)(const Options&)) { return [o, command] { return command(*o); }; };
   on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))
       .action(act(calibrate_command));
-  on_files(line.command("compare", "compares a model with measurements and shows where it fails"))
+  on_files(
+      line.command(
+          "compare",
+          "compares a model with measurements and shows where it fails; or several: compare A.yaml B.yaml SESSION..."))
       .flag("--fit", o->fit, "fits the model to the sessions first")
+      .flag("--plot", o->plot, "draws the signal that is furthest off, also where the output is no terminal")
       .action(act(compare_command));
   on_files(line.command("diagnose", "finds out which physical effect a model is missing"))
       .action(act(diagnose_command));

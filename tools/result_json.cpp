@@ -45,6 +45,19 @@ json undetermined_json(const std::vector<Undetermined>& list) {
   return out;
 }
 
+json curves_json(const std::vector<MissingCurve>& curves) {
+  json list = json::array();
+  for (const MissingCurve& c : curves) {
+    list.push_back({{"quantity", c.quantity},
+                    {"unit", c.unit},
+                    {"against", c.against},
+                    {"x", c.x},
+                    {"value", c.value},
+                    {"std_error", c.std_error}});
+  }
+  return list;
+}
+
 }  // namespace
 
 json to_json(const std::map<Signal, SignalFit>& signals) {
@@ -117,6 +130,7 @@ json to_json(const Diagnosis& d) {
   out["unexplained"] = number(d.final_held_out);
   out["where"] = maps_json(d.where);
   out["where_final"] = maps_json(d.where_final);
+  out["missing_curves"] = {{"base", curves_json(d.missing_base)}, {"final", curves_json(d.missing_final)}};
   out["undetermined"] = undetermined_json(d.undetermined);
   out["held_out"] = d.judged_on_training ? "none" : d.left_one_out ? "each run in turn" : "named";
   out["next_experiment"] = nullptr;

@@ -40,6 +40,8 @@ emtb diagnose "$configs/models/fh2.yaml" "${train[@]}" --held-out "${held_out[@]
 
 say "5. Add it, and watch the error fall"
 emtb add coulomb_friction linear.yaml "${train[@]}" --held-out "${held_out[@]}" --out with-effect.yaml
+emtb report "$configs/models/fh2.yaml" "${train[@]}" --held-out "${held_out[@]}" --png figures   # all of it as a page
+echo "the whole story as a page: $work/report.html"
 
 say "6. Table 1 of the paper, continued"
 emtb table "$configs/models/fh2-paper-estimated.yaml" "$configs/models/fh2-paper-calibrated.yaml" one-step.yaml linear.yaml with-effect.yaml \

@@ -50,6 +50,13 @@ std::string Table::text(const std::string& indent) const {
   return out;
 }
 
+std::string shell_quoted(const std::string& word) {
+  if (!word.empty() && word.find_first_of(" \t\n\"'`$&|;<>()*?[]{}#!~\\") == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 std::string bar(double share, int width) {
   const int half = width / 2;
   const int length = std::clamp(static_cast<int>(std::lround(std::abs(share) * half)), 0, half);

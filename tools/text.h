@@ -22,6 +22,9 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
+/// A word as a shell takes it.
+std::string shell_quoted(const std::string& word);
+
 /// A bar of at most `width` characters: to the right for positive shares (of 1), to the left of the middle for
 /// negative.
 std::string bar(double share, int width);

@@ -118,6 +118,14 @@ TEST_F(DaemonCommands, StatusAndWatchShowTheSignals) {
   EXPECT_TRUE(eventually([&] { return watch->out().find("omega") != std::string::npos; }));
   watch->signal(SIGINT);
   EXPECT_EQ(watch->wait(), 0);
+  const auto plot = launch({"watch", "--rate", "20", "--plot"});
+  EXPECT_TRUE(eventually([&] {
+    const std::string out = plot->out();
+    return out.find("ω [rad/s]") != std::string::npos && out.find("i_a [A]") != std::string::npos;
+  }));
+  plot->signal(SIGINT);
+  EXPECT_EQ(plot->wait(), 0);
+  EXPECT_THAT(plot->out(), Not(HasSubstr("\033"))) << "a pipe is no terminal";
   EXPECT_EQ(call({"estimates"}), 2);
   EXPECT_THAT(last->err(), HasSubstr("no live estimates yet"));
 }

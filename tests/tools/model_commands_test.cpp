@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "model/catalogue.h"
 #include "session/spec.h"
 #include "tests/blind/recording.h"
 #include "tests/process.h"
@@ -82,7 +83,7 @@ TEST_F(ModelCommands, DiagnoseWritesTheContractsJson) {
   EXPECT_GT(d["error"]["base"]["held_out"].get<double>(), 2);
   EXPECT_LT(d["error"]["final"]["held_out"].get<double>(), 1.1);
   EXPECT_EQ(d["unexplained"], d["error"]["final"]["held_out"]);
-  EXPECT_EQ(d["candidates"].size(), 6U) << "every absent effect, also those that explain nothing";
+  EXPECT_EQ(d["candidates"].size(), effect_count) << "every absent effect, also those that explain nothing";
   for (const char* key : {"id", "predicted_drop", "visibility", "p_value", "held_out_error", "detectable_size"}) {
     EXPECT_TRUE(d["candidates"][0].contains(key)) << key;
   }
@@ -117,6 +118,17 @@ TEST_F(ModelCommands, AddWritesAModelWithItsHistoryAndLeavesTheGivenOneAlone) {
   compare.insert(compare.end(), held_out.begin(), held_out.end());
   ASSERT_EQ(call(compare), 0) << last->err();
   EXPECT_LT(json::parse(read(path("c.json")))["error"]["staged"].get<double>(), 1.1);
+
+  // Two models side by side, weighed alike.
+  compare.insert(compare.begin() + 2, given);
+  compare.insert(compare.end(), "--fit");
+  ASSERT_EQ(call(compare), 0) << last->err();
+  EXPECT_THAT(last->out(),
+              AllOf(HasSubstr("2 models"), HasSubstr("nearest to the measurements: " + path("with.yaml").string())));
+  const json both = json::parse(read(path("c.json")))["models"];
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_EQ(both[0]["signals"]["omega"]["sigma"], both[1]["signals"]["omega"]["sigma"]);
+  EXPECT_LT(2 * both[0]["error"]["staged"].get<double>(), both[1]["error"]["staged"].get<double>());
 }
 
 TEST_F(ModelCommands, SimulateAndExportMakeSessionsThatCanBeRead) {
@@ -129,6 +141,7 @@ TEST_F(ModelCommands, SimulateAndExportMakeSessionsThatCanBeRead) {
 
 TEST_F(ModelCommands, RefuseBadInputInOneLine) {
   const std::string good = write("good.csv", "t_s,u_ref_V,omega_rad_s\n0,0,0\n0.1,0,0\n0.2,0,0\n");
+  refuses({"compare", model(), model()}, HasSubstr("needs a SESSION"));
   refuses({"compare", model(), path("absent.csv")}, HasSubstr("absent.csv"));
   refuses({"compare", model(), write("text.csv", "t_s,u_ref_V,omega_rad_s\n0,0,0\n1,zero,0\n")},
           HasSubstr("text.csv:3"));

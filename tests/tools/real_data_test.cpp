@@ -1,0 +1,98 @@
+// What the pages in docs/data say of real machines: limits on both sides of what was found when they were written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/process.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using json = nlohmann::json;
+using testing::Contains;
+using testing::ElementsAre;
+
+class RealData : public Scratch {
+ protected:
+  void SetUp() override {
+    const char* named = std::getenv("EMTB_DATA");
+    folder_ = named != nullptr ? named : std::string(EMTB_CONFIG) + "/../../shared/data";
+    if (!std::filesystem::is_directory(folder_))
+      GTEST_SKIP() << "no outside data at " << folder_ << "; name their folder in EMTB_DATA";
+  }
+
+  json diagnosed(const std::string& model, const std::string& file, const std::vector<std::string>& train,
+                 const std::vector<std::string>& held_out) {
+    const std::string data = folder_ + "/" + file, config = EMTB_CONFIG;
+    std::vector<std::string> words{EMTB, "diagnose", config + "/models/" + model + ".yaml"};
+    for (const std::string& run : train) words.push_back(data + run);
+    words.emplace_back("--held-out");
+    for (const std::string& run : held_out) words.push_back(data + run);
+    words.insert(words.end(), {"--map", config + "/mappings/" + model + ".yaml", "--json", path("d.json").string()});
+    Process emtb(words, path("emtb"));
+    EXPECT_EQ(emtb.wait(250), 0) << emtb.err();
+    return json::parse(read(path("d.json")));
+  }
+
+  static std::vector<std::string> names(const json& d) {
+    std::vector<std::string> list;
+    for (const json& m : d["missing"]) list.push_back(m["id"]);
+    return list;
+  }
+  static double value(const json& d, const std::string& effect, const std::string& parameter) {
+    for (const json& m : d["missing"]) {
+      if (m["id"] == effect) return m["parameters"][parameter]["value"];
+    }
+    return std::nan("");
+  }
+
+ private:
+  std::string folder_;
+};
+
+TEST_F(RealData, IntecoHidesFrictionAVoltageAndTheRippleOfItsTacho) {
+  const json d = diagnosed("inteco", "inteco_servo/inteco_servo.csv", {"#steps_up", "#coast_pos"}, {"#coast_neg"});
+  EXPECT_EQ(d["verdict"], "unknown_effect");
+  EXPECT_THAT(names(d), ElementsAre("coulomb_friction", "brush_drop", "tacho_ripple"));
+  EXPECT_NEAR(value(d, "coulomb_friction", "T_c"), 0.0091, 0.001);
+  EXPECT_NEAR(value(d, "brush_drop", "V_b"), 0.43, 0.06);
+  EXPECT_NEAR(value(d, "tacho_ripple", "r"), 0.058, 0.002);
+  EXPECT_NEAR(value(d, "tacho_ripple", "N"), 6, 0.002);
+  EXPECT_NEAR(d["parameters"]["J"]["value"], 1.118e-3, 0.05e-3);  // the authors'
+  EXPECT_NEAR(d["error"]["base"]["held_out"], 19.5, 2);
+  EXPECT_NEAR(d["error"]["final"]["held_out"], 8.1, 1);
+}
+
+TEST_F(RealData, Jga25HidesFrictionOrADeadZoneAndALag) {
+  std::vector<std::string> train, held_out;  // one in eight: the rest says the same, and takes its time
+  for (int run = 0; run < 104; run += 4) {
+    char name[8];
+    std::snprintf(name, sizeof name, "#s%03d", run);
+    (run % 8 == 0 ? train : held_out).emplace_back(name);
+  }
+  const json d = diagnosed("jga25", "jga25_steps/jga25_steps.csv", train, held_out);
+  EXPECT_EQ(d["verdict"], "unknown_effect");
+  EXPECT_THAT(names(d), ElementsAre("coulomb_friction", "armature_inductance"));
+  EXPECT_THAT(d["missing"][0]["tied_with"], Contains("driver_dead_zone"));
+  EXPECT_NEAR(d["error"]["base"]["held_out"], 9.2, 1);
+  EXPECT_NEAR(d["error"]["final"]["held_out"], 4.2, 0.5);
+}
+
+TEST_F(RealData, EmpsHidesFrictionThatDiffersBetweenTheDirections) {
+  const json d = diagnosed("emps", "emps/emps.csv", {"@0:14.9"}, {"@14.9:"});
+  EXPECT_EQ(d["verdict"], "unknown_effect");
+  EXPECT_THAT(names(d), ElementsAre("coulomb_friction", "asymmetric_friction"));
+  EXPECT_NEAR(value(d, "coulomb_friction", "T_c"), 20.39, 2);                 // published
+  EXPECT_NEAR(value(d, "asymmetric_friction", "B_d"), (166 - 240) / 2.0, 6);  // half the difference of the directions
+  EXPECT_NEAR(d["parameters"]["B"]["value"], 203.5, 15);
+  EXPECT_NEAR(d["error"]["base"]["held_out"].get<double>() / d["error"]["final"]["held_out"].get<double>(), 10.9, 1.5);
+}
+
+}  // namespace
+}  // namespace emtb

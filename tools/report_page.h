@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diagnose/diagnose.h"
+#include "report/page.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// A run of the report.
+struct ReportRun {
+  std::string spec;  ///< as the command line names its session
+  bool held_out = false;
+  Run run;                  ///< what was used
+  Run whole;                ///< what the file holds of that run
+  double from = 0, to = 0;  ///< [s] the span of `whole` that was used
+};
+
+/// What a report tells of, besides the diagnosis.
+struct ReportInput {
+  std::string model_file;
+  Model model;  ///< as given
+  std::vector<ReportRun> runs;
+  std::string map_file;  ///< empty: none
+  std::string software;  ///< `emtb 0.1.0, commit abc1234`
+  std::string date;
+  std::string command;  ///< as it was called
+  std::function<void(const NamedFigure&)> on_figure;
+
+  std::vector<Run> part(bool held_out) const;
+};
+
+/// The whole report of a diagnosis.
+Page report_page(const ReportInput& input, const Diagnosis& diagnosis);
+
+/// The report where the analysis refused: why, what is lacking, and the recordings as they are.
+Page refusal_page(const ReportInput& input, const std::string& why);
+
+/// The verdict in a sentence or two, with numbers.
+std::string verdict_in_words(const Diagnosis& diagnosis);
+
+}  // namespace emtb
