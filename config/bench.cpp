@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <sstream>
+
+#include "model/effect.h"
 
 namespace emtb {
 namespace {
-
-constexpr double any = std::numeric_limits<double>::infinity();
 
 /// [Hz] Below, no limit would be checked in time; above, no loop of this kind keeps up.
 constexpr double lowest_rate = 100;
@@ -56,7 +55,7 @@ BenchConfig::Reference read_reference(const YamlMap& yaml, const std::vector<Ben
     entry.fail("safe", "is " + volts(limits.safe) + ", but the reference goes from " + volts(limits.min) + " to " +
                            volts(limits.max) + ". Write a value within, usually 0");
   }
-  const double rate = entry.within_or("rate", 0, any, 0);
+  const double rate = entry.within_or("rate", 0, infinity, 0);
   return {.device = device, .limits = limits, .rate = rate, .yaml = std::move(entry)};
 }
 

@@ -1,11 +1,12 @@
 #include "diagnose/missing_curve.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 
+#include "estimate/linear_algebra.h"
 #include "estimate/residuals.h"
 #include "model/simulation.h"
 
@@ -123,8 +124,8 @@ Fit fit_of_columns(std::span<const PreparedRun> records, const Model& model,
   const std::vector<Residuals> all = residuals(records, model, model.values(), columns);
   for (const Residuals& r : all) {
     if (!r.informed()) continue;
-    sts.noalias() += r.sensitivity.transpose() * r.sensitivity;
-    str.noalias() += r.sensitivity.transpose() * r.value;
+    sts += gram(r.sensitivity);
+    str += transposed_product(r.sensitivity, r.value);
   }
   const Eigen::MatrixXd information = sts;
   sts.diagonal() += change.cwiseAbs2().cwiseInverse();
@@ -132,9 +133,7 @@ Fit fit_of_columns(std::span<const PreparedRun> records, const Model& model,
   const double unseen = 1e-9 * scale.maxCoeff();
   for (double& x : scale) x = x > 0 ? 1 / x : 0;
   Eigen::MatrixXd scaled = scale.asDiagonal() * sts * scale.asDiagonal();
-  const Eigen::MatrixXd inverse = scale.asDiagonal() *
-                                  Eigen::MatrixXd(scaled.completeOrthogonalDecomposition().pseudoInverse()) *
-                                  scale.asDiagonal();
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * pseudo_inverse(scaled) * scale.asDiagonal();
   Fit fit{inverse * str, Eigen::VectorXd::Constant(p, std::numeric_limits<double>::infinity())};
   // The sandwich over blocks: what is left is coloured, all the more where something is missing.
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(p, p);
@@ -150,12 +149,13 @@ Fit fit_of_columns(std::span<const PreparedRun> records, const Model& model,
       Eigen::Index end = begin + 1;
       while (end < left.size() && second(end) == second(begin)) ++end;
       const Eigen::VectorXd g =
-          r.sensitivity.middleRows(begin, end - begin).transpose() * left.segment(begin, end - begin);
+          transposed_product(r.sensitivity.middleRows(begin, end - begin), left.segment(begin, end - begin));
       meat.noalias() += g * g.transpose();
       begin = end;
     }
   }
-  const Eigen::MatrixXd sandwich = inverse * meat * inverse, white = inverse * information * inverse;
+  const Eigen::MatrixXd sandwich = product(product(inverse, meat), inverse);
+  const Eigen::MatrixXd white = product(product(inverse, information), inverse);
   for (Eigen::Index i = 0; i < p; ++i) {
     if (std::sqrt(information(i, i)) > unseen) fit.std_error[i] = std::sqrt(std::max(sandwich(i, i), white(i, i)));
   }

@@ -1,6 +1,7 @@
 #include "diagnose/score.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "estimate/linear_algebra.h"
 #include "estimate/orders.h"
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
@@ -66,8 +68,8 @@ struct OwnSums {
   void add(const MatrixXd& s, const VectorXd& r) {
     readings += static_cast<double>(r.size());
     if (s.size() == 0) return;
-    ss.noalias() += s.transpose() * s;
-    sr.noalias() += s.transpose() * r;
+    ss += gram(s);
+    sr += transposed_product(s, r);
   }
 };
 
@@ -80,9 +82,9 @@ struct CrossSums {
       : sc(MatrixXd::Zero(p, q)), cc(MatrixXd::Zero(q, q)), cr(VectorXd::Zero(q)) {}
 
   void add(const MatrixXd& s, const MatrixXd& c, const VectorXd& r) {
-    cc.noalias() += c.transpose() * c;
-    cr.noalias() += c.transpose() * r;
-    if (s.size() > 0) sc.noalias() += s.transpose() * c;
+    cc += gram(c);
+    cr += transposed_product(c, r);
+    if (s.size() > 0) sc += transposed_product(s, c);
   }
   CrossSums& operator+=(const CrossSums& b) {
     sc += b.sc;
@@ -97,7 +99,7 @@ MatrixXd imitation(const OwnSums& own, const CrossSums& cross) {
   if (own.ss.rows() == 0) return cross.sc;
   const VectorXd inverse = own.ss.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
   const MatrixXd scaled = inverse.asDiagonal() * own.ss * inverse.asDiagonal();
-  return inverse.asDiagonal() * scaled.completeOrthogonalDecomposition().solve(inverse.asDiagonal() * cross.sc);
+  return inverse.asDiagonal() * least_squares(scaled, inverse.asDiagonal() * cross.sc);
 }
 
 struct Projected {
@@ -106,9 +108,9 @@ struct Projected {
 };
 
 Projected project(const OwnSums& own, const CrossSums& cross, const MatrixXd& imitation) {
-  const MatrixXd lost = cross.sc.transpose() * imitation;
-  return {cross.cc - lost - lost.transpose() + imitation.transpose() * own.ss * imitation,
-          cross.cr - imitation.transpose() * own.sr};
+  const MatrixXd lost = transposed_product(cross.sc, imitation);
+  return {cross.cc - lost - lost.transpose() + transposed_product(imitation, product(own.ss, imitation)),
+          cross.cr - transposed_product(imitation, own.sr)};
 }
 
 /// P(chi-squared with q degrees of freedom > x), by recurrence over q.
@@ -186,8 +188,7 @@ VectorXd expected_step(const Projected& p, const Hypothesis& h, const VectorXd& 
     if (p.information(i, i) > 1e-9 * full[i] && full[i] > 0) use.push_back(i);
   }
   while (!use.empty()) {
-    const VectorXd part =
-        MatrixXd(p.information(use, use)).completeOrthogonalDecomposition().solve(VectorXd(p.gradient(use)));
+    const VectorXd part = least_squares(p.information(use, use), VectorXd(p.gradient(use)));
     std::vector<Eigen::Index> stay;
     for (std::size_t k = 0; k < use.size(); ++k) {
       const std::size_t i = amplitudes[static_cast<std::size_t>(use[k])];
@@ -408,12 +409,13 @@ Score score_of_order(const Fitted& fitted, const Hypothesis& h, const std::vecto
   Eigen::Index freedom = 0;
   for (const Evidence& evidence : of_records) {
     const CrossSums cross = evidence.all();
-    const MatrixXd& white = evidence.white.cc;
-    if (white.determinant() <= 1e-12 * white(0, 0) * white(1, 1) || cross.cc.determinant() <= 0) continue;
-    const VectorXd size = cross.cc.inverse() * cross.cr;
-    information += 0.5 * cross.cc.trace();
-    found += 0.5 * cross.cc.trace() * size.squaredNorm();
-    statistic += evidence.white.cr.dot(white.inverse() * evidence.white.cr);
+    const Eigen::Matrix2d plain = cross.cc, white = evidence.white.cc;
+    const Eigen::Vector2d plain_gradient = cross.cr, white_gradient = evidence.white.cr;
+    if (white.determinant() <= 1e-12 * white(0, 0) * white(1, 1) || plain.determinant() <= 0) continue;
+    const Eigen::Vector2d size = plain.inverse() * plain_gradient;
+    information += 0.5 * plain.trace();
+    found += 0.5 * plain.trace() * size.squaredNorm();
+    statistic += white_gradient.dot(white.inverse() * white_gradient);
     freedom += 2;
   }
   for (const auto& [signal, own] : fitted.plain) {

@@ -2,13 +2,12 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-#include <Eigen/SVD>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "estimate/linear_algebra.h"
 #include "estimate/parallel.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -56,8 +55,8 @@ class Problem {
         if (!wanted(r.signal, options_)) continue;
         n.rtr += r.value.squaredNorm();
         if (!r.informed()) continue;
-        n.sts.selfadjointView<Eigen::Lower>().rankUpdate(r.sensitivity.transpose());
-        n.str.noalias() += r.sensitivity.transpose() * r.value;
+        n.sts += gram(r.sensitivity);
+        n.str += transposed_product(r.sensitivity, r.value);
         if (with_blocks) add_blocks(records_[i], r, blocks);
       }
       for (auto& [block, gradient] : blocks) n.block_gradients.push_back(std::move(gradient));
@@ -69,7 +68,6 @@ class Problem {
       sum.rtr += n.rtr;
       std::ranges::move(n.block_gradients, std::back_inserter(sum.block_gradients));
     }
-    sum.sts.triangularView<Eigen::StrictlyUpper>() = sum.sts.transpose();
     for (const auto& [column, prior] : priors_) {
       const double r = (prior.value - x[static_cast<std::size_t>(column)]) / prior.std;
       sum.sts(column, column) += 1 / (prior.std * prior.std);
@@ -92,7 +90,7 @@ class Problem {
       Eigen::Index end = begin + 1;
       while (end < r.value.size() && block_of(end) == block) ++end;
       const auto rows = end - begin;
-      const Eigen::VectorXd g = r.sensitivity.middleRows(begin, rows).transpose() * r.value.segment(begin, rows);
+      const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), r.value.segment(begin, rows));
       auto& sum = blocks[block];
       if (sum.size() == 0) sum.setZero(g.size());
       sum += g;
@@ -135,8 +133,8 @@ class CompressedCost final : public ceres::CostFunction {
     const Eigen::VectorXd inverse = size.cwiseInverse();
     Eigen::MatrixXd scaled = inverse.asDiagonal() * n.sts * inverse.asDiagonal();
     scaled.diagonal().array() += 1e-13;  // a column of zeros stays solvable
-    const Eigen::MatrixXd l = Eigen::LLT<Eigen::MatrixXd>(scaled).matrixL();
-    const Eigen::VectorXd head = l.triangularView<Eigen::Lower>().solve(inverse.asDiagonal() * n.str);
+    const Eigen::MatrixXd l = cholesky(scaled);
+    const Eigen::VectorXd head = solve_lower(l, inverse.asDiagonal() * n.str);
     r.head(p) = head;
     r[p] = std::sqrt(std::max(0.0, n.rtr - head.squaredNorm()));
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(jacobians[0], p + 1, p);
@@ -276,14 +274,14 @@ Identifiability identifiability_of(const NormalEquations& n, const Model& model,
   for (Eigen::Index i = 0; i < size.size(); ++i)
     size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
   const Eigen::MatrixXd scaled = size.asDiagonal() * n.sts * size.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-  result.singular_values = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();
+  const Eigensystem eigen = eigensystem(scaled);
+  result.singular_values = eigen.values.cwiseMax(0).cwiseSqrt().reverse();
   for (Eigen::Index i = 0; i < size.size(); ++i) {
-    const double singular = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+    const double singular = std::sqrt(std::max(0.0, eigen.values[i]));
     const double error = singular > 0 ? 1 / singular : std::numeric_limits<double>::infinity();
     // Also what is lost in rounding: a direction 10^7 times weaker than the strongest is noise of the arithmetic.
     if (error < 0.3 && singular > 1e-7 * result.singular_values[0]) continue;
-    const Eigen::VectorXd direction = eigen.eigenvectors().col(i);
+    const Eigen::VectorXd direction = eigen.vectors.col(i);
     std::string words;
     for (Eigen::Index j = 0; j < size.size(); ++j) {
       if (std::abs(direction[j]) < 0.1) continue;
@@ -323,12 +321,11 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   const Eigen::MatrixXd sts = n.sts(inner, inner);
   const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
   // A direction that the data do not determine has a huge variance, not none as in a pseudo-inverse.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse_size.asDiagonal() * sts *
-                                                             inverse_size.asDiagonal());
-  const double rounding = 1e-13 * eigen.eigenvalues().maxCoeff();
-  const Eigen::VectorXd variances = eigen.eigenvalues().cwiseMax(rounding).cwiseInverse();
-  const Eigen::MatrixXd inverse = inverse_size.asDiagonal() * eigen.eigenvectors() * variances.asDiagonal() *
-                                  eigen.eigenvectors().transpose() * inverse_size.asDiagonal();
+  const Eigensystem eigen = eigensystem(inverse_size.asDiagonal() * sts * inverse_size.asDiagonal());
+  const double rounding = 1e-13 * eigen.values.maxCoeff();
+  const Eigen::VectorXd variances = eigen.values.cwiseMax(rounding).cwiseInverse();
+  const Eigen::MatrixXd root = inverse_size.asDiagonal() * eigen.vectors * variances.cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd inverse = product(root, root.transpose());
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
   for (const Eigen::VectorXd& g : n.block_gradients) {
     const Eigen::VectorXd part = g(inner);
@@ -336,7 +333,7 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   }
   const double blocks = static_cast<double>(n.block_gradients.size());
   meat *= blocks / std::max(1.0, blocks - static_cast<double>(inner.size()));
-  const Eigen::MatrixXd sandwich = inverse * meat * inverse;
+  const Eigen::MatrixXd sandwich = product(product(inverse, meat), inverse);
   for (std::size_t a = 0; a < inner.size(); ++a) {
     for (std::size_t b = 0; b < inner.size(); ++b) {
       const auto ia = static_cast<Eigen::Index>(a), ib = static_cast<Eigen::Index>(b);

@@ -12,8 +12,6 @@
 namespace emtb {
 namespace {
 
-constexpr double clear_of_zero = 5;     // standard errors
-constexpr double turning = 0.02;        // of the largest speed
 constexpr double follows = 0.95;        // R2 of e_a against omega
 constexpr double generator_cell = 0.1;  // [s]
 

@@ -11,7 +11,6 @@
 namespace emtb {
 namespace {
 
-constexpr double turning = 0.02;           // of the largest speed
 constexpr double fast_window = 0.1;        // [s] over which a fast current is averaged
 constexpr double coasting_cell = 0.2;      // [s]
 constexpr double edge = 5;                 // readings to each side of an instant, whose speed is a line's through them

@@ -1,10 +1,11 @@
 #include "estimate/regression.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "estimate/linear_algebra.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -25,12 +26,11 @@ Regression regress(std::span<const std::vector<double>> columns, const std::vect
   if (!sigma.empty()) weight = Eigen::Map<const Eigen::VectorXd>(sigma.data(), rows).cwiseInverse();
   const Eigen::MatrixXd weighed = weight.asDiagonal() * a;
   const Eigen::VectorXd inverse_size = weighed.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const auto decomposed = (weighed * inverse_size.asDiagonal()).completeOrthogonalDecomposition();
-  const Eigen::VectorXd x = inverse_size.asDiagonal() * decomposed.solve(weight.cwiseProduct(b));
+  const Eigen::MatrixXd root = pseudo_inverse(weighed * inverse_size.asDiagonal());
+  const Eigen::VectorXd x = inverse_size.asDiagonal() * product(root, weight.cwiseProduct(b));
   const Eigen::VectorXd left = b - a * x;
   const double reduced = weight.cwiseProduct(left).squaredNorm() / static_cast<double>(rows - count);
   const double variance = sigma.empty() ? reduced : std::max(1.0, reduced);
-  const Eigen::MatrixXd root = decomposed.pseudoInverse();
   Regression result;
   for (Eigen::Index c = 0; c < count; ++c) {
     result.value.push_back(x[c]);

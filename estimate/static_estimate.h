@@ -9,6 +9,9 @@
 
 namespace emtb {
 
+inline constexpr double turning = 0.02;     ///< of the largest speed: faster than this, the shaft turns
+inline constexpr double clear_of_zero = 5;  ///< standard errors
+
 /// A number found by experiment.
 struct Quantity {
   std::string symbol = {};  ///< `R_a`, `dω/dt`

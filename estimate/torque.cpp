@@ -9,9 +9,7 @@
 namespace emtb {
 namespace {
 
-constexpr double turning = 0.02;      // of the largest speed
 constexpr double one_voltage = 0.02;  // of the largest: what an unregulated supply sags
-constexpr double clear_of_zero = 5;   // standard errors
 
 double largest(const std::vector<const SettledPoint*>& points, Signal signal) {
   double most = 0;

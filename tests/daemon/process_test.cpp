@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-const char* const endless = "name: endless\nkind: step\nlevel: 3\nbefore: 0\nhold: 100\nafter: 0\n";
+const char* const hundred_seconds = "name: endless\nkind: step\nlevel: 3\nbefore: 0\nhold: 100\nafter: 0\n";
 
 /// The real program on the simulated FH2 bench, on a copy of the bench file: its lock is per file.
 class ProcessTest : public Scratch {
@@ -62,7 +62,7 @@ class ProcessTest : public Scratch {
   /// A run at real time, `seconds` of it gone; its session's path.
   std::string run_for(Client& daemon, double seconds) {
     daemon.call("reset", {});
-    const json run = daemon.call("run", {{"profile", endless}});
+    const json run = daemon.call("run", {{"profile", hundred_seconds}});
     EXPECT_TRUE(eventually([&] {
       const json now = daemon.call("status", {});
       return now["run"].is_object() && now["run"]["t"] >= seconds;

@@ -10,16 +10,17 @@
 #include "drivers/simulated/meter.h"
 #include "drivers/simulated/output.h"
 #include "hal/error.h"
+#include "tests/drivers/servo.h"
 
 namespace emtb::simulated {
 namespace {
 
-constexpr double tick = 1e-3;  // [s]
 constexpr std::uint64_t seed = 7;
 
-PlantParameters servo() {
-  return {.driver = {.gain = 4, .rise = 2000, .fall = 2000, .min = -24, .max = 24},
-          .motor = {.R_a = 1.2, .K_b = 0.042, .K_m = 0.042, .B = 1e-5, .J = 6e-5}};
+PlantParameters servo_and_driver() {
+  PlantParameters p = servo();
+  p.driver = {.gain = 4, .rise = 2000, .fall = 2000, .min = -24, .max = 24};
+  return p;
 }
 
 /// A channel that tells the truth.
@@ -29,7 +30,7 @@ DaqChannel exact(Signal signal) { return {.signal = signal, .bits = 0}; }
 struct Rig {
   explicit Rig(std::vector<DaqChannel> channels, double now = 1000, std::uint64_t world_seed = seed)
       : clock(std::make_shared<ManualClock>(now)),
-        world(std::make_shared<World>(servo(), clock, world_seed)),
+        world(std::make_shared<World>(servo_and_driver(), clock, world_seed)),
         daq("daq", world, std::move(channels), tick),
         output(world, {.min = -6, .max = 6, .safe = 0}) {}
 

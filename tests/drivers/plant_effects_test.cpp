@@ -9,15 +9,10 @@
 #include "drivers/simulated/plant.h"
 #include "drivers/simulated/plant_laws.h"
 #include "hal/error.h"
+#include "tests/drivers/servo.h"
 
 namespace emtb::simulated {
 namespace {
-
-constexpr double tick = 1e-3;  // [s]
-
-PlantParameters servo(Laws laws = Laws::usual) {
-  return {.laws = laws, .driver = {.gain = 4}, .motor = {.R_a = 1.2, .K_b = 0.042, .K_m = 0.042, .B = 1e-5, .J = 6e-5}};
-}
 
 /// A body that nothing drives or brakes but what a test adds, kicked for a millisecond to about a speed.
 PlantParameters free_body(double kick) {
@@ -25,10 +20,6 @@ PlantParameters free_body(double kick) {
   p.motor.K_m = p.motor.B = 0;
   p.hidden_torque = [torque = p.motor.J * kick / tick](double, double, double t) { return t < tick ? -torque : 0; };
   return p;
-}
-
-void run(Plant& plant, double seconds, double reference) {
-  for (int n = 0; n < std::lround(seconds / tick); ++n) plant.advance(tick, reference);
 }
 
 /// [V] the terminal voltage after each millisecond of a profile

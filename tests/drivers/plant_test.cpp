@@ -8,25 +8,15 @@
 #include <numbers>
 
 #include "hal/error.h"
+#include "tests/drivers/servo.h"
 
 namespace emtb::simulated {
 namespace {
-
-constexpr double tick = 1e-3;  // [s]
 
 /// The paper's motor and driver, nothing hidden.
 PlantParameters fh2() {
   return {.driver = {.gain = 110.0 / 6, .rise = 22.5, .fall = 20.4, .min = 0, .max = 110},
           .motor = {.R_a = 31.825, .K_b = 0.6739, .K_m = 0.6739, .B = 1e-4, .J = 3.449e-3}};
-}
-
-/// The small servo, with an ideal driver.
-PlantParameters servo() {
-  return {.driver = {.gain = 4}, .motor = {.R_a = 1.2, .K_b = 0.042, .K_m = 0.042, .B = 1e-5, .J = 6e-5}};
-}
-
-void run(Plant& plant, double seconds, double reference) {
-  for (int n = 0; n < std::lround(seconds / tick); ++n) plant.advance(tick, reference);
 }
 
 PlantParameters with_friction(PlantParameters p, FrictionLaw law, double T_c, double T_s = 0) {

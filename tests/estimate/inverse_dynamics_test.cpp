@@ -18,12 +18,12 @@ using testing::HasSubstr;
 constexpr double J = 6e-5, B = 2e-5, T_c = 0.003, T_L = 0.001, K_m = 0.042;
 
 double angle(double t) { return 100 * (1 - std::cos(2 * t)) + 20 * std::sin(0.7 * t); }
-double speed(double t) { return 200 * std::sin(2 * t) + 14 * std::cos(0.7 * t); }
+double swinging(double t) { return 200 * std::sin(2 * t) + 14 * std::cos(0.7 * t); }
 double acceleration(double t) { return 400 * std::cos(2 * t) - 9.8 * std::sin(0.7 * t); }
 
 /// The current that this motion needs.
 double current(double t) {
-  const double omega = speed(t);
+  const double omega = swinging(t);
   return (J * acceleration(t) + B * omega + std::copysign(T_c, omega) + T_L) / K_m;
 }
 
@@ -32,7 +32,7 @@ emtb::Run motion(std::optional<Signal> of, double noise_of_current = 0) {
   run.name = "motion.csv";
   synthetic::Noise noise(3);
   run.signals[Signal::i_a] = series(1e-3, 12, [&](double t) { return current(t) + noise(noise_of_current); });
-  if (of) run.signals[*of] = series(1e-3, 12, *of == Signal::theta ? angle : speed);
+  if (of) run.signals[*of] = series(1e-3, 12, *of == Signal::theta ? angle : swinging);
   return run;
 }
 

@@ -23,7 +23,7 @@ const Observation* observation(const PreparedRun& run, Signal signal) {
   return o == run.observations.end() ? nullptr : &*o;
 }
 
-std::string complaint(const emtb::Run& run, const Model& model = servo_model()) {
+std::string complaint_of_preparing(const emtb::Run& run, const Model& model = servo_model()) {
   try {
     prepare_run(run, model);
   } catch (const ModelError& e) {
@@ -196,13 +196,14 @@ TEST(PrepareRun, KnowsWhenTheArmatureIsOpen) {
 TEST(PrepareRun, SaysWhatIsMissing) {
   emtb::Run run = plain_run();
   run.signals.erase(Signal::u_ref);
-  EXPECT_THAT(complaint(run), AllOf(HasSubstr("steps.csv#a has no u_ref_V"), HasSubstr("`servo`"), HasSubstr("--map")));
+  EXPECT_THAT(complaint_of_preparing(run),
+              AllOf(HasSubstr("steps.csv#a has no u_ref_V"), HasSubstr("`servo`"), HasSubstr("--map")));
   run = plain_run();
   run.signals.erase(Signal::omega);
-  EXPECT_THAT(complaint(run), AllOf(HasSubstr("steps.csv#a"), HasSubstr("omega_rad_s")));
+  EXPECT_THAT(complaint_of_preparing(run), AllOf(HasSubstr("steps.csv#a"), HasSubstr("omega_rad_s")));
   run = plain_run();
   run.signals[Signal::u_ref] = series(1e-3, 0.005, [](double) { return 1.0; });
-  EXPECT_THAT(complaint(run), HasSubstr("too short: 5 samples"));
+  EXPECT_THAT(complaint_of_preparing(run), HasSubstr("too short: 5 samples"));
 }
 
 TEST(PrepareRun, RefusesAHoleInWhatDrivesTheModel) {
@@ -210,7 +211,7 @@ TEST(PrepareRun, RefusesAHoleInWhatDrivesTheModel) {
   Series& e_a = run.signals[Signal::e_a];
   e_a.t.erase(e_a.t.begin() + 800, e_a.t.begin() + 900);
   e_a.value.erase(e_a.value.begin() + 800, e_a.value.begin() + 900);
-  EXPECT_THAT(complaint(run), AllOf(HasSubstr("e_a_V has no reading near t = 0.8"), HasSubstr("@T0:T1")));
+  EXPECT_THAT(complaint_of_preparing(run), AllOf(HasSubstr("e_a_V has no reading near t = 0.8"), HasSubstr("@T0:T1")));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 using testing::ElementsAre;
 
-Model servo() {
+Model servo_machine() {
   Model m;
   m.name = "servo";
   const double values[] = {1.2, 0.042, 0.05, 1e-5, 6e-5};
@@ -29,7 +29,7 @@ Model servo() {
 }
 
 TEST(Model, IncludesAnEffectAtItsNullValueInTheOrderOfTheCatalogue) {
-  Model m = servo();
+  Model m = servo_machine();
   m.include(effect_index("tacho_lag"));
   m.include(effect_index("coulomb_friction"));
   ASSERT_EQ(m.effects.size(), 2U);
@@ -46,7 +46,7 @@ TEST(Model, IncludesAnEffectAtItsNullValueInTheOrderOfTheCatalogue) {
 }
 
 TEST(Model, IncludingAgainKeepsTheValueThatWasFound) {
-  Model m = servo();
+  Model m = servo_machine();
   const std::size_t coulomb = effect_index("coulomb_friction");
   m.include(coulomb);
   m.effects[0].parameters[0].value = 0.003;
@@ -56,7 +56,7 @@ TEST(Model, IncludingAgainKeepsTheValueThatWasFound) {
 }
 
 TEST(Model, ExcludesAnEffect) {
-  Model m = servo();
+  Model m = servo_machine();
   m.include(effect_index("coulomb_friction"));
   m.include(effect_index("windage"));
   m.exclude(effect_index("coulomb_friction"));
@@ -67,7 +67,7 @@ TEST(Model, ExcludesAnEffect) {
 }
 
 TEST(Model, NamesItsParametersInTheOrderOfTheStructure) {
-  Model m = servo();
+  Model m = servo_machine();
   m.include(effect_index("tacho_lag"));
   m.include(effect_index("driver_dead_zone"));
   EXPECT_THAT(m.names(), ElementsAre("R_a", "K_b", "K_m", "B", "J", "driver_dead_zone.u_d", "tacho_lag.tau"));
@@ -79,7 +79,7 @@ TEST(Model, NamesItsParametersInTheOrderOfTheStructure) {
 }
 
 TEST(Model, StructureHasTheDriverAndLeavesWhatIsMeasuredToTheData) {
-  Model m = servo();
+  Model m = servo_machine();
   EXPECT_EQ(m.structure().driver.gain, 1);  // ideal
   m.driver = DriverModel{.gain = 4};
   m.input = Signal::e_a;
@@ -90,7 +90,7 @@ TEST(Model, StructureHasTheDriverAndLeavesWhatIsMeasuredToTheData) {
 }
 
 TEST(FreeParameters, AreAllButTheFixedAndTheTied) {
-  Model m = servo();
+  Model m = servo_machine();
   m.tie = {{"K_m", "K_b"}};
   m.at(0).fixed = true;
   m.include(effect_index("coulomb_friction"));
@@ -102,7 +102,7 @@ TEST(FreeParameters, AreAllButTheFixedAndTheTied) {
 }
 
 TEST(FreeParameters, ATiedParameterFollowsItsLeader) {
-  Model m = servo();
+  Model m = servo_machine();
   m.tie = {{"K_m", "K_b"}};
   EXPECT_EQ(m.values()[2], 0.042);  // whatever the file says of K_m
   const FreeParameters free(m);
@@ -115,7 +115,7 @@ TEST(FreeParameters, ATiedParameterFollowsItsLeader) {
 }
 
 TEST(FreeParameters, TheTieOfAnAbsentEffectMeansNothing) {
-  Model m = servo();
+  Model m = servo_machine();
   m.tie = {{"coulomb_friction.T_c", "B"}};
   EXPECT_EQ(FreeParameters(m).size(), 5U);
   m.include(effect_index("coulomb_friction"));

@@ -58,9 +58,9 @@ TEST(Terminal, IsColouredOnlyWhereAsked) {
 }
 
 TEST(Terminal, LeavesGapsWhereNothingWasRead) {
-  const double gap = std::nan("");
+  const double unread = std::nan("");
   Figure f;
-  f.x({"t", "s"}).panel({"y", ""}).line("", {0, 1, 2, 3, 4, 5}, {1, 1, gap, gap, 1, 1});
+  f.x({"t", "s"}).panel({"y", ""}).line("", {0, 1, 2, 3, 4, 5}, {1, 1, unread, unread, 1, 1});
   const auto lines = lines_of(to_terminal(f, {.width = 63, .lines = 3}));
   const auto row = std::ranges::find_if(lines, [](const std::string& line) {
     return line.find("\xE2\xA0") < line.size() || line.find("\xE2\xA1") < line.size();
