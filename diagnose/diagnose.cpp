@@ -11,14 +11,14 @@ namespace {
 
 /// Friction that falls with speed is a part of dry friction: without that it makes no sense.
 bool makes_sense(std::size_t effect, const Model& model) {
-  const std::string_view needs = effect_catalogue()[effect].needs;
+  const std::string_view needs = model.about(effect).needs;
   return needs.empty() || model.includes(effect_index(needs));
 }
 
 /// Does some effect of the model need this one?
 bool needed(std::size_t effect, const Model& model) {
   return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
-    return effect_catalogue()[e.effect].needs == effect_catalogue()[effect].id;
+    return effect_catalogue()[e.effect].needs == model.about(effect).id;
   });
 }
 
@@ -57,14 +57,14 @@ class Search {
     const CalibrationOptions judge_only{
         .extra_starts = 0, .max_iterations = 0, .tolerance = 1e-6, .with_covariance = true, .outputs = {}};
     const Model judged = calibrate(data_.train, fitted, judge_only).model;
-    const EffectInfo& about = effect_catalogue()[effect];
-    const IncludedEffect& included = *std::ranges::find(judged.effects, effect, &IncludedEffect::effect);
+    const EffectInfo& about = judged.about(effect);
+    const std::vector<Parameter>& included = judged.parameters_of(effect);
     bool any_amplitude = false;
     for (std::size_t i = 0; i < about.parameter_count; ++i) {
       const EffectParameter& p = about.parameter_list[i];
       if (p.shape) continue;
       any_amplitude = true;
-      const Parameter& found = included.parameters[i];
+      const Parameter& found = included[i];
       const bool on_bound = found.value <= found.min || found.value >= found.max;
       const double size = p.null == infinity || p.known ? found.value : found.value - p.null;
       if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
@@ -74,7 +74,7 @@ class Search {
 
   std::vector<Score> scores(const Model& fitted) const {
     std::vector<std::size_t> absent;
-    for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
+    for (std::size_t e = 0; e < fitted.known_effects(); ++e) {
       if (!fitted.includes(e)) absent.push_back(e);
     }
     return score(data_.train, fitted, absent, options_.score);
@@ -108,8 +108,6 @@ class Search {
   const DiagnoseOptions& options_;
 };
 
-std::size_t parameter_count(std::size_t effect) { return effect_catalogue()[effect].parameter_count; }
-
 /// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
 /// parameters.
 const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>>& trials, const Trial& current,
@@ -122,9 +120,12 @@ const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>
     }
   }
   if (best == nullptr) return nullptr;
+  const auto parameter_count = [](const std::pair<Score, Trial>& t) {
+    return t.second.model.about(t.first.effect).parameter_count;
+  };
   for (const auto& t : trials) {
-    if (parameter_count(t.first.effect) < parameter_count(best->first.effect) &&
-        material(current.held_out, t.second.held_out, rule) && tied(best->second.held_out, t.second.held_out, rule)) {
+    if (parameter_count(t) < parameter_count(*best) && material(current.held_out, t.second.held_out, rule) &&
+        tied(best->second.held_out, t.second.held_out, rule)) {
       best = &t;
     }
   }
@@ -178,6 +179,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const auto progress = [&](double share, const std::string& doing) {
     if (options.progress) options.progress(share, doing);
   };
+  const auto id = [&](std::size_t effect) { return std::string(model.about(effect).id); };
   Diagnosis d;
   const Dataset data = prepare(train, held_out, model);
   d.left_one_out = held_out.empty() && train.size() > 1;
@@ -209,8 +211,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     }
     if (best == nullptr) break;
     found.push_back(best->first.effect);
-    d.steps.push_back({"added " + std::string(effect_catalogue()[found.back()].id), found.back(), best->second.train,
-                       best->second.held_out.error()});
+    d.steps.push_back({"added " + id(found.back()), found.back(), best->second.train, best->second.held_out.error()});
     current = Trial(best->second);
   }
 
@@ -227,9 +228,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       if (s.effect == member || !material(reduced.held_out, trial.held_out, rule)) continue;
       if (!search.determined(trial.model, s.effect)) continue;
       if (material(current.held_out, trial.held_out, rule) && !tied(trial.held_out, current.held_out, rule)) {
-        d.steps.push_back({"swapped " + std::string(effect_catalogue()[member].id) + " for " +
-                               std::string(effect_catalogue()[s.effect].id),
-                           s.effect, trial.train, trial.held_out.error()});
+        d.steps.push_back(
+            {"swapped " + id(member) + " for " + id(s.effect), s.effect, trial.train, trial.held_out.error()});
         current = trial;
         found[i] = s.effect;
         rivals.erase(member);
@@ -254,8 +254,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       ++i;
       continue;
     }
-    d.steps.push_back(
-        {"dropped " + std::string(effect_catalogue()[found[i]].id), {}, reduced.train, reduced.held_out.error()});
+    d.steps.push_back({"dropped " + id(found[i]), {}, reduced.train, reduced.held_out.error()});
     current = std::move(reduced);
     rivals.erase(found[i]);
     found.erase(found.begin() + static_cast<std::ptrdiff_t>(i));
@@ -283,7 +282,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       // Only a rival that is not itself a member: two members are both needed.
       if (std::ranges::find(found, rival) == found.end()) m.tied_with.push_back(rival);
     }
-    m.parameters = std::ranges::find(d.final.effects, effect, &IncludedEffect::effect)->parameters;
+    m.parameters = d.final.parameters_of(effect);
     d.missing.push_back(std::move(m));
   }
   std::ranges::stable_sort(d.candidates, [](const Candidate& a, const Candidate& b) {

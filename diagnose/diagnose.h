@@ -11,6 +11,7 @@
 #include "diagnose/missing_curve.h"
 #include "diagnose/score.h"
 #include "estimate/calibrate.h"
+#include "model/effect.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -26,7 +27,7 @@ enum class Verdict {
 std::string_view word(Verdict verdict) noexcept;
 
 struct MissingEffect {
-  std::size_t effect = 0;
+  std::size_t effect = 0;  ///< as the model numbers them: Model::about()
   std::vector<std::size_t> tied_with;
   std::vector<Parameter> parameters;  ///< as fitted, with standard errors
 };
@@ -58,6 +59,9 @@ struct Diagnosis {
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
+
+  /// What is known of an effect that the diagnosis names by its number.
+  const EffectInfo& about(std::size_t effect) const { return final.about(effect); }
 };
 
 struct DiagnoseOptions {
@@ -69,10 +73,10 @@ struct DiagnoseOptions {
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 
-/// Finds out which physical effect the model is missing (section 6 of the design, steps 1-7):
-/// fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something material from
-/// held-out runs; repeat; then try to swap each member for its rivals (those that do as well are tied with it) and to
-/// do without it.
+/// Finds out which physical effect of the catalogue, or which formula on offer, the model is missing (section 6 of the
+/// design, steps 1-7): fit; score every absent effect at zero amplitude; refit the best; keep the one that removes
+/// something material from held-out runs; repeat; then try to swap each member for its rivals (those that do as well
+/// are tied with it) and to do without it.
 /// @throws ModelError where the runs do not fit the model.
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options = {});
