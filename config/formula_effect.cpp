@@ -140,6 +140,10 @@ void check_values(const YamlMap& yaml, const AddedTerm& term) {
   for (const TermInput& x : {TermInput{}, TermInput{10, 1, 1, 1, 1}, TermInput{-10, -1, 2, -1, 2}}) {
     const double value = value_at(term, nulls, x);
     if (std::abs(value - absent) <= 1e-9) continue;
+    if (!std::isfinite(value)) {
+      yaml.fail(key, "is not finite at omega " + yaml_number(x.omega) + ", i_a " + yaml_number(x.i_a) +
+                         ". Write it for both signs, e.g. sign(omega)*abs(omega)^1.5");
+    }
     yaml.fail(key, "is " + yaml_number(value) + " where its parameters have their null, but must be " +
                        yaml_number(absent) + ": there the effect is absent. State each `null`");
   }

@@ -15,7 +15,6 @@ namespace emtb {
 namespace {
 
 using testing::AllOf;
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr const char* with_formulas =
@@ -104,6 +103,7 @@ TEST(FormulaEffect, ComplaintsNameFileLineAndKey) {
               AllOf(HasSubstr("effects.my_cubic.torque"), HasSubstr("at rest")));
   EXPECT_THAT(complaint_with("-c3*omega^3", "1 - c3*omega^3"),
               AllOf(HasSubstr("effects.my_cubic.torque is 1"), HasSubstr("must be 0")));
+  EXPECT_THAT(complaint_with("-c3*omega^3", "-c3*omega^1.5"), HasSubstr("is not finite at omega -10"));
   EXPECT_THAT(complaint_with("1 - k*tanh", "2 - k*tanh"), HasSubstr("must be 1"));
   EXPECT_THAT(complaint_with("  my_cubic:", "  eddy_brake:"),
               HasSubstr("own.yaml:6: effects.eddy_brake is an effect of the library"));
