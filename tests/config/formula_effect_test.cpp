@@ -183,6 +183,12 @@ TEST_F(CandidatesFile, MustAgreeWithTheFormulasOfTheModel) {
               HasSubstr("my_cubic stands in the model with another formula"));
 }
 
+TEST(ShippedCandidates, AllRead) {
+  for (const auto& entry : std::filesystem::directory_iterator(EMTB_SOURCE_DIR "/config/candidates")) {
+    EXPECT_FALSE(read_candidates(entry.path()).empty()) << entry.path();
+  }
+}
+
 TEST_F(CandidatesFile, ComplaintsNameFileLineAndKey) {
   EXPECT_THAT(complaint([&] { read_candidates(write("a: {torque: omega*}\n")); }),
               HasSubstr(".yaml:1: a.torque ends too early"));
