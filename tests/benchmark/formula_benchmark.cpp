@@ -22,6 +22,13 @@ Machinery bare() {
   return {bench.structure, bench.base};
 }
 
+Machinery with_brushes() {
+  Machinery m = bare();
+  m.structure.effects = {effect_index("brush_drop")};
+  m.values.insert(m.values.end(), {0.4, 0.02});
+  return m;
+}
+
 Machinery with_library() {
   Machinery m = bare();
   m.structure.effects = {effect_index("windage")};
@@ -29,11 +36,11 @@ Machinery with_library() {
   return m;
 }
 
-Machinery with_formula(const std::string& text) {
+Machinery with_formula(const std::string& text, TermPlace place = TermPlace::torque, double c = 2e-8) {
   Machinery m = bare();
   const std::vector<std::string> symbols{"c"};
-  m.structure.terms = {{TermPlace::torque, parse_formula(text, symbols), 1}};
-  m.values.push_back(2e-8);
+  m.structure.terms = {{place, parse_formula(text, symbols), 1}};
+  m.values.push_back(c);
   return m;
 }
 
@@ -63,6 +70,7 @@ void with_derivatives(benchmark::State& state, const Machinery& m) { run<WideSen
 
 constexpr const char* square = "-c*omega*abs(omega)";
 constexpr const char* cubic = "-c*omega^3";
+constexpr const char* brushes = "-c*tanh(i_a/0.02)";
 constexpr const char* bent = "-c*tanh(omega/8)*exp(-t/20)";
 
 BENCHMARK_CAPTURE(simulated, no_effect, bare());
@@ -70,11 +78,15 @@ BENCHMARK_CAPTURE(simulated, library_windage, with_library());
 BENCHMARK_CAPTURE(simulated, formula_windage, with_formula(square));
 BENCHMARK_CAPTURE(simulated, formula_cubic, with_formula(cubic));
 BENCHMARK_CAPTURE(simulated, formula_tanh_exp, with_formula(bent));
+BENCHMARK_CAPTURE(simulated, library_brush_drop, with_brushes());
+BENCHMARK_CAPTURE(simulated, formula_brush_drop, with_formula(brushes, TermPlace::voltage, 0.4));
 BENCHMARK_CAPTURE(with_derivatives, no_effect, bare());
 BENCHMARK_CAPTURE(with_derivatives, library_windage, with_library());
 BENCHMARK_CAPTURE(with_derivatives, formula_windage, with_formula(square));
 BENCHMARK_CAPTURE(with_derivatives, formula_cubic, with_formula(cubic));
 BENCHMARK_CAPTURE(with_derivatives, formula_tanh_exp, with_formula(bent));
+BENCHMARK_CAPTURE(with_derivatives, library_brush_drop, with_brushes());
+BENCHMARK_CAPTURE(with_derivatives, formula_brush_drop, with_formula(brushes, TermPlace::voltage, 0.4));
 
 }  // namespace
 }  // namespace emtb

@@ -50,13 +50,43 @@ TEST(FormulaInAModel, HasTheRightSensitivities) {
                              "-T*tanh(omega/w)*exp(-t/tau)",
                              {{"T", torque, torque, -far, far}, {"w", 8, 8, 1, far}, {"tau", 20, 20, 1, far}}};
     const UsersEffect drop{TermPlace::voltage, "-V*tanh(i_a/2)", {{"V", 0.2, 0.2, -far, far}}};
+    const UsersEffect steep{TermPlace::voltage,
+                            "-V*tanh(i_a/i_k) - r*i_a",
+                            {{"V", 0.4, 0.4, -far, far}, {"i_k", 0.02, 0.02, 1e-3, far}, {"r", 0.3, 0.3, -far, far}}};
     const UsersEffect field{TermPlace::flux, "1 - k*i_a^2/(1 + i_a^2)", {{"k", 0.05, 0.05, -far, far}}};
     EXPECT_TRUE(CheckSensitivities(case_with(bench, {cubic}), 1e-6));
-    for (const UsersEffect& effect : {smooth, drop, field}) EXPECT_TRUE(CheckSensitivities(case_with(bench, {effect})));
+    for (const UsersEffect& effect : {smooth, drop, steep, field})
+      EXPECT_TRUE(CheckSensitivities(case_with(bench, {effect})));
     EXPECT_TRUE(CheckSensitivities(case_with(bench, {smooth, drop, field})));
     UsersEffect absent = cubic;
     absent.parameters[0].value = 0;
     EXPECT_TRUE(CheckSensitivities(case_with(bench, {absent}), 1e-6)) << "where a score test stands";
+  }
+}
+
+TEST(FormulaInAModel, ADropThatIsSteepInTheCurrentDoesNotSwing) {
+  const testing_benches::TestBench bench = testing_benches::fast_bench();
+  const auto simulated_with = [&](const ModelStructure& structure, std::vector<double> more) {
+    std::vector<double> values = bench.base;
+    values.insert(values.end(), more.begin(), more.end());
+    Trajectory<double> y;
+    simulate<double>(structure, values, bench.excitation, y);
+    return y;
+  };
+  ModelStructure library = bench.structure, formula = bench.structure, jump = bench.structure;
+  library.effects = {effect_index("brush_drop")};
+  formula.terms = {
+      {TermPlace::voltage, parse_formula("-V*tanh(i_a/i_lin)", std::vector<std::string>{"V", "i_lin"}), 2}};
+  jump.terms = {{TermPlace::voltage, parse_formula("-V*sign(i_a)", std::vector<std::string>{"V"}), 1}};
+  const auto expected = simulated_with(library, {0.4, 0.02}), y = simulated_with(formula, {0.4, 0.02});
+  const auto held = simulated_with(jump, {0.4}), sharp = simulated_with(formula, {0.4, 1e-5});
+  for (std::size_t k = 0; k < y.omega.size(); ++k) {
+    ASSERT_NEAR(y.omega[k], expected.omega[k], 1e-6) << "of 600 rad/s, at t = " << bench.excitation.t[k] << " s";
+    ASSERT_NEAR(held.omega[k], sharp.omega[k], 0.05) << "at t = " << bench.excitation.t[k] << " s";
+  }
+  for (std::size_t k = y.i_a.size() - 100; k < y.i_a.size(); ++k) {
+    ASSERT_NEAR(y.i_a[k], expected.i_a[k], 1e-9);
+    ASSERT_NEAR(held.i_a[k], sharp.i_a[k], 1e-3);
   }
 }
 
