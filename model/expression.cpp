@@ -87,12 +87,6 @@ struct Slopes {
 
 Slopes slopes_of(Operation operation, double a, double b, double y) {
   switch (operation) {
-    case Operation::add:
-      return {1, 1};
-    case Operation::subtract:
-      return {1, -1};
-    case Operation::multiply:
-      return {b, a};
     case Operation::divide:
       return {1 / b, -y / b};
     case Operation::power:
@@ -105,8 +99,6 @@ Slopes slopes_of(Operation operation, double a, double b, double y) {
       return a < b ? Slopes{0, 1} : Slopes{1, 0};
     case Operation::choose:
       return a != 0 ? Slopes{0, 1, 0} : Slopes{0, 0, 1};
-    case Operation::negate:
-      return {-1};
     case Operation::absolute:
       return {sign_of(a)};
     case Operation::square_root:
@@ -134,7 +126,7 @@ Slopes slopes_of(Operation operation, double a, double b, double y) {
     case Operation::hyperbolic_tangent:
       return {1 - y * y};
     default:
-      return {};  // constants, and what jumps
+      return {};  // what jumps; the simplest stand in evaluate()
   }
 }
 
@@ -196,27 +188,69 @@ double Expression::evaluate(const TermInput& x, std::span<const double> p, TermI
   value[3] = x.u_ref;
   value[4] = x.t;
   std::ranges::copy(p, value.begin() + quantities);
+  // What formulas mostly consist of is computed here, without a call.
+  double* const v = value.data();
   for (std::size_t i = first_; i < n; ++i) {
     const Step& s = steps_[i - first_];
-    value[i] = s.operation == Operation::constant ? s.value : computed(s.operation, value[s.a], value[s.b], value[s.c]);
+    switch (s.operation) {
+      case Operation::constant:
+        v[i] = s.value;
+        break;
+      case Operation::add:
+        v[i] = v[s.a] + v[s.b];
+        break;
+      case Operation::subtract:
+        v[i] = v[s.a] - v[s.b];
+        break;
+      case Operation::multiply:
+        v[i] = v[s.a] * v[s.b];
+        break;
+      case Operation::negate:
+        v[i] = -v[s.a];
+        break;
+      default:
+        v[i] = computed(s.operation, v[s.a], v[s.b], v[s.c]);
+    }
   }
 
-  // by[i]: the derivative of the result with respect to the i-th value.
+  // d[i]: the derivative of the result with respect to the i-th value.
   std::array<double, most_values> by;
   std::fill_n(by.begin(), n, 0.0);
-  by[result_] = 1;
+  double* const d = by.data();
+  d[result_] = 1;
   for (std::size_t i = n; i-- > first_;) {
+    const double from = d[i];
+    if (from == 0) continue;  // also: a branch that was not chosen may be NaN
     const Step& s = steps_[i - first_];
-    if (by[i] == 0 || s.operation == Operation::constant) continue;  // also: a branch that was not chosen may be NaN
-    const double a = value[s.a], b = value[s.b];
-    Slopes slopes = slopes_of(s.operation, a, b, value[i]);
-    if (s.operation == Operation::power && !constant_at(s.b)) slopes.b = value[i] * std::log(a);
-    const auto hand_on = [&](Place to, double slope) {
-      if (slope != 0 && std::isfinite(slope)) by[to] += by[i] * slope;
-    };
-    hand_on(s.a, slopes.a);
-    if (operands_of(s.operation) > 1) hand_on(s.b, slopes.b);
-    if (operands_of(s.operation) > 2) hand_on(s.c, slopes.c);
+    switch (s.operation) {
+      case Operation::constant:
+        break;
+      case Operation::add:
+        d[s.a] += from;
+        d[s.b] += from;
+        break;
+      case Operation::subtract:
+        d[s.a] += from;
+        d[s.b] -= from;
+        break;
+      case Operation::multiply:
+        d[s.a] += from * v[s.b];
+        d[s.b] += from * v[s.a];
+        break;
+      case Operation::negate:
+        d[s.a] -= from;
+        break;
+      default: {
+        Slopes slopes = slopes_of(s.operation, v[s.a], v[s.b], v[i]);
+        if (s.operation == Operation::power && !constant_at(s.b)) slopes.b = v[i] * std::log(v[s.a]);
+        const auto hand_on = [&](Place to, double slope) {
+          if (slope != 0 && std::isfinite(slope)) d[to] += from * slope;
+        };
+        hand_on(s.a, slopes.a);
+        hand_on(s.b, slopes.b);
+        hand_on(s.c, slopes.c);
+      }
+    }
   }
   by_input = {by[0], by[1], by[2], by[3], by[4]};
   std::copy_n(by.begin() + quantities, by_parameter.size(), by_parameter.begin());
