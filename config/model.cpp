@@ -1,51 +1,16 @@
 #include "config/model.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 
+#include "config/formula_effect.h"
+#include "config/parameter.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
 namespace emtb {
 namespace {
-
-/// Short and exact enough: nine digits are more than any bench can tell.
-std::string number(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 9).ptr;
-  return {text.data(), end};
-}
-
-Parameter read_parameter(const YamlMap& parent, const std::string& symbol, std::string_view unit, double least,
-                         double most) {
-  const YamlMap yaml = parent.map(symbol);
-  yaml.only({"value", "min", "max", "unit", "fixed", "prior", "std_error"});
-  Parameter p;
-  p.symbol = symbol;
-  p.unit = yaml.text_or("unit", unit);
-  if (p.unit != unit) yaml.fail("unit", "is `" + p.unit + "`, but " + symbol + " is in " + std::string(unit));
-  p.value = yaml.number("value");
-  p.fixed = yaml.flag_or("fixed", false);
-  p.min = p.fixed ? yaml.number_or("min", p.value) : yaml.number_or("min", least);
-  p.max = p.fixed ? yaml.number_or("max", p.value) : yaml.number_or("max", most);
-  if (!p.fixed && (!std::isfinite(p.min) || !std::isfinite(p.max))) {
-    yaml.fail("", "needs min and max (or fixed: true): a fit moves it within them");
-  }
-  if (p.min < least) yaml.fail("min", "is below " + number(least) + " " + p.unit + ", which cannot be");
-  if (p.max < p.min) yaml.fail("max", "is below min");
-  if (p.value < p.min || p.value > p.max) {
-    yaml.fail("value", "is " + number(p.value) + " " + p.unit + ", outside its bounds " + number(p.min) + " to " +
-                           number(p.max) + ". Start within them, or widen them");
-  }
-  if (const auto prior = yaml.map_if("prior")) {
-    prior->only({"value", "std"});
-    p.prior = Prior{prior->number("value"), prior->positive("std")};
-  }
-  if (yaml.has("std_error")) p.std_error = yaml.number("std_error");
-  return p;
-}
 
 /// The physical lower limit of a base parameter: all but friction must be above zero.
 double least_of(std::string_view symbol) { return symbol == "B" ? 0.0 : 1e-12; }
@@ -89,11 +54,15 @@ void read_effects(const YamlMap& yaml, Model& model) {
   const auto effects = yaml.map_if("effects");
   if (!effects) return;
   for (const std::string& id : effects->keys()) {
+    if (is_formula(*effects, id)) {
+      model.terms.push_back(read_formula(*effects, id));
+      continue;
+    }
     std::size_t effect = 0;
     try {
       effect = effect_index(id);
     } catch (const ModelError& e) {
-      effects->fail(id, std::string("is an ") + e.what());
+      effects->fail(id, std::string("is an ") + e.what() + ". A formula of your own: {torque: \"-c3*omega^3\", ...}");
     }
     if (model.includes(effect)) effects->fail(id, "stands twice. Keep one");
     model.include(effect);
@@ -120,22 +89,6 @@ void read_history(const YamlMap& yaml, Model& model) {
     if (entry.has("sessions")) h.sessions = entry.texts("sessions");
     model.history.push_back(std::move(h));
   }
-}
-
-void write_parameter(YAML::Emitter& out, const Parameter& p) {
-  out << YAML::Key << p.symbol << YAML::Value << YAML::Flow << YAML::BeginMap;
-  out << YAML::Key << "value" << YAML::Value << number(p.value);
-  if (p.fixed) {
-    out << YAML::Key << "fixed" << YAML::Value << true;
-  } else {
-    out << YAML::Key << "min" << YAML::Value << number(p.min) << YAML::Key << "max" << YAML::Value << number(p.max);
-  }
-  if (p.prior) {
-    out << YAML::Key << "prior" << YAML::Value << YAML::BeginMap << YAML::Key << "value" << YAML::Value
-        << number(p.prior->value) << YAML::Key << "std" << YAML::Value << number(p.prior->std) << YAML::EndMap;
-  }
-  if (p.std_error) out << YAML::Key << "std_error" << YAML::Value << number(*p.std_error);
-  out << YAML::Key << "unit" << YAML::Value << p.unit << YAML::EndMap;
 }
 
 }  // namespace
@@ -184,9 +137,9 @@ std::string to_yaml(const Model& model) {
   if (model.driver) {
     const DriverModel& d = *model.driver;
     out << YAML::Key << "driver" << YAML::Value << YAML::Flow << YAML::BeginMap;
-    out << YAML::Key << "gain" << YAML::Value << number(d.gain);
+    out << YAML::Key << "gain" << YAML::Value << yaml_number(d.gain);
     const auto known = [&](const char* key, double value) {
-      if (std::abs(value) < DriverModel::unlimited) out << YAML::Key << key << YAML::Value << number(value);
+      if (std::abs(value) < DriverModel::unlimited) out << YAML::Key << key << YAML::Value << yaml_number(value);
     };
     known("rise", d.rise);
     known("fall", d.fall);
@@ -203,26 +156,27 @@ std::string to_yaml(const Model& model) {
   if (!model.noise.empty()) {
     out << YAML::Key << "noise" << YAML::Value << YAML::Flow << YAML::BeginMap;
     for (const auto& [signal, sigma] : model.noise) {
-      out << YAML::Key << std::string(info(signal).name) << YAML::Value << number(sigma);
+      out << YAML::Key << std::string(info(signal).name) << YAML::Value << yaml_number(sigma);
     }
     out << YAML::EndMap;
   }
   out << YAML::Key << "effects" << YAML::Value;
-  if (model.effects.empty()) out << YAML::Flow;
+  if (model.effects.empty() && model.terms.empty()) out << YAML::Flow;
   out << YAML::BeginMap;
   for (const IncludedEffect& e : model.effects) {
     out << YAML::Key << std::string(effect_catalogue()[e.effect].id) << YAML::Value << YAML::BeginMap;
     for (const Parameter& p : e.parameters) write_parameter(out, p);
     out << YAML::EndMap;
   }
+  for (const AddedTerm& term : model.terms) write_formula(out, term);
   out << YAML::EndMap;
   out << YAML::Key << "history" << YAML::Value;
   if (model.history.empty()) out << YAML::Flow;
   out << YAML::BeginSeq;
   for (const HistoryEntry& h : model.history) {
     out << YAML::Flow << YAML::BeginMap << YAML::Key << "action" << YAML::Value << h.action;
-    if (h.train) out << YAML::Key << "train" << YAML::Value << number(*h.train);
-    if (h.held_out) out << YAML::Key << "held_out" << YAML::Value << number(*h.held_out);
+    if (h.train) out << YAML::Key << "train" << YAML::Value << yaml_number(*h.train);
+    if (h.held_out) out << YAML::Key << "held_out" << YAML::Value << yaml_number(*h.held_out);
     if (!h.sessions.empty()) out << YAML::Key << "sessions" << YAML::Value << YAML::Flow << h.sessions;
     out << YAML::EndMap;
   }

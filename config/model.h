@@ -18,6 +18,7 @@ namespace emtb {
 ///       R_a: {value: 31.8, min: 5, max: 100, unit: ohm}                     # or: value, fixed: true
 ///     noise: {omega: 0.15}         # optional: declared sigma
 ///     effects: {}                  # coulomb_friction: {T_c: {value: 0.05, min: 0, max: 1, unit: N m}}
+///                                  # or a formula of the user: config/formula_effect.h
 ///     history: []                  # written by emtb
 /// @throws ConfigError with file, line and key.
 Model read_model(const std::filesystem::path& path);

@@ -25,16 +25,21 @@ std::string words(double value) {
   return text.str();
 }
 
+/// A key as it is written. YAML reads the word null as nothing at all; as a key it is a word like any other.
+std::string written_key(const YAML::Node& node) { return node.IsNull() ? "null" : node.Scalar(); }
+
 }  // namespace
 
 YamlMap::YamlMap(const YAML::Node& node, std::filesystem::path file, std::string path)
     : node_(node), file_(std::move(file)), path_(std::move(path)) {
   if (!node_.IsMap()) fail("", "must be a map of `key: value` lines");
   // yaml-cpp keeps both of two equal keys and finds the first: the second would be a setting without effect.
-  std::vector<std::string_view> seen;
+  std::vector<std::string> seen;
   for (const auto& entry : node_) {
-    if (!entry.first.IsScalar()) fail_at(entry.first.Mark(), "", "has a key that is not a plain word");
-    const std::string& key = entry.first.Scalar();
+    if (!entry.first.IsScalar() && !entry.first.IsNull()) {
+      fail_at(entry.first.Mark(), "", "has a key that is not a plain word");
+    }
+    const std::string key = written_key(entry.first);
     if (std::ranges::find(seen, key) != seen.end()) fail_at(entry.first.Mark(), key, "stands twice. Keep one");
     seen.emplace_back(key);
   }
@@ -69,7 +74,7 @@ YamlMap YamlMap::parse(const std::string& text, const std::string& name) {
 
 YAML::Node YamlMap::find(std::string_view key) const {
   for (const auto& entry : node_) {
-    if (entry.first.Scalar() == key) return entry.second;
+    if (written_key(entry.first) == key) return entry.second;
   }
   return YAML::Node(YAML::NodeType::Undefined);
 }
@@ -84,7 +89,7 @@ bool YamlMap::has(std::string_view key) const { return find(key).IsDefined(); }
 
 void YamlMap::only(std::initializer_list<std::string_view> known) const {
   for (const auto& entry : node_) {
-    const std::string& key = entry.first.Scalar();
+    const std::string key = written_key(entry.first);
     if (std::ranges::find(known, key) == known.end()) fail(key, "is not known here. Known: " + join(known));
   }
 }
@@ -188,7 +193,7 @@ std::vector<std::pair<std::string, YamlMap>> YamlMap::entries() const {
 
 std::vector<std::string> YamlMap::keys() const {
   std::vector<std::string> list;
-  for (const auto& entry : node_) list.push_back(entry.first.Scalar());
+  for (const auto& entry : node_) list.push_back(written_key(entry.first));
   return list;
 }
 
@@ -199,7 +204,7 @@ std::string YamlMap::path_of(std::string_view key) const {
 void YamlMap::fail(std::string_view key, std::string_view what) const {
   // The key's own line: the value of `limits:` starts on the line after it.
   for (const auto& entry : node_) {
-    if (node_.IsMap() && !key.empty() && entry.first.Scalar() == key) fail_at(entry.first.Mark(), key, what);
+    if (node_.IsMap() && !key.empty() && written_key(entry.first) == key) fail_at(entry.first.Mark(), key, what);
   }
   fail_at(node_.Mark(), key, what);
 }

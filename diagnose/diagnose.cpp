@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -11,14 +13,14 @@ namespace {
 
 /// Friction that falls with speed is a part of dry friction: without that it makes no sense.
 bool makes_sense(std::size_t effect, const Model& model) {
-  const std::string_view needs = effect_catalogue()[effect].needs;
+  const std::string_view needs = model.about(effect).needs;
   return needs.empty() || model.includes(effect_index(needs));
 }
 
 /// Does some effect of the model need this one?
 bool needed(std::size_t effect, const Model& model) {
   return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
-    return effect_catalogue()[e.effect].needs == effect_catalogue()[effect].id;
+    return effect_catalogue()[e.effect].needs == model.about(effect).id;
   });
 }
 
@@ -29,6 +31,13 @@ struct Trial {
   Loss held_out;
 };
 
+/// A fitted model, the scores of what is absent from it, and the refits of the best of them.
+struct Round {
+  Trial fitted;
+  std::vector<Score> scores;
+  std::vector<std::pair<Score, Trial>> refits;
+};
+
 class Search {
  public:
   Search(const Dataset& data, const DiagnoseOptions& options) : data_(data), options_(options) {}
@@ -36,9 +45,9 @@ class Search {
   /// Fits; several starts only where nothing good is known to start from.
   Trial fit(const Model& start, int extra_starts = 0) const {
     Trial trial{{}, 0, Loss(data_.noise)};
-    // A millionth of 10^6 readings' cost is one unit of chi-squared: closer than any decision needs.
+    // No decision is about less than a hundredth of the cost; what creeps on below this is not determined.
     const CalibrationOptions quick{
-        .extra_starts = extra_starts, .max_iterations = 40, .tolerance = 1e-6, .with_covariance = false, .outputs = {}};
+        .extra_starts = extra_starts, .max_iterations = 25, .tolerance = 1e-5, .with_covariance = false, .outputs = {}};
     trial.model = calibrate(data_.train, start, quick).model;
     trial.train = error_of(mean_squares(residuals(data_.train, trial.model, trial.model.values(), {})));
     if (!data_.held_out.empty()) {
@@ -57,14 +66,14 @@ class Search {
     const CalibrationOptions judge_only{
         .extra_starts = 0, .max_iterations = 0, .tolerance = 1e-6, .with_covariance = true, .outputs = {}};
     const Model judged = calibrate(data_.train, fitted, judge_only).model;
-    const EffectInfo& about = effect_catalogue()[effect];
-    const IncludedEffect& included = *std::ranges::find(judged.effects, effect, &IncludedEffect::effect);
+    const EffectInfo& about = judged.about(effect);
+    const std::vector<Parameter>& included = judged.parameters_of(effect);
     bool any_amplitude = false;
     for (std::size_t i = 0; i < about.parameter_count; ++i) {
       const EffectParameter& p = about.parameter_list[i];
       if (p.shape) continue;
       any_amplitude = true;
-      const Parameter& found = included.parameters[i];
+      const Parameter& found = included[i];
       const bool on_bound = found.value <= found.min || found.value >= found.max;
       const double size = p.null == infinity || p.known ? found.value : found.value - p.null;
       if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
@@ -72,9 +81,27 @@ class Search {
     return !any_amplitude;
   }
 
+  /// The round of a model; the same effects are explored once.
+  const Round& round(const std::vector<std::size_t>& effects, const std::function<Trial()>& fitted) {
+    std::vector<std::size_t> key = effects;
+    std::ranges::sort(key);
+    if (const auto known = rounds_.find(key); known != rounds_.end()) return known->second;
+    Round r{fitted(), {}, {}};
+    r.scores = scores(r.fitted.model);
+    if (anything_left(r.fitted.held_out)) r.refits = refits(r.fitted.model, r.scores);
+    return rounds_.emplace(std::move(key), std::move(r)).first->second;
+  }
+
+ private:
+  /// Is some signal so far above its floor that anything material could be removed?
+  bool anything_left(const Loss& loss) const {
+    return std::ranges::any_of(loss.mean_squares(),
+                               [&](const auto& entry) { return entry.second - 1 >= options_.materiality.least; });
+  }
+
   std::vector<Score> scores(const Model& fitted) const {
     std::vector<std::size_t> absent;
-    for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
+    for (std::size_t e = 0; e < fitted.known_effects(); ++e) {
       if (!fitted.includes(e)) absent.push_back(e);
     }
     return score(data_.train, fitted, absent, options_.score);
@@ -102,7 +129,6 @@ class Search {
     return trials;
   }
 
- private:
   Calibration first_steps(const Model& start, int iterations) const {
     return calibrate(
         data_.train, start,
@@ -112,7 +138,7 @@ class Search {
   /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
   /// valley lies: then from each place that was tried, and the lowest counts.
   Calibration first_steps(const Model& fitted, const Score& score) const {
-    constexpr int few = 4;
+    const int few = score.other_starts.empty() ? 2 : 4;
     Calibration lowest = first_steps(with_expected(fitted, score), few);
     for (const std::vector<double>& start : score.other_starts) {
       Score elsewhere = score;
@@ -137,9 +163,8 @@ class Search {
 
   const Dataset& data_;
   const DiagnoseOptions& options_;
+  std::map<std::vector<std::size_t>, Round> rounds_;  // by the effects added to the model as given
 };
-
-std::size_t parameter_count(std::size_t effect) { return effect_catalogue()[effect].parameter_count; }
 
 /// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
 /// parameters.
@@ -153,9 +178,12 @@ const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>
     }
   }
   if (best == nullptr) return nullptr;
+  const auto parameter_count = [](const std::pair<Score, Trial>& t) {
+    return t.second.model.about(t.first.effect).parameter_count;
+  };
   for (const auto& t : trials) {
-    if (parameter_count(t.first.effect) < parameter_count(best->first.effect) &&
-        material(current.held_out, t.second.held_out, rule) && tied(best->second.held_out, t.second.held_out, rule)) {
+    if (parameter_count(t) < parameter_count(*best) && material(current.held_out, t.second.held_out, rule) &&
+        tied(best->second.held_out, t.second.held_out, rule)) {
       best = &t;
     }
   }
@@ -209,11 +237,12 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const auto progress = [&](double share, const std::string& doing) {
     if (options.progress) options.progress(share, doing);
   };
+  const auto id = [&](std::size_t effect) { return std::string(model.about(effect).id); };
   Diagnosis d;
   const Dataset data = prepare(train, held_out, model);
   d.left_one_out = held_out.empty() && train.size() > 1;
   d.judged_on_training = held_out.empty() && train.size() == 1;
-  const Search search(data, options);
+  Search search(data, options);
 
   progress(0.02, "fitting the model as given");
   Trial current = search.fit(model, 4);
@@ -229,9 +258,9 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   std::vector<std::size_t> found;
   while (found.size() < options.longest_list) {
     progress(0.1 + 0.15 * static_cast<double>(found.size()), "scoring absent effects");
-    const std::vector<Score> scores = search.scores(current.model);
-    auto trials = search.refits(current.model, scores);
-    for (const Score& s : scores) remember(d.candidates, s, {});
+    const Round& round = search.round(found, [&] { return current; });
+    std::vector<std::pair<Score, Trial>> trials = round.refits;
+    for (const Score& s : round.scores) remember(d.candidates, s, {});
     for (const auto& [s, trial] : trials) remember(d.candidates, s, trial.held_out.error());
     const auto* best = best_of(trials, current, rule);
     while (best != nullptr && !search.determined(best->second.model, best->first.effect)) {
@@ -240,8 +269,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     }
     if (best == nullptr) break;
     found.push_back(best->first.effect);
-    d.steps.push_back({"added " + std::string(effect_catalogue()[found.back()].id), found.back(), best->second.train,
-                       best->second.held_out.error()});
+    d.steps.push_back({"added " + id(found.back()), found.back(), best->second.train, best->second.held_out.error()});
     current = Trial(best->second);
   }
 
@@ -251,16 +279,19 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     progress(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found.size()), "trying rivals");
     const std::size_t member = found[i];
     if (needed(member, current.model)) continue;
-    Model without = current.model;
-    without.exclude(member);
-    const Trial reduced = search.fit(without);
-    for (const auto& [s, trial] : search.refits(reduced.model, search.scores(reduced.model))) {
-      if (s.effect == member || !material(reduced.held_out, trial.held_out, rule)) continue;
+    std::vector<std::size_t> others = found;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    const Round& reduced = search.round(others, [&] {
+      Model without = current.model;
+      without.exclude(member);
+      return search.fit(without);
+    });
+    for (const auto& [s, trial] : reduced.refits) {
+      if (s.effect == member || !material(reduced.fitted.held_out, trial.held_out, rule)) continue;
       if (!search.determined(trial.model, s.effect)) continue;
       if (material(current.held_out, trial.held_out, rule) && !tied(trial.held_out, current.held_out, rule)) {
-        d.steps.push_back({"swapped " + std::string(effect_catalogue()[member].id) + " for " +
-                               std::string(effect_catalogue()[s.effect].id),
-                           s.effect, trial.train, trial.held_out.error()});
+        d.steps.push_back(
+            {"swapped " + id(member) + " for " + id(s.effect), s.effect, trial.train, trial.held_out.error()});
         current = trial;
         found[i] = s.effect;
         rivals.erase(member);
@@ -285,8 +316,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       ++i;
       continue;
     }
-    d.steps.push_back(
-        {"dropped " + std::string(effect_catalogue()[found[i]].id), {}, reduced.train, reduced.held_out.error()});
+    d.steps.push_back({"dropped " + id(found[i]), {}, reduced.train, reduced.held_out.error()});
     current = std::move(reduced);
     rivals.erase(found[i]);
     found.erase(found.begin() + static_cast<std::ptrdiff_t>(i));
@@ -317,7 +347,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       rival_models.push_back(fitted);
     }
     if (d.next.empty() && !rival_models.empty()) d.next = next_experiments(train, data, d.final, rival_models);
-    m.parameters = std::ranges::find(d.final.effects, effect, &IncludedEffect::effect)->parameters;
+    m.parameters = d.final.parameters_of(effect);
     d.missing.push_back(std::move(m));
   }
   std::ranges::stable_sort(d.candidates, [](const Candidate& a, const Candidate& b) {

@@ -12,6 +12,7 @@
 #include "diagnose/next_experiment.h"
 #include "diagnose/score.h"
 #include "estimate/calibrate.h"
+#include "model/effect.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -27,7 +28,7 @@ enum class Verdict {
 std::string_view word(Verdict verdict) noexcept;
 
 struct MissingEffect {
-  std::size_t effect = 0;
+  std::size_t effect = 0;  ///< as the model numbers them: Model::about()
   std::vector<std::size_t> tied_with;
   std::vector<Parameter> parameters;  ///< as fitted, with standard errors
 };
@@ -60,6 +61,9 @@ struct Diagnosis {
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
+
+  /// What is known of an effect that the diagnosis names by its number.
+  const EffectInfo& about(std::size_t effect) const { return final.about(effect); }
 };
 
 struct DiagnoseOptions {
@@ -71,10 +75,10 @@ struct DiagnoseOptions {
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 
-/// Finds out which physical effect the model is missing (section 6 of the design):
-/// fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something material from
-/// held-out runs; repeat; then try to swap each member for its rivals (those that do as well are tied with it) and to
-/// do without it. Where effects tie, the next experiment is proposed.
+/// Finds out which physical effect of the catalogue, or which formula on offer, the model is missing (section 6 of the
+/// design): fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something
+/// material from held-out runs; repeat; then try to swap each member for its rivals (those that do as well are tied
+/// with it) and to do without it. Where effects tie, the next experiment is proposed.
 /// @throws ModelError where the runs do not fit the model.
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options = {});

@@ -76,7 +76,8 @@ bool materially_better(const Loss& without, const Loss& with, const Materiality&
   return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {
     const auto& [signal, d] = entry;
     const double excess = mean.at(signal) - 1;  // at the floor there is nothing left to remove
-    return excess > 0 && d.gain >= rule.share * excess && d.gain >= rule.least && d.gain > rule.errors * d.noise_error;
+    return excess >= rule.least && d.gain >= rule.share * excess && d.gain >= rule.least &&
+           d.gain > rule.errors * d.noise_error;
   });
 }
 

@@ -178,6 +178,9 @@ MissingCurve curve_of(std::span<const PreparedRun> records, const Model& fitted,
   for (IncludedEffect& e : with.effects) {
     for (Parameter& p : e.parameters) p.fixed = true;
   }
+  for (AddedTerm& formula : with.terms) {
+    for (Parameter& p : formula.parameters) p.fixed = true;
+  }
   const FreeParameters free(with);
   std::vector<std::vector<std::size_t>> columns = moved_by(free);
   AddedTerm term;

@@ -13,6 +13,7 @@
 #include "estimate/orders.h"
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
+#include "hal/error.h"
 #include "model/catalogue.h"
 
 namespace emtb {
@@ -162,9 +163,10 @@ struct Fitted {
 /// waves a quarter of a period apart, or, if it fades, as the whole change that it makes.
 struct Hypothesis {
   std::size_t effect = 0;
+  const EffectInfo* info = nullptr;
   StartValues at{};
 
-  const EffectInfo& about() const { return effect_catalogue()[effect]; }
+  const EffectInfo& about() const { return *info; }
 
   /// The parameters that have a null to be scored at.
   std::vector<std::size_t> amplitudes() const {
@@ -258,7 +260,7 @@ Extended extend(const Fitted& fitted, const PreparedRun& record, const Batch& ba
     std::vector<std::size_t> scored;  ///< parameters that are columns
     std::size_t column = 0;
   };
-  std::vector<Part> parts;
+  std::vector<Part> parts, formulas;
   const std::vector<double> given = fitted.model.values();
   std::size_t place = ModelStructure::base_count;
   for (const IncludedEffect& e : fitted.model.effects) {
@@ -274,7 +276,8 @@ Extended extend(const Fitted& fitted, const PreparedRun& record, const Batch& ba
       values.back() += std::numbers::pi / 2;
       parts.push_back({h.effect, values, {0}, column + 1});
     } else {
-      parts.push_back({h.effect, values, h.about().fades() ? std::vector<std::size_t>{} : h.amplitudes(), column});
+      (h.effect < effect_count ? parts : formulas)
+          .push_back({h.effect, values, h.about().fades() ? std::vector<std::size_t>{} : h.amplitudes(), column});
     }
     column += h.columns();
   }
@@ -282,15 +285,37 @@ Extended extend(const Fitted& fitted, const PreparedRun& record, const Batch& ba
   Extended x{record.structure(fitted.model), {given.begin(), given.begin() + ModelStructure::base_count}, {}};
   x.structure.effects.clear();
   x.columns.resize(column);
-  for (const Part& part : parts) {
+  const auto append = [&](const Part& part) {
     for (std::size_t i = 0; i < part.scored.size(); ++i) {
       x.columns[part.column + i] = {x.values.size() + part.scored[i]};
     }
-    x.structure.effects.push_back(part.effect);
     x.values.insert(x.values.end(), part.values.begin(), part.values.end());
+  };
+  for (const Part& part : parts) {
+    append(part);
+    x.structure.effects.push_back(part.effect);
   }
   x.values.insert(x.values.end(), given.begin() + static_cast<std::ptrdiff_t>(place), given.end());
+  for (const Part& part : formulas) {
+    append(part);
+    const AddedTerm& formula = fitted.model.offered[part.effect - effect_count];
+    x.structure.terms.push_back({formula.place, formula.term, formula.parameters.size()});
+  }
   return x;
+}
+
+/// The root of a negative speed, say: one such formula would leave nothing of the whole batch.
+void refuse_what_is_not_finite(std::span<const Residuals> seen, const PreparedRun& record, const Batch& batch) {
+  if (std::ranges::all_of(seen, [](const Residuals& r) { return r.value.allFinite() && r.sensitivity.allFinite(); })) {
+    return;
+  }
+  std::string formulas;
+  for (const Hypothesis& h : batch) {
+    if (h.effect >= effect_count) formulas += (formulas.empty() ? "" : " or ") + std::string(h.about().id);
+  }
+  if (formulas.empty()) return;
+  throw ModelError(record.name + ": the formula " + formulas +
+                   " is not finite everywhere in this run. Write it for both signs of omega, i_a and u_ref");
 }
 
 /// What one record says of each hypothesis of a batch.
@@ -312,6 +337,7 @@ std::vector<Evidence> evidence_of(const Fitted& fitted, std::size_t index, const
     const auto q = static_cast<Eigen::Index>(h.columns());
     all.push_back({{}, CrossSums(fitted.parameters, q)});
   }
+  refuse_what_is_not_finite(seen, record, batch);
   for (std::size_t s = 0; s < seen.size(); ++s) {
     if (!seen[s].informed()) continue;
     const Base& base = fitted.bases[index][s];
@@ -471,30 +497,48 @@ std::vector<Order> orders_left(const Fitted& fitted) {
   return strong_orders(stretches, 3);
 }
 
+/// Where a search for a formula starts: each shape as given, then half way to each of its bounds.
+std::vector<StartValues> starts_of_formula(const EffectInfo& about) {
+  StartValues given{};
+  for (std::size_t i = 0; i < about.parameter_count; ++i) given[i] = about.parameter_list[i].null;
+  std::vector<StartValues> all{given};
+  for (std::size_t i = 0; i < about.parameter_count; ++i) {
+    const EffectParameter& p = about.parameter_list[i];
+    if (!p.shape) continue;
+    for (const double bound : {p.min, p.max}) {
+      if (bound == p.null) continue;
+      StartValues at = given;  // half way by ratio: sizes are guessed within a factor
+      at[i] = bound * p.null > 0 ? std::copysign(std::sqrt(bound * p.null), bound) : 0.5 * (bound + p.null);
+      all.push_back(at);
+    }
+  }
+  return all;
+}
+
 std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std::size_t> candidates) {
   std::vector<Hypothesis> all;
   std::optional<std::vector<Order>> orders;
   for (const std::size_t effect : candidates) {
-    const EffectInfo& about = effect_catalogue()[effect];
+    const EffectInfo& about = fitted.model.about(effect);
     if (!about.periodic) {
-      for (StartValues at : starts_of(effect, fitted.seen)) {
+      for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {
         for (std::size_t i = 0; i < about.parameter_count; ++i) {
           const EffectParameter& parameter = about.parameter_list[i];
           if (!about.fades() && !parameter.shape && !parameter.known) at[i] = parameter.null;
         }
-        all.push_back({effect, at});
+        all.push_back({effect, &about, at});
       }
       continue;
     }
     const bool any_order =
         std::ranges::find(about.parameters(), "N", &EffectParameter::symbol) != about.parameters().end();
     if (!any_order) {  // once a turn
-      all.push_back({effect, {}});
+      all.push_back({effect, &about, {}});
       continue;
     }
     if (!orders) orders = orders_left(fitted);
     for (const Order& order : *orders) {
-      Hypothesis h{effect, {}};
+      Hypothesis h{effect, &about, {}};
       for (std::size_t i = 0; i < about.parameter_count; ++i) {
         if (about.parameter_list[i].symbol == "N") h.at[i] = order.per_turn;
       }
@@ -591,13 +635,13 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
     if (tried.empty()) {  // no order of the shaft stands out
       scores.emplace_back();
       scores.back().effect = effect;
-      scores.back().expected.assign(effect_catalogue()[effect].parameter_count, 0.0);
+      scores.back().expected.assign(model.about(effect).parameter_count, 0.0);
       scores.back().detectable_size = infinity;
       continue;
     }
     Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
-    const bool shaped = std::ranges::any_of(effect_catalogue()[effect].parameters(), &EffectParameter::shape);
-    if (effect_catalogue()[effect].fades() && shaped) {
+    const bool shaped = std::ranges::any_of(model.about(effect).parameters(), &EffectParameter::shape);
+    if (model.about(effect).fades() && shaped) {
       for (const Score& other : tried) {
         if (other.expected != best.expected) best.other_starts.push_back(other.expected);
       }
@@ -631,9 +675,9 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
 Model with_expected(const Model& model, const Score& score) {
   Model extended = model;
   extended.include(score.effect);
-  IncludedEffect& added = *std::ranges::find(extended.effects, score.effect, &IncludedEffect::effect);
-  for (std::size_t i = 0; i < added.parameters.size(); ++i) {
-    Parameter& p = added.parameters[i];
+  std::vector<Parameter>& added = extended.parameters_of(score.effect);
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    Parameter& p = added[i];
     if (p.fixed) continue;
     p.value = std::clamp(score.expected[i], p.min, p.max);
   }

@@ -25,8 +25,8 @@ namespace emtb {
 /// autoregression per record and signal) is a gate only: with 10^5 readings every wrong model is significant. Sources:
 /// Davidson and MacKinnon (1993), ch. 6 (Gauss-Newton regression); Saris, Satorra and van der Veld (2009).
 struct Score {
-  std::size_t effect = 0;
-  std::vector<double> expected;                   ///< in the order of the effect's parameters, SI
+  std::size_t effect = 0;        ///< as the model numbers them: of the catalogue, then the formulas on offer
+  std::vector<double> expected;  ///< in the order of the effect's parameters, SI
   std::vector<std::vector<double>> other_starts;  ///< of an effect that fades and has a shape: where else it was tried
   double predicted_drop = 0;                      ///< of the sum of squares in units of sigma^2
   double predicted_gain = 0;                      ///< largest mean square, in units of sigma^2, that goes from a signal
@@ -43,6 +43,7 @@ struct ScoreOptions {
 };
 
 /// Scores each candidate on the records, at the values of the fitted model.
+/// @throws ModelError where a formula is not finite in a record.
 std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
                          std::span<const std::size_t> candidates, const ScoreOptions& options = {});
 

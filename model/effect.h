@@ -41,8 +41,9 @@ struct Ranges {
   double rise = 0, fall = 0;  ///< [V/s] known limits of the driver
 };
 
-/// Values of all parameters of one effect from which a search starts.
-using StartValues = std::array<double, 3>;
+/// Values of all parameters of one effect from which a search starts. (The library needs three, a user's formula may
+/// have more.)
+using StartValues = std::array<double, 8>;
 
 /// What an effect is, for programs and for people: `emtb effects ID` prints it.
 struct EffectInfo {
@@ -66,10 +67,12 @@ struct EffectInfo {
 
   /// Neither amplitude nor null: the effect is there or not, and is judged by trying it.
   constexpr bool fades() const {
+    bool only_shapes = true;
     for (const EffectParameter& p : parameters()) {
       if (p.null == infinity) return true;
+      only_shapes = only_shapes && p.shape;
     }
-    return parameter_count == 0;
+    return only_shapes;
   }
 
   constexpr std::span<const EffectParameter> parameters() const { return {parameter_list.data(), parameter_count}; }

@@ -19,12 +19,54 @@ ModelStructure Model::structure() const {
 
 std::vector<double> Model::values() const { return FreeParameters(*this).spread(FreeParameters(*this).pick({})); }
 
+std::size_t Model::known_effects() const { return effect_count + offered.size(); }
+
+const EffectInfo& Model::about(std::size_t effect) const {
+  return effect < effect_count ? effect_catalogue()[effect] : *offered.at(effect - effect_count).info;
+}
+
+std::size_t Model::effect_named(std::string_view id) const {
+  const auto found = std::ranges::find(offered, id, &AddedTerm::name);
+  if (found != offered.end()) return effect_count + static_cast<std::size_t>(found - offered.begin());
+  try {
+    return effect_index(id);
+  } catch (const ModelError& unknown) {
+    std::string known = unknown.what();
+    for (const AddedTerm& formula : offered) known += ", " + formula.name;
+    throw ModelError(known);
+  }
+}
+
 bool Model::includes(std::size_t effect) const {
+  if (effect >= effect_count) {
+    return std::ranges::find(terms, offered.at(effect - effect_count).name, &AddedTerm::name) != terms.end();
+  }
   return std::ranges::find(effects, effect, &IncludedEffect::effect) != effects.end();
+}
+
+const std::vector<Parameter>& Model::parameters_of(std::size_t effect) const {
+  if (!includes(effect)) throw ModelError("the model does not include " + std::string(about(effect).id));
+  if (effect >= effect_count) {
+    return std::ranges::find(terms, offered[effect - effect_count].name, &AddedTerm::name)->parameters;
+  }
+  return std::ranges::find(effects, effect, &IncludedEffect::effect)->parameters;
+}
+
+std::vector<Parameter>& Model::parameters_of(std::size_t effect) {
+  return const_cast<std::vector<Parameter>&>(std::as_const(*this).parameters_of(effect));
 }
 
 void Model::include(std::size_t effect) {
   if (includes(effect)) return;
+  if (effect >= effect_count) {
+    AddedTerm formula = offered[effect - effect_count];
+    for (std::size_t i = 0; i < formula.parameters.size(); ++i) {
+      Parameter& p = formula.parameters[i];
+      if (!p.fixed) p.value = std::clamp(formula.info->parameter_list[i].null, p.min, p.max);
+    }
+    terms.push_back(std::move(formula));
+    return;
+  }
   IncludedEffect added{effect, {}};
   for (const EffectParameter& p : effect_catalogue()[effect].parameters()) {
     added.parameters.push_back({.symbol = std::string(p.symbol),
@@ -41,6 +83,10 @@ void Model::include(std::size_t effect) {
 }
 
 void Model::exclude(std::size_t effect) {
+  if (effect >= effect_count) {
+    std::erase_if(terms, [&](const AddedTerm& t) { return t.name == offered[effect - effect_count].name; });
+    return;
+  }
   std::erase_if(effects, [&](const IncludedEffect& e) { return e.effect == effect; });
   hold_first_phase();
 }

@@ -36,12 +36,16 @@ struct IncludedEffect {
   std::vector<Parameter> parameters;  ///< in the order of its EffectInfo
 };
 
+struct EffectInfo;
+
 /// A term of the equations beside the catalogue's effects.
 struct AddedTerm {
   std::string name;
   TermPlace place = TermPlace::torque;
   std::shared_ptr<const Term> term;
   std::vector<Parameter> parameters;
+  std::string formula;                     ///< as the user wrote it; empty: no formula
+  std::shared_ptr<const EffectInfo> info;  ///< of a formula: the same as is known of the catalogue's effects
 };
 
 /// What was done to the model, and what it brought.
@@ -61,6 +65,7 @@ struct Model {
   std::vector<Parameter> base;             ///< R_a, K_b, K_m, B, J
   std::vector<IncludedEffect> effects;     ///< in the order of the catalogue
   std::vector<AddedTerm> terms;
+  std::vector<AddedTerm> offered;  ///< formulas that a search may add to `terms`; no part of the model file
   std::map<Signal, double> noise;  ///< declared sigma
   std::vector<HistoryEntry> history;
 
@@ -70,10 +75,20 @@ struct Model {
   /// All values in the order of the structure, ties resolved.
   std::vector<double> values() const;
 
+  /// Effects go by number: those of the catalogue, then the formulas on offer.
+  std::size_t known_effects() const;
+  const EffectInfo& about(std::size_t effect) const;
+  /// @throws ModelError naming the known ids.
+  std::size_t effect_named(std::string_view id) const;
+
   bool includes(std::size_t effect) const;
 
-  /// Includes an effect at its null value with the catalogue's bounds, free. No-op where it is included already.
-  /// A phase is held where it is the only one: the angle at which a run starts is free, and takes its place.
+  /// Those of an included effect. @throws ModelError where it is not.
+  std::vector<Parameter>& parameters_of(std::size_t effect);
+  const std::vector<Parameter>& parameters_of(std::size_t effect) const;
+
+  /// Includes an effect at its null value with the bounds that are known of it, free. No-op where it is included
+  /// already. A phase is held where it is the only one: the angle at which a run starts is free, and takes its place.
   void include(std::size_t effect);
   void exclude(std::size_t effect);
 

@@ -62,7 +62,7 @@ class Machine {
       memory += info.memory;
     }
     for (const PlacedTerm& term : structure.terms) {
-      terms_of_user_.push_back({&term, parameter});
+      (term.place == TermPlace::voltage ? voltages_of_user_ : terms_of_user_).push_back({&term, parameter});
       parameter += term.parameter_count;
     }
     if (p.size() > parameter) turned_ = p[parameter];
@@ -87,7 +87,7 @@ class Machine {
 
   /// Advances from t to t + h.
   void step(const StepInput& in, double t, double h) {
-    if (!structure_.effects.empty() || !terms_of_user_.empty()) look_at_middle(in, t, h);
+    if (!structure_.effects.empty() || !structure_.terms.empty()) look_at_middle(in, t, h);
 
     // Driver: u_ref -> e_a. What follows takes the voltage as linear over the step, with the right mean and end.
     Scalar e0 = e_driver;
@@ -102,11 +102,10 @@ class Machine {
     }
 
     // What the effects add to the equations of the motor and its load.
-    Scalar added_voltage(0.0);
     if (!motor_parts_.empty() || !load_parts_.empty() || !terms_of_user_.empty()) {
       reset_motor_terms();
       apply(motor_parts_, middle_);
-      for (const UserTerm& term : terms_of_user_) apply(term, added_voltage);
+      for (const UserTerm& term : terms_of_user_) apply(term);
       if (structure_.measured_load) middle_.omega = Scalar(in.omega);
       apply(load_parts_, middle_);
     }
@@ -114,19 +113,22 @@ class Machine {
     // Armature circuit and air gap: the current is linear in the voltages across R and L at both ends of the step.
     bool conducts = !in.armature_open && structure_.input != Signal::i_a;
     solve_for(h, conducts);
-    e0 += added_voltage;
-    e1 += added_voltage;
     if (conducts && !structure_.measured_voltage && any(differs(terms_.light_load_rise, Scalar(0.0)))) {
-      const Scalar rise = light_load_rise(0.5 * (e0 + e1));
+      const Scalar rise = light_load_rise(0.5 * (e0 + e1) + added_);
       e0 += rise;
       e1 += rise;
     }
-    const bool blocked = conducts && terms_.one_quadrant && value_of(stopping_voltage(0.5 * (e0 + e1))) <= 0;
+    const bool blocked = conducts && terms_.one_quadrant && value_of(stopping_voltage(0.5 * (e0 + e1) + added_)) <= 0;
     if (blocked) solve_for(h, conducts = false);
     if (conducts && any(differs(terms_.contact_drop, Scalar(0.0)))) {
-      const Scalar drop = contact_drop(0.5 * (e0 + e1));
+      const Scalar drop = contact_drop(0.5 * (e0 + e1) + added_);
       e0 -= drop;
       e1 -= drop;
+    }
+    if (!voltages_of_user_.empty()) {
+      added_ = conducts ? added_voltage(0.5 * (e0 + e1)) : Scalar(0.0);
+      e0 += added_;
+      e1 += added_;
     }
     const Scalar v0 = e0 - k_b_ * omega;
     Scalar mean_current(
@@ -226,8 +228,8 @@ class Machine {
     std::size_t parameter;
   };
 
-  void apply(const UserTerm& term, Scalar& voltage) {
-    const State<Scalar>& x = middle_;
+  /// A user's term at a state, with all derivatives; by_current: by the current alone.
+  Scalar value_at(const UserTerm& term, const State<Scalar>& x, double& by_current) {
     const TermInput at{value_of(x.omega), value_of(x.i_a), value_of(x.theta), x.u_ref, x.t};
     const std::size_t count = term.placed->parameter_count;
     term_values_.resize(count);
@@ -235,21 +237,57 @@ class Machine {
     for (std::size_t i = 0; i < count; ++i) term_values_[i] = value_of(p_[term.parameter + i]);
     TermInput by{};
     const double value = term.placed->term->evaluate(at, term_values_, by, by_parameter_);
-    Scalar sum = value + by.omega * (x.omega - at.omega) + by.i_a * (x.i_a - at.i_a) + by.theta * (x.theta - at.theta);
+    Scalar sum(value);
+    if (by.omega != 0) sum += by.omega * (x.omega - at.omega);
+    if (by.i_a != 0) sum += by.i_a * (x.i_a - at.i_a);
+    if (by.theta != 0) sum += by.theta * (x.theta - at.theta);
     for (std::size_t i = 0; i < count; ++i) {
       if (by_parameter_[i] != 0) sum += by_parameter_[i] * (p_[term.parameter + i] - term_values_[i]);
     }
-    switch (term.placed->place) {
-      case TermPlace::torque:
-        terms_.braking_torque -= sum;
-        break;
-      case TermPlace::voltage:
-        voltage += sum;
-        break;
-      case TermPlace::flux:
-        terms_.flux *= sum;
-        break;
+    by_current += by.i_a;
+    return sum;
+  }
+
+  void apply(const UserTerm& term) {
+    double by_current = 0;
+    const Scalar value = value_at(term, middle_, by_current);
+    if (term.placed->place == TermPlace::torque) {
+      terms_.braking_torque -= value;
+    } else {
+      terms_.flux *= value;
     }
+  }
+
+  /// What the user's terms add to the armature's voltage, for the current that is left at the end of the step:
+  /// implicit, since without an inductance the current follows at once, and a drop that is steep in it would swing.
+  /// Newton's steps between bounds on a function that grows; the last one carries the derivatives.
+  /// @param e [V] mean over the step
+  Scalar added_voltage(const Scalar& e) {
+    const Scalar stopping = stopping_voltage(e), resistance = stopping_resistance();
+    State<Scalar> x = middle_;
+    x.omega = omega + 0.5 * (omega - omega_before_);  // a measured one is for the load alone
+    Scalar sum(0.0);
+    double v = value_of(added_), slope = 1, low = -infinity, high = infinity;
+    for (int n = 0; n < 60; ++n) {
+      x.i_a = (stopping + v) / resistance;
+      sum = Scalar(0.0);
+      double by_current = 0;
+      for (const UserTerm& term : voltages_of_user_) sum += value_at(term, x, by_current);
+      slope = 1 - by_current / value_of(resistance);
+      const double gap = v - value_of(sum);
+      if (!(slope > 0) || !std::isfinite(gap)) {  // a source that outgrows its own current: explicit
+        slope = 1;
+        v = value_of(sum);
+        break;
+      }
+      if (std::abs(gap) <= 1e-13 * (std::abs(v) + std::abs(value_of(stopping)))) break;
+      (gap > 0 ? high : low) = v;
+      double next = v - gap / slope;
+      if (!(next > low && next < high)) next = std::isfinite(high - low) ? 0.5 * (low + high) : v - gap;
+      if (next == v) break;
+      v = next;
+    }
+    return v + (sum - value_of(sum)) * (1 / slope);  // where the voltage jumps, v is what holds the current there
   }
 
   void apply(const Parts& parts, const State<Scalar>& x) {
@@ -424,7 +462,8 @@ class Machine {
   const ModelStructure& structure_;
   std::span<const Scalar> p_;
   Parts driver_parts_, motor_parts_, load_parts_, sensor_parts_;
-  std::vector<UserTerm> terms_of_user_;
+  std::vector<UserTerm> terms_of_user_, voltages_of_user_;
+  Scalar added_{};  ///< [V] by the latter, in the last step
   std::vector<double> term_values_, by_parameter_;
   std::vector<Scalar> memory_;
   Scalar e_slewed_{};  ///< [V] the driver's output before its lag

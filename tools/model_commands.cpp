@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/formula_effect.h"
 #include "config/mapping.h"
 #include "config/model.h"
 #include "diagnose/compare.h"
@@ -32,7 +33,7 @@ using json = nlohmann::ordered_json;
 struct Options {
   std::string effect, model;
   std::vector<std::string> sessions, held_out, outputs;
-  std::string map, out, json_file;
+  std::string map, out, json_file, candidates;
   bool fit = false, plot = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
@@ -40,6 +41,13 @@ struct Options {
     std::vector<Run> all;
     for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
     return all;
+  }
+
+  /// The model, with the formulas of the user that it may be given.
+  Model model_with_candidates() const {
+    Model m = read_model(model);
+    if (!candidates.empty()) offer(m, candidates);
+    return m;
   }
 
   CalibrationOptions calibration() const {
@@ -52,8 +60,6 @@ struct Options {
     return options;
   }
 };
-
-std::string id(std::size_t effect) { return std::string(effect_catalogue()[effect].id); }
 
 std::string error_cell(std::optional<double> error) { return error ? pretty(*error, 4) : "-"; }
 
@@ -172,8 +178,8 @@ int calibrate_command(const Options& o) {
 }
 
 int add_command(const Options& o) {
-  Model model = read_model(o.model);
-  const std::size_t effect = effect_index(o.effect);
+  const Model model = o.model_with_candidates();
+  const std::size_t effect = model.effect_named(o.effect);
   if (model.includes(effect)) throw Error(o.model + " includes " + o.effect + " already. Use emtb calibrate");
   const Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
   const Calibration before = calibrate(data.train, model);
@@ -309,14 +315,14 @@ void print_verdict(const Diagnosis& d) {
   }
   std::cout << "\n";
   for (const MissingEffect& m : d.missing) {
-    std::cout << "  " << id(m.effect) << " (" << effect_catalogue()[m.effect].equation << ")";
+    std::cout << "  " << d.about(m.effect).id << " (" << d.about(m.effect).equation << ")";
     for (const Parameter& p : m.parameters) {
       std::cout << "  " << p.symbol << " = "
                 << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
     }
     std::cout << "\n";
     for (const std::size_t rival : m.tied_with)
-      std::cout << "    tied with " << id(rival) << ": " << effect_catalogue()[rival].told_apart << "\n";
+      std::cout << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";
   }
   if (d.next.empty()) return;
   const Proposal& best = d.next.front();
@@ -330,7 +336,7 @@ void print_verdict(const Diagnosis& d) {
 }
 
 int diagnose_command(const Options& o) {
-  const Model model = read_model(o.model);
+  const Model model = o.model_with_candidates();
   const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
   Progress progress;
   DiagnoseOptions options;
@@ -361,10 +367,11 @@ int diagnose_command(const Options& o) {
   Table candidates(
       {"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
   for (const Candidate& c : d.candidates) {
-    const EffectParameter& p = effect_catalogue()[c.score.effect].parameter_list[0];
+    const EffectInfo& about = d.about(c.score.effect);
+    const EffectParameter& p = about.parameter_list[0];
     const std::string expected =
         c.score.expected.empty() ? "there" : std::string(p.symbol) + " " + pretty(c.score.expected[0], 3);
-    candidates.row({id(c.score.effect), pretty(c.score.predicted_drop, 3), expected, std::string(p.unit),
+    candidates.row({std::string(about.id), pretty(c.score.predicted_drop, 3), expected, std::string(p.unit),
                     pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
                     pretty(c.score.detectable_size, 2)});
   }
@@ -407,11 +414,13 @@ void add_model_commands(CommandLine& line) {
       .flag("--fit", o->fit, "fits the model to the sessions first")
       .flag("--plot", o->plot, "draws the signal that is furthest off, also where the output is no terminal")
       .action(act(compare_command));
+  const char* const candidates = "a YAML file of formulas of your own, to be tried beside the library's effects";
   on_files(line.command("diagnose", "finds out which physical effect a model is missing"))
+      .option("--candidates", o->candidates, candidates)
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
-  add.argument("EFFECT", o->effect, "its id: see emtb effects");
-  on_files(add).action(act(add_command));
+  add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");
+  on_files(add).option("--candidates", o->candidates, candidates).action(act(add_command));
 }
 
 }  // namespace emtb

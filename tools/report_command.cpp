@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "config/formula_effect.h"
 #include "config/mapping.h"
 #include "config/model.h"
 #include "daemon/version.h"
@@ -22,7 +23,7 @@ namespace {
 using json = nlohmann::ordered_json;
 
 struct Options {
-  std::string model, map, out = "report.html", png, json_file, command;
+  std::string model, map, candidates, out = "report.html", png, json_file, command;
   std::vector<std::string> sessions, held_out;
 };
 
@@ -83,10 +84,12 @@ int report_command(const Options& o) {
                  .model = read_model(o.model),
                  .runs = {},
                  .map_file = o.map,
+                 .candidates_file = o.candidates,
                  .software = std::string("emtb ") + version + (*commit == 0 ? "" : std::string(", commit ") + commit),
                  .date = now_utc(),
                  .command = o.command,
                  .on_figure = {}};
+  if (!o.candidates.empty()) offer(in.model, o.candidates);
   for (const bool held_out : {false, true}) {
     for (const std::string& spec : held_out ? o.held_out : o.sessions)
       std::ranges::move(read(spec, held_out, mapping), std::back_inserter(in.runs));
@@ -130,6 +133,8 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
       .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5: what the model is fitted to")
       .options("--held-out", o->held_out, "sessions that judge the fit and take no part in it")
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
+      .option("--candidates", o->candidates,
+              "a YAML file of formulas of your own, to be tried beside the library's effects")
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")
       .option("--json", o->json_file, "writes the diagnosis to this file; - for standard output")

@@ -20,8 +20,7 @@ namespace {
 
 constexpr double normal_95 = 1.96;
 
-const EffectInfo& about(std::size_t effect) { return effect_catalogue()[effect]; }
-std::string id(std::size_t effect) { return std::string(about(effect).id); }
+std::string id(const Diagnosis& d, std::size_t effect) { return std::string(d.about(effect).id); }
 
 std::string with_space(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
@@ -38,10 +37,10 @@ std::string joined(const std::vector<std::string>& words, const std::string& las
 }
 
 /// `Coulomb friction (T_c = 0.0547 ± 0.0003 N m)`
-std::string in_words(const MissingEffect& m) {
+std::string in_words(const Diagnosis& d, const MissingEffect& m) {
   std::vector<std::string> values;
   for (const Parameter& p : m.parameters) values.push_back(symbol_of(p.symbol) + " = " + value_of(p));
-  return std::string(about(m.effect).name) + (values.empty() ? "" : " (" + joined(values, ", ") + ")");
+  return std::string(d.about(m.effect).name) + (values.empty() ? "" : " (" + joined(values, ", ") + ")");
 }
 
 std::string judged_on(const Diagnosis& d) {
@@ -58,7 +57,7 @@ std::string fall(const Diagnosis& d) {
 
 std::string missing_in_words(const Diagnosis& d) {
   std::vector<std::string> list;
-  for (const MissingEffect& m : d.missing) list.push_back(in_words(m));
+  for (const MissingEffect& m : d.missing) list.push_back(in_words(d, m));
   return joined(list);
 }
 
@@ -139,24 +138,25 @@ std::string files_of(const ReportInput& in) {
     (r.held_out ? held : train) += " " + shell_quoted(r.spec);
   }
   return " " + shell_quoted(in.model_file) + train + (held.empty() ? "" : " --held-out" + held) +
-         (in.map_file.empty() ? "" : " --map " + shell_quoted(in.map_file));
+         (in.map_file.empty() ? "" : " --map " + shell_quoted(in.map_file)) +
+         (in.candidates_file.empty() ? "" : " --candidates " + shell_quoted(in.candidates_file));
 }
 
 void next_steps(Page& page, const ReportInput& in, const Diagnosis& d) {
   std::vector<std::string> items;
   std::string command;
   if (!d.missing.empty()) {
-    const std::string out = stem_of(in.model_file) + "-with-" + id(d.missing.front().effect) + ".yaml";
+    const std::string out = stem_of(in.model_file) + "-with-" + id(d, d.missing.front().effect) + ".yaml";
     command = d.missing.size() == 1
-                  ? "emtb add " + id(d.missing.front().effect) + files_of(in) + " --out " + out
+                  ? "emtb add " + id(d, d.missing.front().effect) + files_of(in) + " --out " + out
                   : "emtb diagnose" + files_of(in) + " --out " + stem_of(in.model_file) + "-final.yaml";
     items.push_back(
         "Put into the model what was found, with the command below; or save the final model from the last section.");
   }
   for (const MissingEffect& m : d.missing) {
     for (const std::size_t rival : m.tied_with)
-      items.push_back("Tell " + std::string(about(m.effect).name) + " from " + std::string(about(rival).name) + ". " +
-                      std::string(about(m.effect).told_apart));
+      items.push_back("Tell " + std::string(d.about(m.effect).name) + " from " + std::string(d.about(rival).name) +
+                      ". " + std::string(d.about(m.effect).told_apart));
   }
   if (d.verdict == Verdict::unknown_effect)
     items.push_back(
@@ -188,7 +188,7 @@ void verdict_section(Page& page, const ReportInput& in, const Diagnosis& d) {
   page.paragraph(
       "Errors are given in noise floors: 1 means that the model is off by no more than the instruments scatter.");
   for (const MissingEffect& m : d.missing) {
-    const EffectInfo& e = about(m.effect);
+    const EffectInfo& e = d.about(m.effect);
     std::string name(e.name);
     name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
     page.paragraph(name + " (`" + std::string(e.id) + "`): " + std::string(e.what) + " " + "Equation: `" +
@@ -313,7 +313,8 @@ void parameter_section(Page& page, const Diagnosis& d) {
 void candidate_section(Page& page, const Diagnosis& d) {
   page.section("Candidates");
   page.paragraph(
-      "Every effect of the library that the base model does not have, best first. Visibility: the share of what it "
+      "Every effect of the library, and every formula on offer, that the base model does not have, best first. "
+      "Visibility: the share of what it "
       "does "
       "that the "
       "fitted parameters cannot imitate (0: an exact alias in these data). p: how often chance alone would promise as "
@@ -321,14 +322,14 @@ void candidate_section(Page& page, const Diagnosis& d) {
       "Found from: the size that the whole procedure would have found in these data with a probability of 0.8.");
   std::vector<std::vector<std::string>> rows;
   for (const Candidate& c : d.candidates) {
-    const EffectParameter& p = about(c.score.effect).parameter_list[0];
+    const EffectParameter& p = d.about(c.score.effect).parameter_list[0];
     const std::string unit = with_space(printed_unit(p.unit)), symbol = symbol_of(std::string(p.symbol));
     const double size = c.score.detectable_size;
     const bool promises = c.score.predicted_drop >= 1;
     std::string expected = "–";
     if (promises)
       expected = c.score.expected.empty() ? "there" : symbol + " = " + printed(c.score.expected[0], 3).append(unit);
-    rows.push_back({"`" + id(c.score.effect) + "`", promises ? printed(c.score.predicted_drop, 3) : "< 1", expected,
+    rows.push_back({"`" + id(d, c.score.effect) + "`", promises ? printed(c.score.predicted_drop, 3) : "< 1", expected,
                     printed(c.score.visibility, 2), c.score.p_value < 1e-12 ? "< 10⁻¹²" : printed(c.score.p_value, 2),
                     c.held_out_error ? printed(*c.held_out_error, 3) : "not refitted",
                     std::isfinite(size) && size > 0 ? printed(size, 2).append(unit) : "cannot be seen"});
@@ -483,6 +484,7 @@ void repeat_section(Page& page, const ReportInput& in, const Diagnosis* d) {
     rows.push_back({file, what, std::to_string(std::filesystem::file_size(file)), "`" + sha256(file) + "`"});
   };
   add_file(in.model_file, "model");
+  if (!in.candidates_file.empty()) add_file(in.candidates_file, "candidates");
   if (!in.map_file.empty()) add_file(in.map_file, "mapping");
   for (const ReportRun& r : in.runs) add_file(parse_session_spec(r.spec).path.string(), "session");
   page.table("Files read", "llrl", {"file", "what", "bytes", "SHA-256"}, rows);
@@ -521,9 +523,9 @@ std::string verdict_in_words(const Diagnosis& d) {
       std::vector<std::string> rivals;
       for (const MissingEffect& m : d.missing) {
         std::vector<std::string> names;
-        for (const std::size_t rival : m.tied_with) names.emplace_back(about(rival).name);
+        for (const std::size_t rival : m.tied_with) names.emplace_back(d.about(rival).name);
         if (!names.empty())
-          rivals.push_back(joined(names, " or ") + " in the place of " + std::string(about(m.effect).name));
+          rivals.push_back(joined(names, " or ") + " in the place of " + std::string(d.about(m.effect).name));
       }
       return "The model lacks " + found + ", or what does as well in these runs: " + joined(rivals) +
              ". The error on " + judged_on(d) + " falls " + fall(d) + " either way; other runs must tell which it is.";

@@ -26,8 +26,9 @@ struct ReportInput {
   std::string model_file;
   Model model;  ///< as given
   std::vector<ReportRun> runs;
-  std::string map_file;  ///< empty: none
-  std::string software;  ///< `emtb 0.1.0, commit abc1234`
+  std::string map_file;         ///< empty: none
+  std::string candidates_file;  ///< empty: none
+  std::string software;         ///< `emtb 0.1.0, commit abc1234`
   std::string date;
   std::string command;  ///< as it was called
   std::function<void(const NamedFigure&)> on_figure;

@@ -41,6 +41,10 @@ class ModelCommands : public Scratch {
   void record_with_friction() {
     blind::Bench bench = blind::slow_bench();
     bench.plant.friction.T_c = 0.0547;  // [N m]
+    record_all(bench);
+  }
+
+  void record_all(const blind::Bench& bench) {
     std::uint64_t seed = 1;
     for (const auto* profiles : {&bench.train, &bench.held_out}) {
       for (const Profile& profile : *profiles) {
@@ -51,6 +55,14 @@ class ModelCommands : public Scratch {
         (profiles == &bench.train ? train : held_out).push_back(file);
       }
     }
+  }
+
+  /// A friction that the library does not have, and one that is not there.
+  std::string candidates() {
+    return write("mine.yaml",
+                 "my_cubic: {torque: \"-c3*omega^3\", parameters: {c3: {value: 0, min: 0, max: 1.0e-5, unit: N m "
+                 "s3/rad3, null: 0}}}\n"
+                 "sticky_field: {flux: \"1 - k*t\", parameters: {k: {value: 0, min: -0.1, max: 0.1, unit: 1/s}}}\n");
   }
 
   std::vector<std::string> with_sessions(std::vector<std::string> words) const {
@@ -131,6 +143,43 @@ TEST_F(ModelCommands, AddWritesAModelWithItsHistoryAndLeavesTheGivenOneAlone) {
   EXPECT_LT(2 * both[0]["error"]["staged"].get<double>(), both[1]["error"]["staged"].get<double>());
 }
 
+TEST_F(ModelCommands, DiagnoseNamesAFormulaOfTheUserAndAddAddsIt) {
+  constexpr double c3 = 3e-8;  // [N m s3/rad3]
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.hidden_torque = [](double omega, double, double) { return c3 * omega * omega * omega; };
+  record_all(bench);
+  auto words = with_sessions({"diagnose", model()});
+  words.insert(words.end(), {"--json", path("d.json"), "--candidates", candidates(), "--out", path("found.yaml")});
+  ASSERT_EQ(call(words), 0) << last->err();
+  EXPECT_THAT(last->out(), AllOf(HasSubstr("found:"), HasSubstr("my_cubic (T = -c3*omega^3)")));
+  const json d = json::parse(read(path("d.json")));
+  EXPECT_EQ(d["verdict"], "found");
+  ASSERT_EQ(d["missing"].size(), 1U) << last->out();
+  EXPECT_EQ(d["missing"][0]["id"], "my_cubic");
+  EXPECT_NEAR(d["missing"][0]["parameters"]["c3"]["value"].get<double>(), c3, 0.03 * c3);
+  EXPECT_EQ(d["missing"][0]["parameters"]["c3"]["unit"], "N m s3/rad3");
+  EXPECT_EQ(d["candidates"].size(), effect_count + 2) << "the library's effects and both formulas";
+  EXPECT_EQ(d["candidates"][0]["id"], "my_cubic");
+  EXPECT_TRUE(d["candidates"][0]["expected"].contains("c3"));
+  EXPECT_EQ(d["steps"][1]["added"], "my_cubic");
+  EXPECT_TRUE(d["parameters"].contains("my_cubic.c3"));
+  EXPECT_LT(d["error"]["final"]["held_out"].get<double>(), 1.1);
+
+  words = with_sessions({"add", "my_cubic", model()});
+  words.insert(words.end(), {"--candidates", candidates(), "--out", path("with.yaml")});
+  ASSERT_EQ(call(words), 0) << last->err();
+  EXPECT_THAT(last->out(), HasSubstr("my_cubic.c3"));
+  EXPECT_THAT(read(path("with.yaml")), AllOf(HasSubstr("my_cubic:"), HasSubstr("torque: \"-c3*omega^3\"")));
+
+  // With it, nothing is missing, whether it is on offer or not.
+  words = with_sessions({"diagnose", path("with.yaml")});
+  words.insert(words.end(), {"--json", path("w.json"), "--candidates", candidates()});
+  ASSERT_EQ(call(words), 0) << last->err();
+  const json w = json::parse(read(path("w.json")));
+  EXPECT_EQ(w["verdict"], "nothing_missing") << last->out();
+  EXPECT_EQ(w["candidates"].size(), effect_count + 1) << "what is in the model is no candidate";
+}
+
 TEST_F(ModelCommands, SimulateAndExportMakeSessionsThatCanBeRead) {
   ASSERT_EQ(call({"simulate", model(), "fh2_step_low", "--out", path("s.csv")}), 0) << last->err();
   ASSERT_EQ(call({"export", path("s.csv").string() + "@1:4", "--out", path("s.h5")}), 0) << last->err();
@@ -156,6 +205,11 @@ TEST_F(ModelCommands, RefuseBadInputInOneLine) {
           AllOf(HasSubstr("no_input.csv"), HasSubstr("u_ref_V")));
   refuses({"compare", model(), write("broken.h5", "not HDF5 at all")}, HasSubstr("broken.h5"));
   refuses({"add", "gremlins", model(), good}, AllOf(HasSubstr("gremlins"), HasSubstr("coulomb_friction")));
+  refuses({"add", "gremlins", model(), good, "--candidates", candidates()},
+          AllOf(HasSubstr("gremlins"), HasSubstr("coulomb_friction"), HasSubstr("my_cubic")));
+  refuses({"diagnose", model(), good, "--candidates", write("bad.yaml", "bad: {torque: \"-c*speed\"}\n")},
+          AllOf(HasSubstr("bad.yaml:1: bad.torque"), HasSubstr("`c` at column 2")));
+  refuses({"diagnose", model(), good, "--candidates", path("absent.yaml")}, HasSubstr("absent.yaml"));
   const std::string text = read(model());
   const auto changed = [&](const std::string& from, const std::string& to) {
     std::string copy = text;

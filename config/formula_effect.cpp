@@ -1,0 +1,233 @@
+#include "config/formula_effect.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "config/formula.h"
+#include "config/parameter.h"
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+struct PlaceKey {
+  TermPlace place;
+  const char* key;
+  const char* equation;  ///< what stands before the formula
+  Stage stage;
+};
+constexpr std::array<PlaceKey, 3> place_keys{{{TermPlace::torque, "torque", "T = ", Stage::shaft},
+                                              {TermPlace::voltage, "voltage", "V = ", Stage::armature},
+                                              {TermPlace::flux, "flux", "K_b and K_m times ", Stage::air_gap}}};
+
+const PlaceKey& described(TermPlace place) { return *std::ranges::find(place_keys, place, &PlaceKey::place); }
+
+bool is_word(std::string_view name) {
+  const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+  return !name.empty() && letter(name.front()) &&
+         std::ranges::all_of(name, [&](char c) { return letter(c) || digit(c); });
+}
+
+bool is_base_parameter(std::string_view name) {
+  return std::ranges::find(base_parameters, name, &BaseParameter::symbol) != base_parameters.end();
+}
+
+void check_id(const YamlMap& effects, const std::string& id) {
+  if (!is_word(id)) effects.fail(id, "is no name for an effect. Use letters, digits and _, a letter first");
+  if (std::ranges::find(effect_catalogue(), id, &EffectInfo::id) != effect_catalogue().end()) {
+    effects.fail(id, "is an effect of the library, but stands here with a formula. Give the formula another name");
+  }
+  if (is_base_parameter(id)) effects.fail(id, "is a parameter of the base model. Give the formula another name");
+}
+
+void check_symbol(const YamlMap& parameters, const std::string& symbol) {
+  if (!is_word(symbol)) parameters.fail(symbol, "is no name for a parameter. Use letters, digits and _");
+  if (is_base_parameter(symbol)) {
+    parameters.fail(symbol, "is a parameter of the base model; a formula has its own. Give it another name");
+  }
+  if (means_something_in_formulas(symbol)) {
+    parameters.fail(symbol, "means something else in formulas. Give the parameter another name");
+  }
+}
+
+/// A parameter of a formula, and where it makes the effect vanish; nothing for a shape.
+struct FormulaParameter {
+  Parameter parameter;
+  std::optional<double> null;
+};
+
+FormulaParameter read_formula_parameter(const YamlMap& parameters, const std::string& symbol) {
+  check_symbol(parameters, symbol);
+  const YamlMap yaml = parameters.map(symbol);
+  yaml.only({"value", "min", "max", "unit", "null", "fixed", "prior", "std_error"});
+  FormulaParameter p{read_parameter_body(yaml, symbol, yaml.text_or("unit", ""), -infinity, infinity), {}};
+  if (yaml.has("null")) {
+    p.null = yaml.number("null");
+    if (!p.parameter.fixed && (*p.null < p.parameter.min || *p.null > p.parameter.max)) {
+      yaml.fail("null", "is outside min and max: a search starts there");
+    }
+  } else if (!p.parameter.fixed && p.parameter.min <= 0 && p.parameter.max >= 0) {
+    p.null = 0;
+  }
+  if (p.parameter.fixed) p.null.reset();
+  return p;
+}
+
+/// What a search and the reports must know of an effect, with the texts that it refers to.
+struct FormulaInfo {
+  AddedTerm term;
+  std::string equation;
+  EffectInfo info;
+};
+
+std::shared_ptr<const EffectInfo> describe(const AddedTerm& term, std::span<const FormulaParameter> parameters) {
+  const auto made = std::make_shared<FormulaInfo>();
+  made->term = term;
+  made->equation = described(term.place).equation + term.formula;
+  EffectInfo& info = made->info;
+  info.id = info.name = made->term.name;
+  info.stage = described(term.place).stage;
+  info.equation = made->equation;
+  info.what = "A formula of the user.";
+  info.shows = "As its formula says.";
+  info.told_apart = "Only runs in which the two formulas differ can tell them apart.";
+  info.source = "the user";
+  info.parameter_count = parameters.size();
+  info.opposes_motion = true;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& p = made->term.parameters[i];
+    const std::optional<double>& null = parameters[i].null;
+    info.parameter_list[i] = {.symbol = p.symbol,
+                              .unit = p.unit,
+                              .null = null.value_or(p.value),
+                              .min = p.fixed ? p.value : p.min,
+                              .max = p.fixed ? p.value : p.max,
+                              .shape = !null};
+    if (null && p.min < *null) info.opposes_motion = false;
+  }
+  return {made, &made->info};
+}
+
+/// The formula's value at one speed and current.
+double value_at(const AddedTerm& term, std::span<const double> p, const TermInput& x) {
+  TermInput by_input;
+  std::vector<double> by_parameter(p.size());
+  return term.term->evaluate(x, p, by_input, by_parameter);
+}
+
+void check_values(const YamlMap& yaml, const AddedTerm& term) {
+  const char* key = described(term.place).key;
+  std::vector<double> values, nulls;
+  bool any_null = false;
+  for (std::size_t i = 0; i < term.parameters.size(); ++i) {
+    const EffectParameter& about = term.info->parameter_list[i];
+    values.push_back(term.parameters[i].value);
+    nulls.push_back(about.null);
+    any_null = any_null || !about.shape;
+  }
+  if (const double rest = value_at(term, values, {}); !std::isfinite(rest)) {
+    yaml.fail(key,
+              "is " + yaml_number(rest) + " at rest (omega, i_a, theta, u_ref and t 0). Write it so that it is finite");
+  }
+  if (!any_null) return;
+  const double absent = term.place == TermPlace::flux ? 1 : 0;
+  for (const TermInput& x : {TermInput{}, TermInput{10, 1, 1, 1, 1}, TermInput{-10, -1, 2, -1, 2}}) {
+    const double value = value_at(term, nulls, x);
+    if (std::abs(value - absent) <= 1e-9) continue;
+    if (!std::isfinite(value)) {
+      yaml.fail(key, "is not finite at omega " + yaml_number(x.omega) + ", i_a " + yaml_number(x.i_a) +
+                         ". Write it for both signs, e.g. sign(omega)*abs(omega)^1.5");
+    }
+    yaml.fail(key, "is " + yaml_number(value) + " where its parameters have their null, but must be " +
+                       yaml_number(absent) + ": there the effect is absent. State each `null`");
+  }
+}
+
+}  // namespace
+
+bool is_formula(const YamlMap& effects, std::string_view id) {
+  const YAML::Node node = effects.map(id).node();
+  return std::ranges::any_of(place_keys, [&](const PlaceKey& p) { return node[p.key].IsDefined(); });
+}
+
+AddedTerm read_formula(const YamlMap& effects, const std::string& id) {
+  check_id(effects, id);
+  const YamlMap yaml = effects.map(id);
+  yaml.only({"torque", "voltage", "flux", "parameters"});
+  const PlaceKey* place = nullptr;
+  for (const PlaceKey& candidate : place_keys) {
+    if (!yaml.has(candidate.key)) continue;
+    if (place != nullptr) yaml.fail(candidate.key, "stands beside " + std::string(place->key) + ". Write one of them");
+    place = &candidate;
+  }
+  if (place == nullptr) yaml.fail("", "needs a formula: torque, voltage or flux, e.g. torque: \"-c3*omega^3\"");
+
+  std::vector<FormulaParameter> parameters;
+  if (const auto given = yaml.map_if("parameters")) {
+    for (const std::string& symbol : given->keys()) parameters.push_back(read_formula_parameter(*given, symbol));
+  }
+  if (parameters.size() > EffectInfo::max_parameters) {
+    yaml.fail("parameters", "are " + std::to_string(parameters.size()) + ", but a formula has at most " +
+                                std::to_string(EffectInfo::max_parameters));
+  }
+  // Where the library's effects have it, too: the amplitude first, which stands for the size of the effect.
+  std::ranges::stable_partition(parameters, [](const FormulaParameter& p) { return p.null.has_value(); });
+  AddedTerm term;
+  term.name = id;
+  term.place = place->place;
+  term.formula = yaml.text(place->key);
+  std::vector<std::string> symbols;
+  for (const FormulaParameter& p : parameters) {
+    term.parameters.push_back(p.parameter);
+    symbols.push_back(p.parameter.symbol);
+  }
+  try {
+    term.term = parse_formula(term.formula, symbols);
+  } catch (const ModelError& e) {
+    yaml.fail(place->key, e.what());
+  }
+  term.info = describe(term, parameters);
+  check_values(yaml, term);
+  return term;
+}
+
+void write_formula(YAML::Emitter& out, const AddedTerm& term) {
+  out << YAML::Key << term.name << YAML::Value << YAML::BeginMap;
+  out << YAML::Key << described(term.place).key << YAML::Value << YAML::DoubleQuoted << term.formula;
+  if (!term.parameters.empty()) {
+    out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
+    for (std::size_t i = 0; i < term.parameters.size(); ++i) {
+      const EffectParameter& about = term.info->parameter_list[i];
+      write_parameter(out, term.parameters[i], about.shape ? 0 : about.null);
+    }
+    out << YAML::EndMap;
+  }
+  out << YAML::EndMap;
+}
+
+std::vector<AddedTerm> read_candidates(const std::filesystem::path& path) {
+  YamlMap yaml = YamlMap::load(path);
+  if (yaml.keys() == std::vector<std::string>{"effects"}) yaml = yaml.map("effects");
+  std::vector<AddedTerm> all;
+  for (const std::string& id : yaml.keys()) all.push_back(read_formula(yaml, id));
+  if (all.empty()) yaml.fail("", "holds no formula");
+  return all;
+}
+
+void offer(Model& model, const std::filesystem::path& candidates) {
+  model.offered = read_candidates(candidates);
+  for (const AddedTerm& formula : model.offered) {
+    const auto same = std::ranges::find(model.terms, formula.name, &AddedTerm::name);
+    if (same == model.terms.end() || (same->formula == formula.formula && same->place == formula.place)) continue;
+    throw ConfigError(candidates.string() + ": " + formula.name +
+                      " stands in the model with another formula. Give one of them another name");
+  }
+}
+
+}  // namespace emtb
