@@ -80,18 +80,49 @@ class Search {
     return score(data_.train, fitted, absent, options_.score);
   }
 
-  /// Refits of the best-scored candidates.
+  /// Refits of the best-scored candidates. All of them descend a few steps; those that by then remove far less than the
+  /// best do not go on.
   std::vector<std::pair<Score, Trial>> refits(const Model& fitted, const std::vector<Score>& all) const {
     std::vector<Score> best = promising(all, options_.score);
     std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, fitted); });
     if (best.size() > options_.refits) best.resize(options_.refits);
     std::erase_if(best, [&](const Score& s) { return s.predicted_drop < 0.03 * best.front().predicted_drop; });
+    const double before = best.empty() ? 0 : first_steps(fitted, 0).cost;
+    std::vector<Calibration> begun;
+    double most = 0;
+    for (const Score& s : best) {
+      begun.push_back(first_steps(fitted, s));
+      most = std::max(most, before - begun.back().cost);
+    }
+    constexpr double far_less = 0.3;
     std::vector<std::pair<Score, Trial>> trials;
-    for (const Score& s : best) trials.emplace_back(s, fit(with_expected(fitted, s)));
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      if (before - begun[i].cost >= far_less * most) trials.emplace_back(best[i], fit(begun[i].model));
+    }
     return trials;
   }
 
  private:
+  Calibration first_steps(const Model& start, int iterations) const {
+    return calibrate(
+        data_.train, start,
+        {.extra_starts = 0, .max_iterations = iterations, .tolerance = 1e-3, .with_covariance = false, .outputs = {}});
+  }
+
+  /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
+  /// valley lies: then from each place that was tried, and the lowest counts.
+  Calibration first_steps(const Model& fitted, const Score& score) const {
+    constexpr int few = 4;
+    Calibration lowest = first_steps(with_expected(fitted, score), few);
+    for (const std::vector<double>& start : score.other_starts) {
+      Score elsewhere = score;
+      elsewhere.expected = start;
+      Calibration other = first_steps(with_expected(fitted, elsewhere), few);
+      if (other.cost < lowest.cost) lowest = std::move(other);
+    }
+    return lowest;
+  }
+
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const {
     for (std::size_t out = 0; out < data_.train.size(); ++out) {
       std::vector<PreparedRun> rest;
@@ -216,7 +247,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   }
 
   // Swap: does another effect do as well in the place of a member, or better?
-  std::map<std::size_t, std::vector<std::size_t>> rivals;
+  std::map<std::size_t, std::vector<std::pair<std::size_t, Model>>> rivals;  // of each member
   for (std::size_t i = 0; i < found.size(); ++i) {
     progress(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found.size()), "trying rivals");
     const std::size_t member = found[i];
@@ -234,7 +265,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
         found[i] = s.effect;
         rivals.erase(member);
       } else if (tied(current.held_out, trial.held_out, rule)) {
-        rivals[found[i]].push_back(s.effect);
+        rivals[found[i]].emplace_back(s.effect, trial.model);
       }
       remember(d.candidates, s, trial.held_out.error());
     }
@@ -278,10 +309,13 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
 
   for (const std::size_t effect : found) {
     MissingEffect m{effect, {}, {}};
-    for (const std::size_t rival : rivals[effect]) {
-      // Only a rival that is not itself a member: two members are both needed.
-      if (std::ranges::find(found, rival) == found.end()) m.tied_with.push_back(rival);
+    std::vector<Model> rival_models;
+    for (const auto& [rival, fitted] : rivals[effect]) {
+      if (std::ranges::find(found, rival) != found.end()) continue;  // a member itself: both are needed
+      m.tied_with.push_back(rival);
+      rival_models.push_back(fitted);
     }
+    if (d.next.empty() && !rival_models.empty()) d.next = next_experiments(train, data, d.final, rival_models);
     m.parameters = d.final.parameters_of(effect);
     d.missing.push_back(std::move(m));
   }

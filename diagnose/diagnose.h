@@ -9,6 +9,7 @@
 #include "diagnose/compare.h"
 #include "diagnose/loss.h"
 #include "diagnose/missing_curve.h"
+#include "diagnose/next_experiment.h"
 #include "diagnose/score.h"
 #include "estimate/calibrate.h"
 #include "model/effect.h"
@@ -58,6 +59,7 @@ struct Diagnosis {
   std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
+  std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
 
   /// What is known of an effect that the diagnosis names by its number.
@@ -74,9 +76,9 @@ struct DiagnoseOptions {
 };
 
 /// Finds out which physical effect of the catalogue, or which formula on offer, the model is missing (section 6 of the
-/// design, steps 1-7): fit; score every absent effect at zero amplitude; refit the best; keep the one that removes
-/// something material from held-out runs; repeat; then try to swap each member for its rivals (those that do as well
-/// are tied with it) and to do without it.
+/// design): fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something
+/// material from held-out runs; repeat; then try to swap each member for its rivals (those that do as well are tied
+/// with it) and to do without it. Where effects tie, the next experiment is proposed.
 /// @throws ModelError where the runs do not fit the model.
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options = {});

@@ -633,11 +633,19 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
   for (const std::size_t effect : candidates) {
     const std::vector<Score>& tried = of_effect[effect];
     if (tried.empty()) {  // no order of the shaft stands out
-      scores.push_back({.effect = effect, .expected = std::vector(model.about(effect).parameter_count, 0.0)});
+      scores.emplace_back();
+      scores.back().effect = effect;
+      scores.back().expected.assign(model.about(effect).parameter_count, 0.0);
       scores.back().detectable_size = infinity;
       continue;
     }
     Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
+    const bool shaped = std::ranges::any_of(model.about(effect).parameters(), &EffectParameter::shape);
+    if (model.about(effect).fades() && shaped) {
+      for (const Score& other : tried) {
+        if (other.expected != best.expected) best.other_starts.push_back(other.expected);
+      }
+    }
     best.p_value = std::min(
         1.0, std::ranges::min_element(tried, {}, &Score::p_value)->p_value * static_cast<double>(tried.size()));
     scores.push_back(std::move(best));
@@ -653,7 +661,11 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
          scores[passed].p_value <= options.false_alarms / static_cast<double>(scores.size() - passed)) {
     ++passed;
   }
-  scores.resize(passed);
+  // Whitening can hide an effect whose residuals look like noise of a long memory. What promises this much is tried.
+  const auto rest = scores.begin() + static_cast<std::ptrdiff_t>(passed);
+  scores.erase(
+      std::remove_if(rest, scores.end(), [&](const Score& s) { return s.predicted_gain < options.gain_worth_a_refit; }),
+      scores.end());
   // Far below what is material even if the prediction were some times too small: not worth a refit.
   std::erase_if(scores, [&](const Score& s) { return s.predicted_gain < 0.1 * options.material_least; });
   std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_drop);

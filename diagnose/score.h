@@ -25,10 +25,11 @@ namespace emtb {
 /// autoregression per record and signal) is a gate only: with 10^5 readings every wrong model is significant. Sources:
 /// Davidson and MacKinnon (1993), ch. 6 (Gauss-Newton regression); Saris, Satorra and van der Veld (2009).
 struct Score {
-  std::size_t effect = 0;        ///< as the model numbers them: of the catalogue, then the formulas on offer
-  std::vector<double> expected;  ///< in the order of the effect's parameters, SI
-  double predicted_drop = 0;     ///< of the sum of squares in units of sigma^2
-  double predicted_gain = 0;     ///< largest mean square, in units of sigma^2, that goes from a signal
+  std::size_t effect = 0;                         ///< as the model numbers them: the catalogue, then formulas on offer
+  std::vector<double> expected;                   ///< in the order of the effect's parameters, SI
+  std::vector<std::vector<double>> other_starts;  ///< of an effect that fades and has a shape: where else it was tried
+  double predicted_drop = 0;                      ///< of the sum of squares in units of sigma^2
+  double predicted_gain = 0;                      ///< largest mean square, in units of sigma^2, that goes from a signal
   double visibility = 0;
   double p_value = 1;
   double detectable_size = 0;  ///< of the first parameter: found with power 0.8; infinite where it cannot be seen, or
@@ -36,8 +37,9 @@ struct Score {
 };
 
 struct ScoreOptions {
-  double false_alarms = 0.05;    ///< over the whole list of candidates
-  double material_least = 0.02;  ///< mean square that an effect must remove to count
+  double false_alarms = 0.05;       ///< over the whole list of candidates
+  double material_least = 0.02;     ///< mean square that an effect must remove to count
+  double gain_worth_a_refit = 0.5;  ///< mean square whose promise needs no test of significance
 };
 
 /// Scores each candidate on the records, at the values of the fitted model.
@@ -45,7 +47,8 @@ struct ScoreOptions {
 std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
                          std::span<const std::size_t> candidates, const ScoreOptions& options = {});
 
-/// Those that pass the gate (Holm's step-down over all scores) and could matter, largest predicted drop first.
+/// Those that pass the gate (Holm's step-down over all scores), or promise much, and could matter, largest predicted
+/// drop first.
 std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& options = {});
 
 /// The model with the scored effect, at the values that the score expects as far as bounds allow: where a refit starts.

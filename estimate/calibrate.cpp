@@ -179,6 +179,7 @@ Descent descend(const Problem& problem, const Model& model, std::vector<double> 
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
   Descent result{std::move(x), 0, false, 0};
+  result.cost = 0.5 * cost.at(result.x).rtr;
   std::vector<int> held_before{-1};
   while (result.iterations < max_iterations) {
     std::vector<int> held;
@@ -189,7 +190,6 @@ Descent descend(const Problem& problem, const Model& model, std::vector<double> 
       if ((result.x[i] <= p.min && pull <= 0) || (result.x[i] >= p.max && pull >= 0))
         held.push_back(static_cast<int>(i));
     }
-    result.cost = 0.5 * cost.at(result.x).rtr;
     if (held.size() == places.size()) result.converged = true;
     if (result.converged && (held == held_before || held.size() == places.size())) break;
     held_before = held;

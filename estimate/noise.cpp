@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "estimate/orders.h"
+#include "estimate/regression.h"
+#include "estimate/scatter.h"
 
 namespace emtb {
 namespace {
@@ -54,10 +57,12 @@ std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excita
   return stretches;
 }
 
-/// The pieces of a signal in which nothing changes but noise, and what repeats with the angle.
+/// The pieces of a signal in which nothing changes but noise, and what repeats with the angle or in time.
 struct Settled {
   std::vector<TurningStretch> fast;
+  std::vector<std::vector<double>> time;  ///< [s] of the fast ones' readings
   std::vector<std::vector<double>> slow;
+  std::vector<std::vector<double>> short_slow;  ///< pieces of a slow meter that may be too short to tell a trend
 };
 
 /// Collects the settled pieces of one observation.
@@ -69,13 +74,16 @@ void collect(const PreparedRun& record, const Observation& o, Settled& settled) 
     // s.
     const double from = 0.5 * (x.t[begin] + x.t[end - 1]), until = x.t[end - 1];
     TurningStretch piece;
+    std::vector<double> time;
     double piece_begin = from;
     const auto take = [&] {
+      if (o.slow && piece.value.size() >= 2) settled.short_slow.push_back(piece.value);
       if (piece.value.size() < fewest_readings) return;
       if (o.slow) {
         settled.slow.push_back(piece.value);
       } else if (scatter_about_line(piece.value).rise <= 4) {  // else still moving: curvature would count as noise
         settled.fast.push_back(piece);
+        settled.time.push_back(time);
       }
     };
     for (std::size_t i = 0; i < o.size(); ++i) {
@@ -84,10 +92,12 @@ void collect(const PreparedRun& record, const Observation& o, Settled& settled) 
       if (!o.slow && t - piece_begin >= settled_stretch) {
         take();
         piece = {};
+        time.clear();
         piece_begin = t;
       }
       piece.value.push_back(o.value[i]);
       piece.angle.push_back(x.angle.empty() ? 0 : x.angle[o.last[i]]);
+      time.push_back(t);
     }
     if (o.slow || until - piece_begin >= 0.9 * settled_stretch) take();
   }
@@ -101,41 +111,133 @@ double third_difference_scatter(std::span<const double> x) {
   return differences.empty() ? 0 : 1.4826 * median(std::move(differences)) / std::sqrt(20.0);
 }
 
+/// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is
+/// no noise, something shakes the machine.
+void remove_what_repeats(Settled& settled) {
+  constexpr double slowest = 4, fastest = 30;  // [Hz]
+  const auto enough = [](const TurningStretch& piece, std::size_t orders) { return piece.value.size() > 20 * orders; };
+  const std::vector<Order> orders = strong_orders(settled.fast, 4);
+  for (TurningStretch& piece : settled.fast) {
+    if (enough(piece, orders.size())) remove_orders(piece, orders);
+  }
+  std::vector<TurningStretch> in_time;
+  for (std::size_t i = 0; i < settled.fast.size(); ++i) {
+    in_time.push_back({settled.time[i], settled.fast[i].value});
+    for (double& t : in_time.back().angle) t *= 2 * std::numbers::pi;
+  }
+  const std::vector<Order> lines = strong_orders(in_time, 2, slowest, fastest);
+  for (std::size_t i = 0; i < settled.fast.size(); ++i) {
+    if (enough(in_time[i], lines.size())) remove_orders(in_time[i], lines);
+    settled.fast[i].value = std::move(in_time[i].value);
+  }
+}
+
+/// Scatter of the neighbours in pieces too short for a trend: by the median, since a piece may begin before all has
+/// settled. Negative where there are too few to tell.
+double scatter_of_neighbours(const std::vector<std::vector<double>>& pieces) {
+  constexpr std::size_t fewest = 6;
+  std::vector<double> differences;
+  for (const auto& piece : pieces) {
+    for (std::size_t i = 1; i < piece.size(); ++i) differences.push_back(std::abs(piece[i] - piece[i - 1]));
+  }
+  return differences.size() >= fewest ? 1.4826 * median(std::move(differences)) / std::sqrt(2.0) : -1;
+}
+
+/// A signal on the grid: each reading holds until the next.
+std::vector<double> held_on_grid(const Observation& o, std::size_t size) {
+  std::vector<double> values(size, o.size() > 0 ? o.value.front() : 0);
+  for (std::size_t i = 0; i < o.size(); ++i) {
+    const std::size_t end = i + 1 < o.size() ? o.last[i + 1] : size;
+    for (std::size_t k = o.last[i]; k < end; ++k) values[k] = o.value[i];
+  }
+  return values;
+}
+
+/// Scatter of a slow meter about what the fast signals beside it, averaged over its windows, say in a straight line:
+/// voltage, speed, direction, acceleration. What no line says counts as noise: an upper bound, for where nothing ever
+/// settles for as long as the meter takes. Negative where there are no such signals.
+double scatter_about_fast_signals(std::span<const PreparedRun> records, Signal signal) {
+  std::vector<std::vector<double>> columns(5);
+  std::vector<double> readings;
+  for (const PreparedRun& record : records) {
+    const Excitation& x = record.excitation;
+    const auto find = [&](Signal of) { return std::ranges::find(record.observations, of, &Observation::signal); };
+    const auto slow = find(signal), fast = find(Signal::omega), end = record.observations.end();
+    if (slow == end || fast == end || fast->slow) continue;
+    const std::vector<double> omega = held_on_grid(*fast, x.t.size());
+    const std::vector<double>& drive = !x.e_a.empty() ? x.e_a : x.u_ref;
+    if (drive.empty()) return -1;
+    for (std::size_t i = 0; i < slow->size(); ++i) {
+      const std::size_t a = slow->first[i], b = slow->last[i];
+      double voltage = 0, speed = 0, direction = 0;
+      const double n = static_cast<double>(b - a + 1);
+      for (std::size_t k = a; k <= b; ++k) {
+        voltage += drive[k] / n;
+        speed += omega[k] / n;
+        direction += (omega[k] > 0 ? 1 : -1) / n;
+      }
+      columns[0].push_back(1);
+      columns[1].push_back(voltage);
+      columns[2].push_back(speed);
+      columns[3].push_back(direction);
+      columns[4].push_back(omega[b] - omega[a]);
+      readings.push_back(slow->value[i]);
+    }
+  }
+  if (readings.size() < 4 * columns.size()) return -1;
+  const Regression line = regress(columns, readings);
+  std::vector<double> left;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    double predicted = 0;
+    for (std::size_t c = 0; c < columns.size(); ++c) predicted += line.value[c] * columns[c][i];
+    left.push_back(std::abs(readings[i] - predicted));
+  }
+  return 1.4826 * median(std::move(left));
+}
+
 NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
   NoiseFloor floor;
   Settled settled;
   std::vector<double> differences;
   double lsb = 0;
+  bool slow = false;
   for (const PreparedRun& record : records) {
     for (const Observation& o : record.observations) {
       if (o.signal != signal) continue;
+      slow = o.slow;
       collect(record, o, settled);
       differences.push_back(third_difference_scatter(o.value));
       lsb = std::max(lsb, o.lsb);
     }
   }
-  // What repeats with the angle is no noise: an effect may explain it.
-  const std::vector<Order> orders = strong_orders(settled.fast, 4);
+  remove_what_repeats(settled);
   std::vector<double> variances, correlations;
   const auto take = [&](std::span<const double> piece) {
     const Scatter s = scatter_about_line(piece);
     variances.push_back(s.variance);
     if (s.variance > 0) correlations.push_back(s.covariance / s.variance);
   };
-  for (TurningStretch& piece : settled.fast) {
-    if (piece.value.size() > 20 * orders.size()) remove_orders(piece, orders);
-    take(piece.value);
-  }
+  for (const TurningStretch& piece : settled.fast) take(piece.value);
   for (const auto& piece : settled.slow) take(piece);
   if (variances.size() >= 2) {
     const double variance = median(variances);
     floor.sigma = std::sqrt(variance);
     floor.from = "settled";
     if (!correlations.empty()) floor.autocorrelation = std::clamp(median(correlations), -0.99, 0.999);
+  } else if (const double scatter = scatter_of_neighbours(settled.short_slow); scatter >= 0) {
+    floor.sigma = scatter;
+    floor.from = "settled";
   } else {
     floor.sigma = median(differences);
     floor.from = "differences";
     floor.lower_bound = true;
+    // A slow meter whose readings all span a change: their differences are the change's.
+    const double beside = slow ? scatter_about_fast_signals(records, signal) : -1;
+    if (beside >= 0 && beside < floor.sigma) {
+      floor.sigma = beside;
+      floor.from = "regression";
+      floor.lower_bound = false;
+    }
   }
   if (const double resolution = lsb / std::sqrt(12.0); floor.sigma < resolution) {
     floor.sigma = resolution;
@@ -146,23 +248,6 @@ NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
 }
 
 }  // namespace
-
-double difference_scatter(std::span<const double> x) {
-  if (x.size() < 2) return 0;
-  std::vector<double> differences;
-  differences.reserve(x.size());
-  double squares = 0;
-  for (std::size_t k = 1; k < x.size(); ++k) {
-    differences.push_back(std::abs(x[k] - x[k - 1]));
-    squares += differences.back() * differences.back();
-  }
-  const double robust = 1.4826 * median(differences) / std::sqrt(2.0);
-  if (robust > 0) return robust;
-  // A coarse grid: most readings repeat. A constant (the reference itself) has edges only, and they are not noise.
-  const auto changes = static_cast<double>(std::ranges::count_if(differences, [](double d) { return d > 0; }));
-  const bool steps_only = changes < 0.05 * static_cast<double>(differences.size());
-  return steps_only ? 0 : std::sqrt(squares / static_cast<double>(differences.size()) / 2);
-}
 
 Noise estimate_noise(std::span<const PreparedRun> records, const Model& model) {
   Noise noise;
@@ -182,10 +267,54 @@ Noise estimate_noise(std::span<const PreparedRun> records, const Model& model) {
   return noise;
 }
 
+namespace {
+
+/// How the noise of what drives a model shows in what it predicts: the motor as a first-order lag from torque to speed.
+class CarriedNoise {
+ public:
+  CarriedNoise(const PreparedRun& record, std::span<const double> values, bool driven_by_current)
+      : record_(record), R_a_(values[0]), K_b_(values[1]), K_m_(values[2]), driven_by_current_(driven_by_current) {
+    const double damping = values[3] + (driven_by_current ? 0 : K_b_ * K_m_ / R_a_);  // [N m s/rad]
+    speed_per_torque_ = 1 / std::max(damping, 1e-12);
+    time_constant_ = values[4] * speed_per_torque_;
+  }
+
+  /// Variance of a reading's prediction around grid point k.
+  /// @param window [s] over which the reading averages
+  double variance(Signal signal, std::size_t k, double window) const {
+    const auto through_speed = [&](const InputNoise& noise, double torque_per_input) {
+      if (noise.sigma.empty()) return 0.0;
+      const double speed = speed_per_torque_ * torque_per_input * noise.sigma[k], correlated = noise.correlated[k];
+      const double lasting = correlated + time_constant_;
+      return speed * speed * correlated / lasting * averaged(lasting, window);
+    };
+    const double by_voltage = driven_by_current_ ? 0 : through_speed(record_.voltage_noise, K_m_ / R_a_);
+    const double speed = through_speed(record_.load_noise, 1) + by_voltage;
+    if (signal == Signal::omega) return speed;
+    if (signal != Signal::i_a || driven_by_current_) return 0;
+    const InputNoise& voltage = record_.voltage_noise;
+    const double direct = voltage.sigma.empty() ? 0 : voltage.sigma[k] / R_a_;
+    const double through = K_b_ / R_a_;
+    return through * through * speed +
+           (voltage.sigma.empty() ? 0 : direct * direct * averaged(voltage.correlated[k], window));
+  }
+
+ private:
+  static double averaged(double lasting, double window) { return std::min(1.0, 2 * lasting / std::max(window, 1e-9)); }
+
+  const PreparedRun& record_;
+  double R_a_, K_b_, K_m_;
+  bool driven_by_current_;
+  double speed_per_torque_ = 0;  ///< [rad/s per N m]
+  double time_constant_ = 0;     ///< [s]
+};
+
+}  // namespace
+
 void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& model) {
   const std::vector<double> values = model.values();
-  const double resistance = values[0];
   for (PreparedRun& record : records) {
+    const CarriedNoise carried(record, values, model.input == Signal::i_a);
     const Excitation& x = record.excitation;
     Trajectory<double> driver;
     if (!x.u_ref.empty()) {
@@ -206,10 +335,8 @@ void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& mode
               std::max(std::abs(driver.e_a[after] - driver.e_a[k]), std::abs(driver.e_a[k] - driver.e_a[before]));
           widened += change * change;
         }
-        if (o.signal == Signal::i_a && !o.slow && !record.voltage_noise.empty()) {
-          const double carried = record.voltage_noise[k] / resistance;
-          widened += carried * carried;
-        }
+        const std::size_t middle = (o.first[i] + o.last[i]) / 2;
+        if (!o.increment) widened += carried.variance(o.signal, middle, x.t[k] - x.t[o.first[i]]);
         o.sigma[i] = std::sqrt(widened);
       }
     }

@@ -13,19 +13,16 @@ namespace emtb {
 /// The noise of one signal: what even a perfect model would leave.
 struct NoiseFloor {
   double sigma = 0;            ///< SI
-  std::string from;            ///< `declared`, `settled`, `differences`, `resolution`
+  std::string from;            ///< `declared`, `settled`, `regression`, `differences`, `resolution`
   bool lower_bound = false;    ///< true: taken from differences, which coloured noise makes 3-4 times too small
   double autocorrelation = 0;  ///< from one reading to the next, in settled stretches
 };
 
 using Noise = std::map<Signal, NoiseFloor>;
 
-/// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where
-/// most readings repeat the one before, their standard deviation.
-double difference_scatter(std::span<const double> x);
-
 /// The noise floor of each signal, the first that applies: declared in the model; scatter about a straight line in
-/// stretches of settled readings of 1 s or more, pooled over all records; differences. Never below LSB/sqrt(12).
+/// stretches of settled readings of 1 s or more, pooled over all records; for a slow meter that never reads in one,
+/// scatter about a line through the fast signals beside it; differences. Never below LSB/sqrt(12).
 Noise estimate_noise(std::span<const PreparedRun> records, const Model& model);
 
 /// Gives each reading its sigma: the floor, widened where timing (half a sample on a slope of e_a) or the noise of the

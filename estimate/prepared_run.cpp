@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "estimate/noise.h"
+#include "estimate/scatter.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -86,40 +86,60 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
   return o;
 }
 
-/// The gauge's reading as a load, or nothing where it reads zero throughout: then K_m, B, J and the frictions share a
-/// common factor anyway, and a load of pure noise would only add its noise.
-std::vector<double> load_on_grid(const Series& torque, std::span<const double> grid, const std::string& name) {
-  const std::vector<double> raw = on_grid(torque, grid, name + ": torque_Nm");
-  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
-  const auto half =
-      static_cast<std::size_t>(std::max(1.0, 0.025 / interval));  // [s] far shorter than the shaft's response
-  const std::vector<std::size_t> reach(grid.size(), half);
-  std::vector<double> load = moving_mean(raw, reach);
-  const double scatter = difference_scatter(raw) / std::sqrt(2.0 * static_cast<double>(half) + 1);
-  const auto whole =
-      std::span(load).subspan(std::min(half, load.size() / 2), load.size() - 2 * std::min(half, load.size() / 2));
-  double largest = 0;  // of those that are means over the whole width
-  for (const double x : whole) largest = std::max(largest, std::abs(x));
-  if (largest < 6 * scatter + 2 * torque.lsb) return {};
-  return load;
-}
-
 /// How far around each sample the mean may reach before it differs from the mean over half of that by more than noise
 /// can: a corner that nobody foresaw, of a driver that is not as known.
-std::vector<std::size_t> trusted_reach(std::span<const double> x, std::vector<std::size_t> reach, double scatter) {
+std::vector<std::size_t> trusted_reach(std::span<const double> x, std::vector<std::size_t> reach,
+                                       const ColouredNoise& noise) {
   std::vector<double> sum(x.size() + 1, 0.0);
   std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
   const auto mean = [&](std::size_t k, std::size_t r) {
     return (sum[k + r + 1] - sum[k - r]) / static_cast<double>(2 * r + 1);
   };
+  std::vector<double> tolerance(std::ranges::max(reach) / 2 + 1);
+  for (std::size_t r = 0; r < tolerance.size(); ++r) {
+    tolerance[r] = 2 * noise.of_mean(2.0 * static_cast<double>(r) + 1);
+  }
   for (std::size_t k = 0; k < x.size(); ++k) {
     std::size_t& r = reach[k];
     r = std::min({r, k, x.size() - 1 - k});  // symmetric up to the ends: no delay
-    while (r > 0 &&
-           std::abs(mean(k, r) - mean(k, r / 2)) > 4 * scatter / std::sqrt(2.0 * static_cast<double>(r / 2) + 1))
-      r /= 2;
+    while (r > 0 && std::abs(mean(k, r) - mean(k, r / 2)) > tolerance[r / 2]) r /= 2;
   }
   return reach;
+}
+
+/// What is left of the noise in moving means. They take none of its slow part away, the product of variance and
+/// correlation time: what they leave is smaller and lasts longer.
+InputNoise noise_of_means(const ColouredNoise& noise, std::span<const std::size_t> half, double interval) {
+  InputNoise left;
+  const double own = 0.5 * interval * (1 + noise.autocorrelation) / (1 - noise.autocorrelation);  // [s]
+  for (const std::size_t r : half) {
+    const double sigma = noise.of_mean(2.0 * static_cast<double>(r) + 1);
+    left.sigma.push_back(sigma);
+    left.correlated.push_back(sigma > 0 ? own * noise.sigma * noise.sigma / (sigma * sigma) : own);
+  }
+  return left;
+}
+
+/// The gauge's reading as a load, its noise averaged away where it stands still. Nothing where it reads zero
+/// throughout: then K_m, B, J and the frictions share a common factor anyway, and a load of pure noise would only add
+/// its noise.
+void load_with_measured_torque(PreparedRun& record, const Series& torque) {
+  const std::span<const double> grid = record.excitation.t;
+  const std::vector<double> raw = on_grid(torque, grid, record.name + ": torque_Nm");
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const auto samples = [&](double seconds) { return static_cast<std::size_t>(std::max(1.0, seconds / interval)); };
+  const ColouredNoise noise = coloured_noise(raw, torque.lsb / std::sqrt(12.0));
+  const std::vector<std::size_t> half =
+      trusted_reach(raw, std::vector<std::size_t>(grid.size(), samples(longest_smoothing)), noise);
+  std::vector<double> load = moving_mean(raw, half);
+  bool loaded = false;
+  for (std::size_t k = 0; k < load.size() && !loaded; ++k) {
+    loaded = std::abs(load[k]) > 6 * noise.of_mean(2.0 * static_cast<double>(half[k]) + 1) + 2 * torque.lsb;
+  }
+  if (!loaded) return;
+  record.load_noise = noise_of_means(noise, half, interval);
+  record.excitation.load = std::move(load);
+  record.measured_load = true;
 }
 
 /// The measured terminal voltage, as quiet as can be without touching its edges: the driver's model plus the zero-phase
@@ -137,14 +157,11 @@ void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const M
   const std::vector<double>& expected = driver.e_a;
   std::vector<double> added(measured.size());
   std::ranges::transform(measured, expected, added.begin(), std::minus{});
-  const double scatter = std::max(difference_scatter(added), e_a.lsb / std::sqrt(12.0));
-  const auto half = trusted_reach(added, distance_to_corner(expected, 0.5 * scatter, longest), scatter);
+  const ColouredNoise noise = coloured_noise(added, e_a.lsb / std::sqrt(12.0));
+  const auto half = trusted_reach(added, distance_to_corner(expected, 0.5 * noise.sigma, longest), noise);
   std::vector<double> quiet = moving_mean(added, half);
-  record.voltage_noise.resize(quiet.size());
-  for (std::size_t k = 0; k < quiet.size(); ++k) {
-    quiet[k] += expected[k];
-    record.voltage_noise[k] = scatter / std::sqrt(2.0 * static_cast<double>(half[k]) + 1);
-  }
+  for (std::size_t k = 0; k < quiet.size(); ++k) quiet[k] += expected[k];
+  record.voltage_noise = noise_of_means(noise, half, interval);
   x.e_a = std::move(quiet);
 }
 
@@ -293,8 +310,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(Signal::i_a, run.at(Signal::i_a));
   if (run.has(Signal::torque)) {
     add(Signal::torque, run.at(Signal::torque));
-    x.load = load_on_grid(run.at(Signal::torque), x.t, run.name);
-    record.measured_load = !x.load.empty();
+    load_with_measured_torque(record, run.at(Signal::torque));
     if (record.measured_load && run.has(Signal::omega))
       x.omega = on_grid(run.at(Signal::omega), x.t, run.name + ": omega_rad_s");
   }

@@ -41,6 +41,12 @@ struct Observation {
   }
 };
 
+/// What the noise of a measured input leaves in it at each grid point, after smoothing.
+struct InputNoise {
+  std::vector<double> sigma;       ///< in the unit of the input; empty: none
+  std::vector<double> correlated;  ///< [s] over which it stays about the same: the integral of its autocorrelation
+};
+
 /// A run, prepared for a model: what drives the simulation, stage by stage, and what it is compared with.
 ///
 /// Each unit is driven by what was measured upstream, so that an error stays where it arises: the driver by u_ref, the
@@ -52,7 +58,8 @@ struct PreparedRun {
   Excitation excitation;
   bool measured_voltage = false;
   bool measured_load = false;
-  std::vector<double> voltage_noise;  ///< [V] standard deviation of the smoothed e_a at each grid point; empty: none
+  InputNoise voltage_noise;  ///< [V] of the measured e_a
+  InputNoise load_noise;     ///< [N m] of the measured torque
   std::vector<Observation> observations;
 
   /// The model's equations as this record drives them.

@@ -1,5 +1,6 @@
 #include "tools/result_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -91,6 +92,26 @@ json parameters_json(const Model& model) {
   return out;
 }
 
+/// The experiment that would best tell tied effects apart; its profile is null where none of the menu can.
+json next_json(const Diagnosis& d) {
+  if (d.next.empty()) return nullptr;
+  const Proposal& best = d.next.front();
+  const auto tied = std::ranges::find_if(d.missing, [](const MissingEffect& m) { return !m.tied_with.empty(); });
+  json separates = json::array({id(d, tied->effect)});
+  for (const std::size_t rival : tied->tied_with) separates.push_back(id(d, rival));
+  json record = json::array();
+  for (const Signal signal : best.record) record.push_back(info(signal).column);
+  json knots = json::array();
+  for (const Knot& knot : best.profile.knots()) knots.push_back({knot.t, knot.value});
+  const bool worth = best.separation >= worth_an_experiment;
+  return {{"profile", worth ? json(best.profile.name()) : json(nullptr)},
+          {"what", worth ? best.what : "nothing on this bench can tell them apart"},
+          {"record", worth ? record : json::array()},
+          {"knots", worth ? knots : json::array()},
+          {"separates", separates},
+          {"separation", number(best.separation)}};
+}
+
 json to_json(const Diagnosis& d) {
   json out;
   out["verdict"] = word(d.verdict);
@@ -133,7 +154,7 @@ json to_json(const Diagnosis& d) {
   out["missing_curves"] = {{"base", curves_json(d.missing_base)}, {"final", curves_json(d.missing_final)}};
   out["undetermined"] = undetermined_json(d.undetermined);
   out["held_out"] = d.judged_on_training ? "none" : d.left_one_out ? "each run in turn" : "named";
-  out["next_experiment"] = nullptr;
+  out["next_experiment"] = next_json(d);
   return out;
 }
 

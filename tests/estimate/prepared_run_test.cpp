@@ -149,7 +149,7 @@ TEST(PrepareRun, QuietsTheMeasuredVoltageWithoutTouchingItsCorners) {
   for (std::size_t k = 0; k < e.size(); ++k) {
     ASSERT_LT(std::abs(e[k] - exact[k]), 4 * sigma) << "a corner was smeared at t = " << clean.at(Signal::e_a).t[k];
     squares += std::pow(e[k] - exact[k], 2);
-    EXPECT_LE(prepared.voltage_noise[k], 1.2 * sigma);
+    EXPECT_LE(prepared.voltage_noise.sigma[k], 1.2 * sigma);
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(e.size())), 0.25 * sigma);
 }

@@ -29,7 +29,7 @@ struct DriverSaturation {
 
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> limits;
-    for (const double share : {0.98, 0.94, 0.88, 0.8, 0.7}) limits.push_back({share * seen.voltage});
+    for (const double share : {0.997, 0.99, 0.98, 0.94, 0.88, 0.8, 0.7}) limits.push_back({share * seen.voltage});
     return limits;
   }
 };

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "diagnose/compare.h"
+#include "experiment/profile.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// An experiment of the menu, and how far apart it would bring two models that these data cannot tell from each other.
+struct Proposal {
+  Profile profile;
+  std::string what;            ///< how to run it, for people
+  std::vector<Signal> record;  ///< signals to record that these data lack
+  double separation = 0;       ///< see next_experiments()
+};
+
+/// The menu, best first: staircase, ramp, coast-down, reversal, small steps, a random sequence, a heat soak; each as
+/// the data were recorded and with a fast current or the armature voltage beside, where they lack it. References stay
+/// within what the data have already shown to be safe.
+///
+/// Each is simulated with the one model and predicted by each of the others, whose parameters first adapt as far as the
+/// data at hand and the new run together let them (a Gauss-Newton step). What is left, as root mean square in multiples
+/// of the floor, of the signal that shows it best, is the separation; the least of all others counts. After
+/// Buzzi-Ferraris and Forzatti (1983): the difference of two predictions, weighed against what parameters leave
+/// uncertain.
+/// @param runs as recorded: their instruments, rates and ranges are those of the experiment
+/// @param noise of the signals in them; for a signal that they lack, a thousandth of its range is assumed
+std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset& data, const Model& one,
+                                       std::span<const Model> others);
+
+/// A separation that an experiment should promise before anybody runs it.
+inline constexpr double worth_an_experiment = 0.3;
+
+}  // namespace emtb

@@ -1,0 +1,63 @@
+#include "estimate/scatter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace emtb {
+namespace {
+
+constexpr double of_normal = 1.4826;  ///< standard deviation over median size of a normal variable
+
+double median_of(std::vector<double>& x) {
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::ranges::nth_element(x, middle);
+  return *middle;
+}
+
+/// Standard deviation of x[k + lag] - 2 x[k] + x[k - lag].
+double second_difference(std::span<const double> x, std::size_t lag) {
+  std::vector<double> sizes;
+  sizes.reserve(x.size());
+  for (std::size_t k = lag; k + lag < x.size(); ++k) sizes.push_back(std::abs(x[k + lag] - 2 * x[k] + x[k - lag]));
+  return sizes.empty() ? 0 : of_normal * median_of(sizes);
+}
+
+}  // namespace
+
+double ColouredNoise::of_mean(double n) const {
+  const double rho = autocorrelation;
+  const double factor = (1 + rho) / (1 - rho) - 2 * rho * (1 - std::pow(rho, n)) / (n * (1 - rho) * (1 - rho));
+  return sigma * std::sqrt(std::max(1.0, factor) / n);
+}
+
+ColouredNoise coloured_noise(std::span<const double> x, double least) {
+  // For white noise the variance of a second difference is 6 sigma^2; for autocorrelation rho, over one sample,
+  // (6 - 8 rho + 2 rho^2) sigma^2, and over many again 6 sigma^2.
+  constexpr std::size_t many = 100;
+  const double white = std::max(second_difference(x, 1) / std::sqrt(6.0), least);
+  const double all =
+      std::max(second_difference(x, std::max<std::size_t>(1, std::min(many, x.size() / 8))) / std::sqrt(6.0), white);
+  if (all <= 0) return {};
+  const double ratio = white * white / (all * all);
+  return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
+}
+
+double difference_scatter(std::span<const double> x) {
+  if (x.size() < 2) return 0;
+  std::vector<double> differences;
+  differences.reserve(x.size());
+  double squares = 0;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    differences.push_back(std::abs(x[k] - x[k - 1]));
+    squares += differences.back() * differences.back();
+  }
+  const double robust = of_normal * median_of(differences) / std::sqrt(2.0);
+  if (robust > 0) return robust;
+  // A coarse grid: most readings repeat. A constant (the reference itself) has edges only, and they are not noise.
+  const auto changes = static_cast<double>(std::ranges::count_if(differences, [](double d) { return d > 0; }));
+  const bool steps_only = changes < 0.05 * static_cast<double>(differences.size());
+  return steps_only ? 0 : std::sqrt(squares / static_cast<double>(differences.size()) / 2);
+}
+
+}  // namespace emtb

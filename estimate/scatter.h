@@ -1,0 +1,25 @@
+#pragma once
+
+#include <span>
+
+namespace emtb {
+
+/// The noise of a series that also moves: a first-order autoregression.
+struct ColouredNoise {
+  double sigma = 0;            ///< standard deviation of one sample
+  double autocorrelation = 0;  ///< from one sample to the next, 0 to 0.99
+
+  /// Standard deviation of the mean of n neighbours.
+  double of_mean(double n) const;
+};
+
+/// The noise by the structure function: the median size of second differences over one sample and over many. A median
+/// and second differences leave out edges and slopes; the shorter over the longer tells the autocorrelation.
+/// @param least what sigma is at the least: the instrument's resolution
+ColouredNoise coloured_noise(std::span<const double> x, double least);
+
+/// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where
+/// most readings repeat the one before, their standard deviation. Coloured noise makes it too small.
+double difference_scatter(std::span<const double> x);
+
+}  // namespace emtb
