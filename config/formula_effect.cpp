@@ -177,7 +177,8 @@ AddedTerm read_formula(const YamlMap& effects, const std::string& id) {
                                 std::to_string(EffectInfo::max_parameters));
   }
   // Where the library's effects have it, too: the amplitude first, which stands for the size of the effect.
-  std::ranges::stable_partition(parameters, [](const FormulaParameter& p) { return p.null.has_value(); });
+  std::stable_partition(parameters.begin(), parameters.end(),
+                        [](const FormulaParameter& p) { return p.null.has_value(); });
   AddedTerm term;
   term.name = id;
   term.place = place->place;
