@@ -1,10 +1,12 @@
 #pragma once
 
+#include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <system_error>
 
@@ -27,6 +29,11 @@ class Wake {
     [[maybe_unused]] const ssize_t sent = write(file_, &one, sizeof one);  // fails only where it is readable already
   }
   bool wished() const noexcept { return wished_; }
+  /// Waits so long, or until the wish.
+  void rest(double seconds) const noexcept {
+    pollfd wish{.fd = file_, .events = POLLIN, .revents = 0};
+    if (seconds > 0) poll(&wish, 1, static_cast<int>(std::ceil(seconds * 1e3)));
+  }
   int descriptor() const noexcept { return file_; }  ///< readable from the wish on
 
  private:

@@ -3,7 +3,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace emtb::serial_meter {
 
@@ -45,12 +44,6 @@ void Conversation::settle(double quiet, double at_most) {
     port_.wait(std::min(silent_since + quiet, end) - now, wish_to_end_);
   }
   received_.clear();
-}
-
-void Conversation::rest(double until) const {
-  pollfd wish{.fd = wish_to_end_, .events = POLLIN, .revents = 0};
-  const double left = until - machine_.now();
-  if (left > 0) ::poll(&wish, 1, static_cast<int>(std::ceil(left * 1e3)));
 }
 
 }  // namespace emtb::serial_meter

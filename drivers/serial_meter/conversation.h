@@ -27,9 +27,6 @@ class Conversation {
   /// Forgets what was said, and what still comes until it has been quiet for a while: late answers.
   void settle(double quiet, double at_most);
 
-  /// Waits, and does not listen. @param until [s]
-  void rest(double until) const;
-
  private:
   Message next();
   bool ended() const;

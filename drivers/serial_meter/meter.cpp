@@ -47,9 +47,7 @@ void Meter::run(std::unique_ptr<SerialPort> port) noexcept {
     } catch (const std::exception&) {  // the port has gone, or is not back yet
       port.reset();
       handover_.raise(Fault::device_lost);
-      for (double until = machine_.now() + retry; machine_.now() < until && !quit_.wished();) {
-        machine_.sleep_until(machine_.now() + 0.01);
-      }
+      quit_.rest(retry);
     }
   }
 }
@@ -67,12 +65,12 @@ void Meter::poll(Conversation& talk) {
     const double next = machine_.now() + settings_.period;
     if (!in_step) in_step = set_up(talk);
     if (!in_step) {
-      talk.rest(next);
+      quit_.rest(next - machine_.now());
       continue;
     }
     if (const auto answer = ask(talk)) {
       judge(answer->measurement, answer->time);
-      talk.rest(next);
+      quit_.rest(next - machine_.now());
     } else {
       in_step = false;
     }

@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -37,28 +38,6 @@ std::optional<speed_t> speed_of(int baud) {
 }
 
 }  // namespace
-
-std::optional<LineSettings> read_line(std::string_view text, LineSettings settings) {
-  const std::size_t gap = text.find(' ');
-  if (gap == std::string_view::npos || gap > 6 || text.size() != gap + 4) return std::nullopt;
-  int baud = 0;
-  for (const char c : text.substr(0, gap)) {
-    if (c < '0' || c > '9') return std::nullopt;
-    baud = 10 * baud + (c - '0');
-  }
-  const char bits = text[gap + 1];
-  const char parity = text[gap + 2];
-  const char stop = text[gap + 3];
-  constexpr std::string_view parities = "NEO";
-  const std::size_t which = parities.find(parity);
-  if (!speed_of(baud) || (bits != '7' && bits != '8') || (stop != '1' && stop != '2')) return std::nullopt;
-  if (which == std::string_view::npos) return std::nullopt;
-  settings.baud = baud;
-  settings.data_bits = bits - '0';
-  settings.parity = std::array{Parity::none, Parity::even, Parity::odd}[which];
-  settings.stop_bits = stop - '0';
-  return settings;
-}
 
 SerialPort::SerialPort(const std::string& path, const LineSettings& settings)
     : path_(path), file_(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)) {

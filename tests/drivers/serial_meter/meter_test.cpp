@@ -13,6 +13,7 @@
 #include "drivers/registry.h"
 #include "drivers/serial_meter/open.h"
 #include "hal/error.h"
+#include "tests/drivers/device_log.h"
 #include "tests/drivers/pseudo_terminal.h"
 #include "tests/drivers/serial_meter/frames.h"
 #include "tests/process.h"
@@ -49,89 +50,6 @@ std::string complaint_about(const std::string& device) {
   }
   return "";
 }
-
-/// An adapter's name under /dev/serial/by-id: stays, whatever port it stands for.
-class PortName {
- public:
-  PortName() : path_(std::filesystem::path(::testing::TempDir()) / ("emtb_port_" + std::to_string(getpid()))) {}
-  ~PortName() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  PortName(const PortName&) = delete;
-  PortName& operator=(const PortName&) = delete;
-
-  void stand_for(const std::string& port) const {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-    std::filesystem::create_symlink(port, path_);
-  }
-  std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
-
-/// A meter at the other end, in a thread: `turn` is called again and again until the test ends.
-class AtTheOtherEnd {
- public:
-  explicit AtTheOtherEnd(std::function<void()> turn)
-      : turn_(std::move(turn)), thread_([this] {
-          while (!quit_) turn_();
-        }) {}
-  ~AtTheOtherEnd() { leave(); }
-  AtTheOtherEnd(const AtTheOtherEnd&) = delete;
-  AtTheOtherEnd& operator=(const AtTheOtherEnd&) = delete;
-  void leave() {
-    quit_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  std::function<void()> turn_;
-  std::atomic<bool> quit_ = false;
-  std::thread thread_;
-};
-
-/// Everything that a device gave, as the loop would have asked for it.
-class Log {
- public:
-  explicit Log(InputDevice& device) : device_(device) {}
-  void look() {
-    std::array<Reading, 16> out{};
-    const Readings got = device_.read(out);
-    for (std::size_t k = 0; k < got.count; ++k) readings.push_back(out[k]);
-    if (got.fault != Fault::none) faults.insert(got.fault);
-    fault = got.fault;
-  }
-  bool comes(const std::function<bool()>& is_so, double seconds = 20) {
-    return eventually(
-        [&] {
-          look();
-          return is_so();
-        },
-        seconds);
-  }
-  bool comes_reading(double value) {
-    return comes(
-        [&] { return !readings.empty() && std::abs(readings.back().value - value) < 1e-9 && fault == Fault::none; });
-  }
-  bool comes_fault(Fault which) {
-    return comes([&] { return fault == which; });
-  }
-  void begin() {
-    device_.start();
-    readings.clear();
-    faults.clear();
-  }
-
-  std::vector<Reading> readings;
-  std::set<Fault> faults;
-  Fault fault = Fault::none;
-
- private:
-  InputDevice& device_;
-};
 
 // ---- A meter that talks by itself
 
@@ -185,7 +103,7 @@ TEST_F(Ut61e, DescribesItself) {
 TEST_F(Ut61e, GivesReadingsWithTimeAndNumber) {
   talk();
   const auto meter = opened(device(", latency: 0.003"));
-  Log log(*meter);
+  DeviceLog log(*meter);
   const MonotonicClock clock;
   ASSERT_TRUE(log.comes_reading(0.530));
   log.begin();
@@ -210,13 +128,13 @@ TEST_F(Ut61e, ScalesAShuntsVoltageToAmperes) {
   talk();
   const auto meter = opened(device(", function: dc_voltage, scale: 10, offset: 0.1, range: 0.22"));
   EXPECT_DOUBLE_EQ(meter->channels()[0].lsb, 1e-4);
-  EXPECT_TRUE(Log(*meter).comes_reading(0.630));
+  EXPECT_TRUE(DeviceLog(*meter).comes_reading(0.630));
 }
 
 TEST_F(Ut61e, SilenceGivesNoReadingAndLeavesAGap) {
   talk();
   const auto meter = opened(device());
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   say("");
   ASSERT_TRUE(log.comes([&] { return true; }));
@@ -237,7 +155,7 @@ TEST_F(Ut61e, GarbageNeverBecomesAReading) {
   say("");
   talk();
   const auto meter = opened(device());
-  Log log(*meter);
+  DeviceLog log(*meter);
   say(amperes("00530").substr(1) + amperes("00530").substr(0, 9) + "\r\n" + std::string("\x00\xff\x80", 3));
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   log.look();
@@ -250,7 +168,7 @@ TEST_F(Ut61e, GarbageNeverBecomesAReading) {
 TEST_F(Ut61e, OverloadIsAFaultUntilAReadingComes) {
   talk();
   const auto meter = opened(device());
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   say(amperes("22000", 0b0001));
   ASSERT_TRUE(log.comes_fault(Fault::over_range));
@@ -264,7 +182,7 @@ TEST_F(Ut61e, OverloadIsAFaultUntilAReadingComes) {
 TEST_F(Ut61e, AnotherFunctionOrAHeldDisplayIsAFault) {
   talk();
   const auto meter = opened(device());
-  Log log(*meter);
+  DeviceLog log(*meter);
   for (const std::string& wrong : {es51922_frame('0', "00530", ';'),                              // volts
                                    es51922_frame('0', "00530", '0', 0, 0, 0, 0b0100),             // AC
                                    es51922_frame('0', "00530", '0', 0, 0, 0, 0b1000, 0b0010)}) {  // HOLD
@@ -279,7 +197,7 @@ TEST_F(Ut61e, AnotherFunctionOrAHeldDisplayIsAFault) {
 TEST_F(Ut61e, AFaultThatHasPassedIsSeenOnce) {
   talk();
   const auto meter = opened(device());
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   say(amperes("22000", 0b0001));
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -294,7 +212,7 @@ TEST_F(Ut61e, AFaultThatHasPassedIsSeenOnce) {
 TEST_F(Ut61e, APulledAdapterIsAFaultAndComesBack) {
   talk();
   const auto meter = opened(device());
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   speaker->leave();
   line->hang_up();
@@ -373,7 +291,7 @@ class Agilent : public ::testing::Test {
 
 TEST_F(Agilent, IsSetUpAndAsked) {
   connect();
-  Log log(*meter);
+  DeviceLog log(*meter);
   EXPECT_TRUE(log.comes_reading(0.530));
   EXPECT_TRUE(was_told("SYST:REM"));
   EXPECT_TRUE(was_told("CONF:CURR:DC 3"));
@@ -385,7 +303,7 @@ TEST_F(Agilent, IsSetUpAndAsked) {
 
 TEST_F(Agilent, SilenceIsOvercomeByAskingAnew) {
   connect();
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   mood = Mood::silent;
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
@@ -400,7 +318,7 @@ TEST_F(Agilent, SilenceIsOvercomeByAskingAnew) {
 
 TEST_F(Agilent, ALateAnswerIsNoReading) {
   connect();
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   mood = Mood::late;
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
@@ -414,7 +332,7 @@ TEST_F(Agilent, ALateAnswerIsNoReading) {
 
 TEST_F(Agilent, OverloadAndAnotherFunctionAreFaults) {
   connect();
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   mood = Mood::overloaded;
   EXPECT_TRUE(log.comes_fault(Fault::over_range));
@@ -427,7 +345,7 @@ TEST_F(Agilent, OverloadAndAnotherFunctionAreFaults) {
 TEST_F(Agilent, GarbageBetweenAnswersIsPassedOver) {
   mood = Mood::mumbling;
   connect();
-  Log log(*meter);
+  DeviceLog log(*meter);
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   mood = Mood::well;
   EXPECT_TRUE(log.comes_reading(0.530));
@@ -436,7 +354,7 @@ TEST_F(Agilent, GarbageBetweenAnswersIsPassedOver) {
 
 TEST_F(Agilent, APulledAdapterIsAFaultAndTheMeterIsSetUpAgain) {
   connect();
-  Log log(*meter);
+  DeviceLog log(*meter);
   ASSERT_TRUE(log.comes_reading(0.530));
   other_end->leave();
   line->hang_up();
@@ -467,7 +385,7 @@ TEST(FlukeOnALine, WaitsForEachPrompt) {
   });
   const auto meter =
       opened("driver: serial_meter, port: " + line.path() + ", model: fluke_45, period: 0.02, timeout: 0.5");
-  Log log(*meter);
+  DeviceLog log(*meter);
   EXPECT_TRUE(log.comes_reading(0.5301));
   EXPECT_TRUE(log.comes([&] { return log.readings.size() >= 5; }));
   EXPECT_FALSE(spoken_over) << "nothing may be sent before the prompt";
@@ -483,7 +401,7 @@ TEST(MetexOnALine, IsAskedByOneByte) {
   const auto meter =
       opened("driver: serial_meter, port: " + line.path() + ", model: metex_m4650cr, period: 0.02, range: 20");
   EXPECT_EQ(meter->channels()[0].lsb, 1e-3);
-  EXPECT_TRUE(Log(*meter).comes_reading(0.530));
+  EXPECT_TRUE(DeviceLog(*meter).comes_reading(0.530));
 }
 
 TEST(SegmentsOnALine, AreRead) {
@@ -493,7 +411,7 @@ TEST(SegmentsOnALine, AreRead) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   });
   const auto meter = opened("driver: serial_meter, port: " + line.path() + ", model: uni_t_ut60e, period: 0.02");
-  EXPECT_TRUE(Log(*meter).comes_reading(0.530));
+  EXPECT_TRUE(DeviceLog(*meter).comes_reading(0.530));
 }
 
 // ---- What a bench file may say
