@@ -92,6 +92,7 @@ MeterSettings read_settings(const YamlMap& device) {
 }
 
 OpenedDevice open_meter(const OpenRequest& request) {
+  request.need_real_time();
   OpenedDevice opened;
   opened.input = std::make_unique<Meter>(request.device.name, request.clock, read_settings(request.device.yaml));
   return opened;

@@ -154,6 +154,12 @@ TEST(Registry, TheInstrumentsAreCheckedStrictly) {
   EXPECT_EQ(bad("period: 0.4", "reads: peak"), "b.yaml:8: devices.meter.reads is `peak`. Known: mean, rms");
 }
 
+TEST(Registry, ARealMeterKeepsItsOwnTime) {
+  EXPECT_EQ(bad("{driver: simulated_meter, period: 0.4}", "{driver: serial_meter, port: x, model: fluke_45}"),
+            "b.yaml:8: devices.meter.driver is serial_meter, a real device, whose time cannot be hurried. Let "
+            "simulation.pace be 1");
+}
+
 TEST(Registry, TheClockGoesByThePace) {
   EXPECT_TRUE(dynamic_cast<MonotonicClock*>(open_bench(shipped("fh2-simulated")).clock.get()));
   const Bench bench = open_bench(config(good));

@@ -392,6 +392,17 @@ TEST(ModbusMeterFile, EachMistakeHasItsLine) {
             "5: devices.meter.registers.i_a.function is 5, but must be 3 to 4");
 }
 
+TEST(ModbusMeterFile, TheShippedExampleIsInOrder) {
+  const BenchConfig bench = read_bench(EMTB_SOURCE_DIR "/config/benches/fh2-modbus.yaml");
+  const auto meter = std::ranges::find(bench.devices, "modbus_meter", &BenchConfig::Device::driver);
+  ASSERT_NE(meter, bench.devices.end());
+  const MeterSettings settings = read_settings(meter->yaml);
+  ASSERT_EQ(settings.registers.size(), 2U);
+  EXPECT_EQ(settings.registers[0].signal, Signal::i_a);
+  EXPECT_DOUBLE_EQ(settings.registers[0].scale, 1e-3);
+  EXPECT_EQ(settings.registers[1].type, Type::f32);
+}
+
 TEST(ModbusMeterFile, UnitScaleAndOffsetComeToSi) {
   const BenchConfig bench = modbus_bench(
       "{driver: modbus_meter, tcp: meter.lab, registers: {i_a: {address: 1, type: s16, unit: mA, scale: 10, offset: "

@@ -468,6 +468,16 @@ TEST(SerialMeterFile, APortThatIsNotThereIsSaid) {
   EXPECT_THAT(why("/dev/null"), HasSubstr("/dev/null: is not a serial port"));
 }
 
+TEST(SerialMeterFile, TheShippedExampleIsInOrder) {
+  const BenchConfig bench = read_bench(EMTB_SOURCE_DIR "/config/benches/fh2-metex.yaml");
+  const auto meter = std::ranges::find(bench.devices, "serial_meter", &BenchConfig::Device::driver);
+  ASSERT_NE(meter, bench.devices.end());
+  const MeterSettings settings = read_settings(meter->yaml);
+  EXPECT_EQ(settings.model->name, "metex_m4650cr");
+  EXPECT_EQ(settings.signal, Signal::i_a);
+  EXPECT_EQ(settings.digit, 1e-3);
+}
+
 TEST(Models, AreEightAndMoreAndMakeSense) {
   EXPECT_GE(models().size(), 8U);
   std::set<std::string_view> names;

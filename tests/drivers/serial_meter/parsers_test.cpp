@@ -97,7 +97,12 @@ class Fuzz {
   std::mt19937_64 engine_;
 };
 
-constexpr int fuzzed_frames = 200'000;
+/// EMTB_FUZZED_FRAMES=10000000 for a long look.
+int fuzzed_frames_wanted() {
+  const char* text = std::getenv("EMTB_FUZZED_FRAMES");
+  return text == nullptr ? 200'000 : std::atoi(text);
+}
+const int fuzzed_frames = fuzzed_frames_wanted();
 
 // ---- Metex
 
