@@ -9,7 +9,7 @@ namespace {
 
 constexpr double retry = 0.5;       // [s] between attempts to open a port that has gone
 constexpr double patience = 1;      // [s] of one wait for a meter that talks by itself
-constexpr double quiet = 0.1;       // [s] without a byte: no answer is on its way
+constexpr double quiet = 0.3;       // [s] without a byte: no answer, to a device clear for one, is on its way
 constexpr double longest_talk = 2;  // [s] of a meter that does not fall silent
 
 }  // namespace

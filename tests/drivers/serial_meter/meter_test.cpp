@@ -365,30 +365,70 @@ TEST_F(Agilent, APulledAdapterIsAFaultAndTheMeterIsSetUpAgain) {
 
 // ---- Prompts, and one byte
 
-TEST(FlukeOnALine, WaitsForEachPrompt) {
-  PseudoTerminal line;
-  std::string pending;
-  std::atomic<bool> spoken_over = false;
-  AtTheOtherEnd fluke([&] {
-    pending += line.read(0.005);
-    std::erase(pending, '\x03');
-    const std::size_t end = pending.find('\r');
+/// A Fluke 45 as its manual describes it, its echo on.
+class FlukeOnALine : public ::testing::Test {
+ protected:
+  void answer() {
+    for (const char c : line.read(0.005)) {
+      if (c == '\x03') {
+        pending_.clear();
+        line.write("\r\n=>\r\n");
+      } else {
+        pending_ += c;
+      }
+    }
+    const std::size_t end = pending_.find('\r');
     if (end == std::string::npos) return;
-    const std::string command = pending.substr(0, end);
-    pending.erase(0, end + 1);
-    if (!pending.empty()) spoken_over = true;
-    line.write(command + "\r\n");  // its echo is on
+    const std::string command = pending_.substr(0, end);
+    pending_.erase(0, end + 1);
+    if (!pending_.empty()) spoken_over = true;
+    const bool slow = late;
+    line.write(command + "\r\n");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    if (!line.read(0).empty()) spoken_over = true;
-    if (command == "MEAS1?") line.write("+5.301E-1 ADC\r\n");
+    const std::string more = line.read(0);
+    if (!more.empty()) spoken_over = true;
+    pending_ += more;
+    if (command == "MEAS1?") {
+      if (slow) std::this_thread::sleep_for(std::chrono::milliseconds(700));
+      line.write(slow ? "+7.770E-1 ADC\r\n" : "+5.301E-1 ADC\r\n");
+    }
     line.write(command == "RATE S" ? "!>\r\n" : "=>\r\n");
-  });
-  const auto meter =
-      opened("driver: serial_meter, port: " + line.path() + ", model: fluke_45, period: 0.02, timeout: 0.5");
+  }
+  void TearDown() override {
+    meter.reset();
+    other_end.leave();
+  }
+
+  std::atomic<bool> spoken_over = false;
+  std::atomic<bool> late = false;
+  PseudoTerminal line;
+
+ private:
+  std::string pending_;
+
+ protected:
+  AtTheOtherEnd other_end{[this] { answer(); }};
+  std::unique_ptr<InputDevice> meter =
+      opened("driver: serial_meter, port: " + line.path() + ", model: fluke_45, period: 0.02, timeout: 0.25");
+};
+
+TEST_F(FlukeOnALine, IsNotSpokenToBeforeItsPrompt) {
   DeviceLog log(*meter);
   EXPECT_TRUE(log.comes_reading(0.5301));
   EXPECT_TRUE(log.comes([&] { return log.readings.size() >= 5; }));
-  EXPECT_FALSE(spoken_over) << "nothing may be sent before the prompt";
+  EXPECT_FALSE(spoken_over);
+}
+
+TEST_F(FlukeOnALine, ALateAnswerIsNoReading) {
+  DeviceLog log(*meter);
+  ASSERT_TRUE(log.comes_reading(0.5301));
+  late = true;
+  log.look_for(2.5);
+  late = false;
+  const std::size_t before = log.readings.size();
+  ASSERT_TRUE(log.comes([&] { return log.readings.size() >= before + 3; }));
+  for (const Reading& reading : log.readings)
+    EXPECT_DOUBLE_EQ(reading.value, 0.5301) << "0.777 was asked for long before";
 }
 
 TEST(MetexOnALine, IsAskedByOneByte) {
