@@ -68,120 +68,77 @@ constexpr std::array ut61e_ranges{
     Range{V, 0.22, 1e-5},   Range{V, 2.2, 1e-4},     Range{V, 22, 1e-3},    Range{V, 220, 1e-2},    Range{V, 1000, 0.1},
     Range{A, 220e-6, 1e-8}, Range{A, 2200e-6, 1e-7}, Range{A, 22e-3, 1e-6}, Range{A, 220e-3, 1e-5}, Range{A, 10, 1e-3}};
 
-/// The opto coupler of a handheld meter is fed from DTR against RTS.
+/// A handheld meter's opto coupler is fed from DTR against RTS.
 constexpr LineSettings fed(int baud, int data_bits, Parity parity, int stop_bits) {
   return {.baud = baud, .data_bits = data_bits, .parity = parity, .stop_bits = stop_bits, .dtr = true, .rts = false};
 }
 
-// Periods: makers' readings a second where they say so, else what a frame takes on the wire and a pause.
-const std::array all_models{
-    Model{.name = "agilent_34401a",
-          .maker = "HP, Agilent, Keysight 34401A",
+// Periods: the makers' readings a second where they say so, else what a frame takes on the wire and a pause. Windows:
+// all of the period, where the maker does not say.
+
+/// 10 cycles of 50 Hz, then as long for the automatic zero.
+Model scpi_meter(std::string_view name, std::string_view maker, LineSettings line, double period,
+                 std::span<const Range> ranges) {
+  return {.name = name,
+          .maker = maker,
           .protocol = &scpi_talk,
-          .line = {.baud = 9600, .data_bits = 7, .parity = Parity::even, .stop_bits = 2},
-          .period = 0.5,
-          .window = 0.2,  // 10 cycles of 50 Hz, then as long for the automatic zero
-          .line_cycles = 10,
-          .ranges = agilent_ranges},
-    Model{.name = "keithley_2000",
-          .maker = "Keithley 2000",
-          .protocol = &scpi_talk,
-          .line = {.baud = 4800},
-          .period = 0.6,
+          .line = line,
+          .period = period,
           .window = 0.2,
           .line_cycles = 10,
-          .ranges = keithley_ranges},
-    Model{.name = "fluke_45",
-          .maker = "Fluke 45",
+          .ranges = ranges};
+}
+
+Model fluke_meter(std::string_view name, std::string_view maker, std::span<const Range> ranges) {
+  return {.name = name,
+          .maker = maker,
           .protocol = &fluke_talk,
           .line = {.baud = 9600},
           .period = 0.4,
           .window = 0.4,
-          .ranges = fluke_45_ranges},
-    Model{.name = "fluke_8808a",
-          .maker = "Fluke 8808A",
-          .protocol = &fluke_talk,
-          .line = {.baud = 9600},
-          .period = 0.4,
-          .window = 0.4,
-          .ranges = fluke_8808a_ranges},
-    Model{.name = "metex_m4650cr",
-          .maker = "Metex M-4650CR",
+          .ranges = ranges};
+}
+
+Model metex_meter(std::string_view name, std::string_view maker, int baud, double period,
+                  std::span<const Range> ranges = {}) {
+  return {.name = name,
+          .maker = maker,
           .protocol = &metex_talk,
-          .line = fed(1200, 7, Parity::none, 2),
-          .period = 0.4,
-          .window = 0.4,
-          .ranges = metex_4_ranges},
-    Model{.name = "metex_m3640d",
-          .maker = "Metex M-3640D",
-          .protocol = &metex_talk,
-          .line = fed(1200, 7, Parity::none, 2),
-          .period = 0.4,
-          .window = 0.4,
-          .ranges = {}},
-    Model{.name = "metex_m3650cr",
-          .maker = "Metex M-3650CR, M-3650D",
-          .protocol = &metex_talk,
-          .line = fed(1200, 7, Parity::none, 2),
-          .period = 0.4,
-          .window = 0.4,
-          .ranges = {}},
-    Model{.name = "metex_me31",
-          .maker = "Metex ME-31",
-          .protocol = &metex_talk,
-          .line = fed(600, 7, Parity::none, 2),
-          .period = 0.5,
-          .window = 0.5,
-          .ranges = {}},
-    Model{.name = "mastech_mas345",
-          .maker = "Mastech MAS345",
-          .protocol = &metex_talk,
-          .line = fed(600, 7, Parity::none, 2),
-          .period = 0.5,
-          .window = 0.5,
-          .ranges = {}},
-    Model{.name = "peaktech_3410",
-          .maker = "PeakTech 3410",
-          .protocol = &metex_talk,
-          .line = fed(600, 7, Parity::none, 2),
-          .period = 0.5,
-          .window = 0.5,
-          .ranges = {}},
-    Model{.name = "peaktech_4370",
-          .maker = "PeakTech 4370",
-          .protocol = &metex_talk,
-          .line = fed(1200, 7, Parity::none, 2),
-          .period = 0.4,
-          .window = 0.4,
-          .ranges = {}},
-    Model{.name = "voltcraft_me42",
-          .maker = "Voltcraft ME-42",
-          .protocol = &metex_talk,
-          .line = fed(600, 7, Parity::none, 2),
-          .period = 0.5,
-          .window = 0.5,
-          .ranges = {}},
-    Model{.name = "uni_t_ut60e",
-          .maker = "UNI-T UT60E",
+          .line = fed(baud, 7, Parity::none, 2),
+          .period = period,
+          .window = period,
+          .ranges = ranges};
+}
+
+Model fs9721_meter(std::string_view name, std::string_view maker, double period) {
+  return {.name = name,
+          .maker = maker,
           .protocol = &fs9721_talk,
           .line = fed(2400, 8, Parity::none, 1),
-          .period = 0.4,
-          .window = 0.4,
-          .ranges = fs9721_ranges},
-    Model{.name = "voltcraft_vc840",
-          .maker = "Voltcraft VC820, VC840",
-          .protocol = &fs9721_talk,
-          .line = fed(2400, 8, Parity::none, 1),
-          .period = 0.4,
-          .window = 0.4,
-          .ranges = fs9721_ranges},
-    Model{.name = "tekpower_tp4000zc",
-          .maker = "TekPower TP4000ZC, Digitek DT4000ZC",
-          .protocol = &fs9721_talk,
-          .line = fed(2400, 8, Parity::none, 1),
-          .period = 1,
-          .window = 1,
-          .ranges = fs9721_ranges},
+          .period = period,
+          .window = period,
+          .ranges = fs9721_ranges};
+}
+
+constexpr LineSettings agilent_line{.baud = 9600, .data_bits = 7, .parity = Parity::even, .stop_bits = 2};
+constexpr LineSettings keithley_line{.baud = 4800};
+
+const std::array all_models{
+    scpi_meter("agilent_34401a", "HP, Agilent, Keysight 34401A", agilent_line, 0.5, agilent_ranges),
+    scpi_meter("keithley_2000", "Keithley 2000", keithley_line, 0.6, keithley_ranges),
+    fluke_meter("fluke_45", "Fluke 45", fluke_45_ranges),
+    fluke_meter("fluke_8808a", "Fluke 8808A", fluke_8808a_ranges),
+    metex_meter("metex_m4650cr", "Metex M-4650CR", 1200, 0.4, metex_4_ranges),
+    metex_meter("metex_m3640d", "Metex M-3640D", 1200, 0.4),
+    metex_meter("metex_m3650cr", "Metex M-3650CR, M-3650D", 1200, 0.4),
+    metex_meter("metex_me31", "Metex ME-31", 600, 0.5),
+    metex_meter("mastech_mas345", "Mastech MAS345", 600, 0.5),
+    metex_meter("peaktech_3410", "PeakTech 3410", 600, 0.5),
+    metex_meter("peaktech_4370", "PeakTech 4370", 1200, 0.4),
+    metex_meter("voltcraft_me42", "Voltcraft ME-42", 600, 0.5),
+    fs9721_meter("uni_t_ut60e", "UNI-T UT60E", 0.4),
+    fs9721_meter("voltcraft_vc840", "Voltcraft VC820, VC840", 0.4),
+    fs9721_meter("tekpower_tp4000zc", "TekPower TP4000ZC, Digitek DT4000ZC", 1),
     Model{.name = "uni_t_ut61e",
           .maker = "UNI-T UT61E",
           .protocol = &es51922_talk,
