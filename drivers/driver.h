@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "config/bench.h"
@@ -29,6 +30,13 @@ struct OpenRequest {
 
   /// The reference goes out through this device: then the driver opens the output and checks the keys of `reference`.
   bool drives_reference() const { return bench.reference.device == device.name; }
+
+  /// Refuses simulated time that runs at another pace than ours. @throws ConfigError
+  void need_real_time() const {
+    if (dynamic_cast<const MonotonicClock*>(clock.get()) != nullptr) return;
+    device.yaml.fail("driver",
+                     "is " + device.driver + ", a real device, whose time cannot be hurried. Let simulation.pace be 1");
+  }
 };
 
 /// A kind of device, by the name under which bench files ask for it.

@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "drivers/driver.h"
+#include "drivers/modbus_meter/open.h"
+#include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
 
 namespace emtb {
@@ -12,6 +14,8 @@ namespace {
 
 /// Every driver there is: one line each, and a folder.
 constexpr std::array drivers{
+    Driver{"modbus_meter", modbus_meter::open_meter},
+    Driver{"serial_meter", serial_meter::open_meter},
     Driver{"simulated_daq", simulated::open_daq},
     Driver{"simulated_meter", simulated::open_meter},
 };

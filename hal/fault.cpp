@@ -18,10 +18,14 @@ std::string_view text(Fault fault) noexcept {
       return "non_finite: a signal reads NaN or infinity";
     case Fault::stale_signal:
       return "stale_signal: a device has not delivered for too long";
+    case Fault::over_range:
+      return "over_range: a meter reads more than its range holds";
     case Fault::device_lost:
       return "device_lost: an input device does not answer any more";
     case Fault::output_failed:
       return "output_failed: the reference output refused a value";
+    case Fault::wrong_function:
+      return "wrong_function: a meter is set to measure something else than the bench file says, or holds its display";
     case Fault::overrun:
       return "overrun: the loop missed too many deadlines";
     case Fault::recorder_failed:

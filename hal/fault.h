@@ -16,8 +16,10 @@ enum class Fault : std::uint16_t {
   run_too_long = 104,
   non_finite = 201,       ///< a signal reads NaN or infinity
   stale_signal = 202,     ///< a device has not delivered for too long
+  over_range = 203,       ///< a meter reads more than its range holds
   device_lost = 301,      ///< an input device does not answer any more
   output_failed = 302,    ///< the reference output refused a value
+  wrong_function = 303,   ///< a meter measures something else than the bench file says
   overrun = 401,          ///< the loop missed too many deadlines
   recorder_failed = 501,  ///< the session cannot be written
   recorder_behind = 502,  ///< the ring to the recorder is full

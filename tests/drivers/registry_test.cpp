@@ -66,7 +66,8 @@ TEST(Registry, OpensWhatTheFileNames) {
 
 TEST(Registry, EachMistakeHasItsLine) {
   EXPECT_EQ(bad("driver: simulated_daq", "driver: simulated_dac"),
-            "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: simulated_daq, simulated_meter");
+            "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: modbus_meter, serial_meter, simulated_daq, "
+            "simulated_meter");
   EXPECT_EQ(bad("device: daq", "device: meter"), "b.yaml:2: reference.device is `meter`, which has no analog output");
   EXPECT_EQ(bad("safe: 0", "safe: 0, channel: 1"),
             "b.yaml:2: reference.channel is not known here. Known: device, min, max, safe, rate");
@@ -151,6 +152,12 @@ TEST(Registry, TheInstrumentsAreCheckedStrictly) {
             "b.yaml:8: devices.meter.rate is not known here. Known: driver, signal, period, window, resolution, noise, "
             "offset, latency, reads");
   EXPECT_EQ(bad("period: 0.4", "reads: peak"), "b.yaml:8: devices.meter.reads is `peak`. Known: mean, rms");
+}
+
+TEST(Registry, ARealMeterKeepsItsOwnTime) {
+  EXPECT_EQ(bad("{driver: simulated_meter, period: 0.4}", "{driver: serial_meter, port: x, model: fluke_45}"),
+            "b.yaml:8: devices.meter.driver is serial_meter, a real device, whose time cannot be hurried. Let "
+            "simulation.pace be 1");
 }
 
 TEST(Registry, TheClockGoesByThePace) {

@@ -1,0 +1,101 @@
+#include "drivers/modbus_meter/open.h"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "session/units.h"
+
+namespace emtb::modbus_meter {
+namespace {
+
+constexpr double any = std::numeric_limits<double>::infinity();
+constexpr int usual_tcp_port = 502;
+
+int whole(const YamlMap& yaml, std::string_view key, double min, double max, double fallback) {
+  const double value = yaml.within_or(key, min, max, fallback);
+  if (value != std::floor(value)) yaml.fail(key, "must be a whole number");
+  return static_cast<int>(value);
+}
+
+Address read_address(const YamlMap& device) {
+  if (device.has("tcp") == device.has("port")) {
+    device.fail("tcp", "or port: give one of them, tcp: HOST:PORT or port: /dev/...");
+  }
+  if (device.has("port")) {
+    const std::string text = device.text_or("line", "9600 8N1");
+    const auto line = read_line(text, {});
+    if (!line) device.fail("line", "is `" + text + "`. Write baud, bits, parity, stop bits: 9600 8N1");
+    return RtuAddress{.port = device.text("port"), .line = *line};
+  }
+  if (device.has("line")) device.fail("line", "is for a serial line, but the meter is on tcp. Remove it");
+  const std::string text = device.text("tcp");
+  const std::size_t colon = text.rfind(':');
+  TcpAddress address{.host = text.substr(0, colon), .port = usual_tcp_port};
+  if (colon != std::string::npos) {
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, address.port);
+    if (error != std::errc() || stop != end || address.port < 1 || address.port > 65535) {
+      device.fail("tcp", "is `" + text + "`. Write HOST or HOST:PORT, 192.168.1.20:502");
+    }
+  }
+  return address;
+}
+
+Register read_register(Signal signal, const YamlMap& yaml) {
+  yaml.only({"address", "function", "type", "order", "scale", "offset", "unit", "overload", "window", "resolution"});
+  Register entry;
+  entry.signal = signal;
+  if (!yaml.has("address")) yaml.fail("address", "is missing");
+  entry.address = whole(yaml, "address", 0, 65535, 0);
+  entry.function = whole(yaml, "function", 3, 4, 4);
+  const auto type = type_named(yaml.text("type"));
+  if (!type) yaml.fail("type", "is `" + yaml.text("type") + "`. Known: u16, s16, u32, s32, f32");
+  entry.type = *type;
+  const auto order = order_named(yaml.text_or("order", "ABCD"));
+  if (!order) yaml.fail("order", "is `" + yaml.text("order") + "`. Known: ABCD, CDAB, BADC, DCBA");
+  entry.order = *order;
+
+  const std::string unit = yaml.text_or("unit", info(signal).unit);
+  const auto conversion = unit_of(signal, unit);
+  if (!conversion) yaml.fail("unit", "is `" + unit + "`. Known: " + known_units(signal));
+  const double scale = yaml.number_or("scale", 1);
+  if (scale == 0) yaml.fail("scale", "is 0: every reading would be the same");
+  entry.scale = conversion->scale * scale;
+  entry.offset = conversion->scale * yaml.number_or("offset", 0) + conversion->offset;
+  if (yaml.has("overload")) entry.overload = yaml.number("overload");
+  entry.window = yaml.within_or("window", 0, any, 0);
+  const double step = entry.type == Type::f32 ? 0 : std::abs(entry.scale);
+  entry.digit = yaml.has("resolution") ? std::abs(conversion->scale) * yaml.positive("resolution") : step;
+  return entry;
+}
+
+}  // namespace
+
+MeterSettings read_settings(const YamlMap& device) {
+  device.only({"driver", "tcp", "port", "line", "unit", "period", "timeout", "latency", "registers"});
+  MeterSettings settings{.address = read_address(device), .unit = whole(device, "unit", 0, 255, 1), .registers = {}};
+  settings.period = device.has("period") ? device.positive("period") : settings.period;
+  settings.timeout = device.within_or("timeout", 0.01, 60, settings.timeout);
+  settings.latency = device.within_or("latency", 0, any, 0);
+  const YamlMap registers = device.map("registers");
+  for (const auto& [name, entry] : registers.entries()) {
+    const auto signal = signal_named(name);
+    if (!signal || *signal == Signal::u_ref || *signal == Signal::armature_open) {
+      registers.fail(name,
+                     "cannot be measured here. A meter may give e_a, i_a, omega, theta, torque, i_f, temperature");
+    }
+    settings.registers.push_back(read_register(*signal, entry));
+  }
+  if (settings.registers.empty()) device.fail("registers", "is empty. Give at least one signal");
+  return settings;
+}
+
+OpenedDevice open_meter(const OpenRequest& request) {
+  request.need_real_time();
+  OpenedDevice opened;
+  opened.input = std::make_unique<Meter>(request.device.name, request.clock, read_settings(request.device.yaml));
+  return opened;
+}
+
+}  // namespace emtb::modbus_meter
