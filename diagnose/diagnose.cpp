@@ -138,7 +138,7 @@ class Search {
   /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
   /// valley lies: then from each place that was tried, and the lowest counts.
   Calibration first_steps(const Model& fitted, const Score& score) const {
-    const int few = score.other_starts.empty() ? 2 : 4;
+    constexpr int few = 4;
     Calibration lowest = first_steps(with_expected(fitted, score), few);
     for (const std::vector<double>& start : score.other_starts) {
       Score elsewhere = score;
