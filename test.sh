@@ -24,7 +24,7 @@ build_and_test() {  # preset, a pattern of tests to leave out, then the rooms to
 }
 
 # Each takes a minute and more under AddressSanitizer and walks the same code as the shorter ones.
-longest_diagnoses='^diagnose:Diagnose\.(NamesTwo|NamesDryFriction|NamesAConstantLoad|NamesWindage|NamesTheLag|HoldsEachRunOut)|^diagnose:FormulaOnOffer\.(NamesWhat|IsTied|WithoutAParameter)'
+longest_diagnoses='^diagnose:Diagnose\.(NamesTwo|NamesDryFriction|NamesAConstantLoad|NamesWindage|NamesTheLag|HoldsEachRunOut|NamesTheInductance|NamesTheDeadZone|SaysThat|FindsNothingWhereNothingIsHiddenOnTheFast)|^diagnose:FormulaOnOffer\.(NamesWhat|IsTied|WithoutAParameter)'
 
 tools/install_packages.sh
 [ $# -gt 0 ] || set -- format release asan tsan

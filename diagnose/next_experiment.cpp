@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <sstream>
 
 #include "estimate/linear_algebra.h"
 #include "estimate/parallel.h"
@@ -206,6 +207,16 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
     return worth(a) > worth(b);
   });
   return proposals;
+}
+
+std::string in_words(const Proposal& best) {
+  if (best.separation < worth_an_experiment) return "Nothing on this bench can tell them apart.";
+  std::ostringstream text;
+  text << "Run `" << best.profile.name() << "`: " << best.what;
+  for (const Signal signal : best.record) text << ", with a fast " << info(signal).column << " recorded beside";
+  text.precision(2);
+  text << ". It would bring their predictions " << best.separation << " noise floors apart.";
+  return text.str();
 }
 
 }  // namespace emtb

@@ -35,4 +35,7 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
 /// A separation that an experiment should promise before anybody runs it.
 inline constexpr double worth_an_experiment = 0.3;
 
+/// The best of the menu in a sentence, or that none of it can tell the effects apart.
+std::string in_words(const Proposal& best);
+
 }  // namespace emtb

@@ -324,15 +324,7 @@ void print_verdict(const Diagnosis& d) {
     for (const std::size_t rival : m.tied_with)
       std::cout << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";
   }
-  if (d.next.empty()) return;
-  const Proposal& best = d.next.front();
-  if (best.separation < worth_an_experiment) {
-    std::cout << "  next: nothing on this bench can tell them apart\n";
-    return;
-  }
-  std::cout << "  next: " << best.profile.name() << ", " << best.what;
-  for (const Signal signal : best.record) std::cout << ", with a fast " << info(signal).column << " beside";
-  std::cout << ": would bring them " << pretty(best.separation, 2) << " floors apart\n";
+  if (!d.next.empty()) std::cout << "  " << in_words(d.next.front()) << "\n";
 }
 
 int diagnose_command(const Options& o) {

@@ -158,6 +158,7 @@ void next_steps(Page& page, const ReportInput& in, const Diagnosis& d) {
       items.push_back("Tell " + std::string(d.about(m.effect).name) + " from " + std::string(d.about(rival).name) +
                       ". " + std::string(d.about(m.effect).told_apart));
   }
+  if (!d.next.empty()) items.push_back(in_words(d.next.front()));
   if (d.verdict == Verdict::unknown_effect)
     items.push_back(
         "Look for what remains in the residual maps below: the condition against which the final model's mean "
