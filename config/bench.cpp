@@ -4,8 +4,6 @@
 #include <array>
 #include <sstream>
 
-#include "model/effect.h"
-
 namespace emtb {
 namespace {
 
@@ -55,7 +53,7 @@ BenchConfig::Reference read_reference(const YamlMap& yaml, const std::vector<Ben
     entry.fail("safe", "is " + volts(limits.safe) + ", but the reference goes from " + volts(limits.min) + " to " +
                            volts(limits.max) + ". Write a value within, usually 0");
   }
-  const double rate = entry.within_or("rate", 0, infinity, 0);
+  const double rate = entry.within_or("rate", 0, unbounded, 0);
   return {.device = device, .limits = limits, .rate = rate, .yaml = std::move(entry)};
 }
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "model/effect.h"
-
 namespace emtb {
 namespace {
 
@@ -16,7 +14,7 @@ struct Rest {
 };
 
 Rest rest(const YamlMap& yaml) {
-  return {yaml.within("before", 0, infinity), yaml.within("after", 0, infinity), yaml.number_or("rest", 0)};
+  return {yaml.within("before", 0, unbounded), yaml.within("after", 0, unbounded), yaml.number_or("rest", 0)};
 }
 
 Profile read_step(const std::string& name, const YamlMap& yaml) {
@@ -28,7 +26,7 @@ Profile read_step(const std::string& name, const YamlMap& yaml) {
 Profile read_ramp(const std::string& name, const YamlMap& yaml) {
   yaml.only({"name", "kind", "level", "rate", "before", "hold", "after", "rest"});
   const auto [before, after, level] = rest(yaml);
-  return ramp(name, yaml.number("level"), yaml.positive("rate"), before, yaml.within("hold", 0, infinity), after,
+  return ramp(name, yaml.number("level"), yaml.positive("rate"), before, yaml.within("hold", 0, unbounded), after,
               level);
 }
 
@@ -44,9 +42,9 @@ Profile read_random_steps(const std::string& name, const YamlMap& yaml) {
   yaml.only({"name", "kind", "low", "high", "shortest", "longest", "total", "seed", "before", "after", "rest"});
   const auto [before, after, level] = rest(yaml);
   const double low = yaml.number("low");
-  const double high = yaml.within("high", low, infinity);
-  const double shortest = yaml.within("shortest", 1e-3, infinity);  // [s] nothing on this bench follows faster
-  const double longest = yaml.within("longest", shortest, infinity);
+  const double high = yaml.within("high", low, unbounded);
+  const double shortest = yaml.within("shortest", 1e-3, unbounded);  // [s] nothing on this bench follows faster
+  const double longest = yaml.within("longest", shortest, unbounded);
   const double total = yaml.within("total", 0, most_levels * shortest);
   const double seed = yaml.within("seed", 0, 0x1p53);  // beyond 2^53 a double skips integers
   if (seed != static_cast<double>(static_cast<std::uint64_t>(seed))) yaml.fail("seed", "must be a whole number");

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,9 @@
 #include <vector>
 
 namespace emtb {
+
+/// No bound, for YamlMap::within().
+inline constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 /// A map of a YAML file that knows where it stands, so that every complaint names file, line and key.
 ///

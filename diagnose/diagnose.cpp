@@ -27,6 +27,7 @@ bool needed(std::size_t effect, const Model& model) {
 /// A model fitted to the training runs and judged on runs that it never saw.
 struct Trial {
   Model model;
+  double cost = 0;  ///< of the fit
   double train = 0;
   Loss held_out;
 };
@@ -44,16 +45,19 @@ class Search {
 
   /// Fits; several starts only where nothing good is known to start from.
   Trial fit(const Model& start, int extra_starts = 0) const {
-    Trial trial{{}, 0, Loss(data_.noise)};
+    Trial trial{{}, 0, 0, Loss(data_.noise)};
     // No decision is about less than a hundredth of the cost; what creeps on below this is not determined.
     const CalibrationOptions quick{
         .extra_starts = extra_starts, .max_iterations = 25, .tolerance = 1e-5, .with_covariance = false, .outputs = {}};
-    trial.model = calibrate(data_.train, start, quick).model;
-    trial.train = error_of(mean_squares(residuals(data_.train, trial.model, trial.model.values(), {})));
+    Calibration fitted = calibrate(data_.train, start, quick);
+    trial.model = std::move(fitted.model);
+    trial.cost = fitted.cost;
+    const std::vector<Residuals> left = residuals(data_.train, trial.model, trial.model.values(), {});
+    trial.train = error_of(mean_squares(left));
     if (!data_.held_out.empty()) {
       trial.held_out.add(data_.held_out, residuals(data_.held_out, trial.model, trial.model.values(), {}));
     } else if (data_.train.size() == 1) {
-      trial.held_out.add(data_.train, residuals(data_.train, trial.model, trial.model.values(), {}));
+      trial.held_out.add(data_.train, left);
     } else {
       leave_one_out(trial, quick);
     }
@@ -88,7 +92,7 @@ class Search {
     if (const auto known = rounds_.find(key); known != rounds_.end()) return known->second;
     Round r{fitted(), {}, {}};
     r.scores = scores(r.fitted.model);
-    if (anything_left(r.fitted.held_out)) r.refits = refits(r.fitted.model, r.scores);
+    if (anything_left(r.fitted.held_out)) r.refits = refits(r.fitted, r.scores);
     return rounds_.emplace(std::move(key), std::move(r)).first->second;
   }
 
@@ -109,22 +113,21 @@ class Search {
 
   /// Refits of the best-scored candidates. All of them descend a few steps; those that by then remove far less than the
   /// best do not go on.
-  std::vector<std::pair<Score, Trial>> refits(const Model& fitted, const std::vector<Score>& all) const {
+  std::vector<std::pair<Score, Trial>> refits(const Trial& fitted, const std::vector<Score>& all) const {
     std::vector<Score> best = promising(all, options_.score);
-    std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, fitted); });
+    std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, fitted.model); });
     if (best.size() > options_.refits) best.resize(options_.refits);
     std::erase_if(best, [&](const Score& s) { return s.predicted_drop < 0.03 * best.front().predicted_drop; });
-    const double before = best.empty() ? 0 : first_steps(fitted, 0).cost;
     std::vector<Calibration> begun;
     double most = 0;
     for (const Score& s : best) {
-      begun.push_back(first_steps(fitted, s));
-      most = std::max(most, before - begun.back().cost);
+      begun.push_back(first_steps(fitted.model, s));
+      most = std::max(most, fitted.cost - begun.back().cost);
     }
     constexpr double far_less = 0.3;
     std::vector<std::pair<Score, Trial>> trials;
     for (std::size_t i = 0; i < best.size(); ++i) {
-      if (before - begun[i].cost >= far_less * most) trials.emplace_back(best[i], fit(begun[i].model));
+      if (fitted.cost - begun[i].cost >= far_less * most) trials.emplace_back(best[i], fit(begun[i].model));
     }
     return trials;
   }

@@ -64,6 +64,7 @@ struct Diagnosis {
 
   /// What is known of an effect that the diagnosis names by its number.
   const EffectInfo& about(std::size_t effect) const { return final.about(effect); }
+  std::string id(std::size_t effect) const { return std::string(about(effect).id); }
 };
 
 struct DiagnoseOptions {

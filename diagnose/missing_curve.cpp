@@ -139,20 +139,11 @@ Fit fit_of_columns(std::span<const PreparedRun> records, const Model& model,
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(p, p);
   for (const Residuals& r : all) {
     if (!r.informed()) continue;
-    const PreparedRun& record = records[r.record];
-    const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
     const Eigen::VectorXd left = r.value - r.sensitivity * fit.value;
-    for (Eigen::Index begin = 0; begin < left.size();) {
-      const auto second = [&](Eigen::Index i) {
-        return std::floor(record.excitation.t[o.last[static_cast<std::size_t>(i)]]);
-      };
-      Eigen::Index end = begin + 1;
-      while (end < left.size() && second(end) == second(begin)) ++end;
-      const Eigen::VectorXd g =
-          transposed_product(r.sensitivity.middleRows(begin, end - begin), left.segment(begin, end - begin));
+    for_each_second(records[r.record], r, [&](long, Eigen::Index begin, Eigen::Index rows) {
+      const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), left.segment(begin, rows));
       meat.noalias() += g * g.transpose();
-      begin = end;
-    }
+    });
   }
   const Eigen::MatrixXd sandwich = product(product(inverse, meat), inverse);
   const Eigen::MatrixXd white = product(product(inverse, information), inverse);

@@ -66,15 +66,15 @@ std::vector<Experiment> menu(double low, double high) {
 }
 
 /// What the instruments would read of a model.
-std::optional<Run> simulated(const Experiment& experiment, const Model& model, std::vector<Instrument> instruments) {
+std::optional<Run> simulated(const Profile& profile, const Model& model, std::vector<Instrument> instruments) {
   double fastest = longest_interval;
   for (const Instrument& i : instruments) fastest = std::min(fastest, i.interval);
-  const double duration = experiment.profile.duration();
+  const double duration = profile.duration();
   if (duration > 100) fastest = longest_interval;
   Excitation x;
   for (double t = 0; t <= duration; t = fastest * static_cast<double>(x.t.size())) {
     x.t.push_back(t);
-    x.u_ref.push_back(experiment.profile.reference(t));
+    x.u_ref.push_back(profile.reference(t));
   }
   x.longest_step = 1e-3;
   const std::vector<double> values = model.values();
@@ -82,7 +82,7 @@ std::optional<Run> simulated(const Experiment& experiment, const Model& model, s
   simulate<double>(model.structure(), values, x, y);
   if (!std::ranges::all_of(y.omega, [](double v) { return std::isfinite(v); })) return std::nullopt;
   Run run;
-  run.name = experiment.profile.name();
+  run.name = profile.name();
   run.signals[Signal::u_ref] = {.t = x.t, .value = x.u_ref, .window = 0, .lsb = 0, .source = {}};
   for (const Instrument& instrument : instruments) {
     const std::vector<double>& signal = instrument.signal == Signal::omega ? y.omega
@@ -129,13 +129,10 @@ Eigen::MatrixXd information(std::span<const PreparedRun> records, const Model& m
   return sum;
 }
 
-/// How far `other` stays from what `one` does, once its parameters have adapted.
-double separation(const Experiment& experiment, const std::vector<Instrument>& instruments, const Noise& noise,
-                  const Eigen::MatrixXd& known, const Model& one, const Model& other) {
-  const std::optional<Run> run = simulated(experiment, one, instruments);
-  if (!run) return 0;
-  std::vector<PreparedRun> records{prepare_run(*run, other)};
-  weigh(records, completed(noise, *run), other);
+/// How far a model stays from a run, once its parameters have adapted.
+double separation(const Run& run, const Noise& noise, const Eigen::MatrixXd& known, const Model& other) {
+  std::vector<PreparedRun> records{prepare_run(run, other)};
+  weigh(records, noise, other);
   const FreeParameters free(other);
   const std::vector<Residuals> seen = residuals(records, other, other.values(), moved_by(free));
   Eigen::MatrixXd both = known;
@@ -145,9 +142,7 @@ double separation(const Experiment& experiment, const std::vector<Instrument>& i
     both += gram(r.sensitivity);
     gradient += transposed_product(r.sensitivity, r.value);
   }
-  const Eigen::VectorXd inverse = both.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
-  const Eigen::MatrixXd scaled = inverse.asDiagonal() * both * inverse.asDiagonal();
-  const Eigen::VectorXd change = inverse.asDiagonal() * least_squares(scaled, inverse.asDiagonal() * gradient);
+  const Eigen::VectorXd change = solve_normal(both, gradient);
   double largest = 0;
   for (const Residuals& r : seen) {
     const Eigen::VectorXd left = r.informed() ? Eigen::VectorXd(r.value - product(r.sensitivity, change)) : r.value;
@@ -195,10 +190,12 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
     }
     Noise noise = data.noise;
     for (const Signal signal : proposal.record) noise.erase(signal);
+    const std::optional<Run> run = simulated(proposal.profile, one, instruments);
+    if (!run) return;
+    noise = completed(std::move(noise), *run);
     proposal.separation = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < others.size(); ++k) {
-      proposal.separation = std::min(proposal.separation, separation({proposal.profile, proposal.what}, instruments,
-                                                                     noise, known[k], one, others[k]));
+      proposal.separation = std::min(proposal.separation, separation(*run, noise, known[k], others[k]));
     }
   });
   // At equal separation, what needs no further instrument.

@@ -97,10 +97,7 @@ struct CrossSums {
 
 /// What the fitted parameters would do to imitate the candidate: (SᵀS)⁻¹ SᵀC, scaled against their different sizes.
 MatrixXd imitation(const OwnSums& own, const CrossSums& cross) {
-  if (own.ss.rows() == 0) return cross.sc;
-  const VectorXd inverse = own.ss.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
-  const MatrixXd scaled = inverse.asDiagonal() * own.ss * inverse.asDiagonal();
-  return inverse.asDiagonal() * least_squares(scaled, inverse.asDiagonal() * cross.sc);
+  return own.ss.rows() == 0 ? cross.sc : solve_normal(own.ss, cross.sc);
 }
 
 struct Projected {

@@ -15,8 +15,6 @@
 namespace emtb {
 namespace {
 
-constexpr double block_length = 1.0;  ///< [s] residuals this far apart count as independent
-
 bool wanted(Signal signal, const CalibrationOptions& options) {
   return options.outputs.empty() || std::ranges::find(options.outputs, signal) != options.outputs.end();
 }
@@ -81,21 +79,12 @@ class Problem {
   Eigen::Index prior_column(std::size_t place) const { return static_cast<Eigen::Index>(*free_.mover(place)); }
 
   static void add_blocks(const PreparedRun& record, const Residuals& r, std::map<long, Eigen::VectorXd>& blocks) {
-    const auto o = std::ranges::find(record.observations, r.signal, &Observation::signal);
-    for (Eigen::Index begin = 0; begin < r.value.size();) {
-      const auto block_of = [&](Eigen::Index i) {
-        return std::lround(std::floor(record.excitation.t[o->last[static_cast<std::size_t>(i)]] / block_length));
-      };
-      const long block = block_of(begin);
-      Eigen::Index end = begin + 1;
-      while (end < r.value.size() && block_of(end) == block) ++end;
-      const auto rows = end - begin;
+    for_each_second(record, r, [&](long second, Eigen::Index begin, Eigen::Index rows) {
       const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), r.value.segment(begin, rows));
-      auto& sum = blocks[block];
+      auto& sum = blocks[second];
       if (sum.size() == 0) sum.setZero(g.size());
       sum += g;
-      begin = end;
-    }
+    });
   }
 
   std::span<const PreparedRun> records_;

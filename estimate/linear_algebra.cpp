@@ -20,6 +20,12 @@ MatrixXd transposed_product(const MatrixXd& a, const MatrixXd& b) { return a.tra
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) { return a * b; }
 
 MatrixXd least_squares(const MatrixXd& a, const MatrixXd& b) { return a.completeOrthogonalDecomposition().solve(b); }
+MatrixXd solve_normal(const MatrixXd& a, const MatrixXd& b) {
+  const VectorXd inverse_size = a.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
+  const MatrixXd scaled = inverse_size.asDiagonal() * a * inverse_size.asDiagonal();
+  return inverse_size.asDiagonal() * least_squares(scaled, inverse_size.asDiagonal() * b);
+}
+
 MatrixXd pseudo_inverse(const MatrixXd& a) { return a.completeOrthogonalDecomposition().pseudoInverse(); }
 
 MatrixXd cholesky(const MatrixXd& a) { return Eigen::LLT<MatrixXd>(a).matrixL(); }

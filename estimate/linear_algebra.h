@@ -19,6 +19,10 @@ Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 /// The X of least norm that minimizes |A X - B|, by complete orthogonal decomposition.
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
+/// The X of normal equations A X = B, A = SᵀS, scaled against the different sizes of the parameters; where A is
+/// singular, the one of least norm.
+Eigen::MatrixXd solve_normal(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
 /// The Moore-Penrose inverse, by complete orthogonal decomposition.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 

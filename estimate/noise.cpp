@@ -14,12 +14,6 @@ namespace {
 constexpr double settled_stretch = 1.0;  ///< [s] shortest stretch that tells a scatter
 constexpr std::size_t fewest_readings = 5;
 
-double median(std::vector<double> x) {
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::ranges::nth_element(x, middle);
-  return *middle;
-}
-
 /// Scatter about a straight line: variance, covariance of neighbours, and how far the line rises in units of its error.
 struct Scatter {
   double variance = 0, covariance = 0, rise = 0;
@@ -108,7 +102,7 @@ double third_difference_scatter(std::span<const double> x) {
   std::vector<double> differences;
   for (std::size_t k = 3; k < x.size(); ++k)
     differences.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
-  return differences.empty() ? 0 : 1.4826 * median(std::move(differences)) / std::sqrt(20.0);
+  return differences.empty() ? 0 : robust_sigma(std::move(differences)) / std::sqrt(20.0);
 }
 
 /// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is
@@ -140,7 +134,7 @@ double scatter_of_neighbours(const std::vector<std::vector<double>>& pieces) {
   for (const auto& piece : pieces) {
     for (std::size_t i = 1; i < piece.size(); ++i) differences.push_back(std::abs(piece[i] - piece[i - 1]));
   }
-  return differences.size() >= fewest ? 1.4826 * median(std::move(differences)) / std::sqrt(2.0) : -1;
+  return differences.size() >= fewest ? robust_sigma(std::move(differences)) / std::sqrt(2.0) : -1;
 }
 
 /// A signal on the grid: each reading holds until the next.
@@ -192,21 +186,21 @@ double scatter_about_fast_signals(std::span<const PreparedRun> records, Signal s
     for (std::size_t c = 0; c < columns.size(); ++c) predicted += line.value[c] * columns[c][i];
     left.push_back(std::abs(readings[i] - predicted));
   }
-  return 1.4826 * median(std::move(left));
+  return robust_sigma(std::move(left));
 }
 
 NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
   NoiseFloor floor;
   Settled settled;
-  std::vector<double> differences;
+  std::vector<const Observation*> observed;
   double lsb = 0;
   bool slow = false;
   for (const PreparedRun& record : records) {
     for (const Observation& o : record.observations) {
       if (o.signal != signal) continue;
       slow = o.slow;
+      observed.push_back(&o);
       collect(record, o, settled);
-      differences.push_back(third_difference_scatter(o.value));
       lsb = std::max(lsb, o.lsb);
     }
   }
@@ -228,7 +222,9 @@ NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
     floor.sigma = scatter;
     floor.from = "settled";
   } else {
-    floor.sigma = median(differences);
+    std::vector<double> differences;
+    for (const Observation* o : observed) differences.push_back(third_difference_scatter(o->value));
+    floor.sigma = median(std::move(differences));
     floor.from = "differences";
     floor.lower_bound = true;
     // A slow meter whose readings all span a change: their differences are the change's.

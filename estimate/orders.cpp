@@ -8,6 +8,8 @@
 #include <optional>
 #include <unsupported/Eigen/FFT>
 
+#include "estimate/scatter.h"
+
 namespace emtb {
 namespace {
 
@@ -168,10 +170,9 @@ std::optional<Order> strongest(std::span<const TurningStretch> stretches, double
     const std::size_t from = index(0.75 * order), to = index(1.25 * order) + 1;
     std::vector<double> around;  // as many as tell a median
     for (std::size_t k = from; k < to; k += 1 + (to - from) / 199) around.push_back(power[k]);
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::ranges::nth_element(around, middle);
-    const double excess = power[i] / std::max(*middle, 1e-300);
-    if (around.size() >= 9 && excess > enough) peaks.push_back({power[i], {order, 0, excess}});
+    const std::size_t size = around.size();
+    const double excess = power[i] / std::max(median(std::move(around)), 1e-300);
+    if (size >= 9 && excess > enough) peaks.push_back({power[i], {order, 0, excess}});
   }
   std::ranges::sort(peaks, std::greater{}, &Peak::power);
   constexpr std::size_t looked_at = 12;

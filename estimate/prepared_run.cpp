@@ -132,12 +132,13 @@ void load_with_measured_torque(PreparedRun& record, const Series& torque) {
   const std::vector<std::size_t> half =
       trusted_reach(raw, std::vector<std::size_t>(grid.size(), samples(longest_smoothing)), noise);
   std::vector<double> load = moving_mean(raw, half);
+  InputNoise left = noise_of_means(noise, half, interval);
   bool loaded = false;
   for (std::size_t k = 0; k < load.size() && !loaded; ++k) {
-    loaded = std::abs(load[k]) > 6 * noise.of_mean(2.0 * static_cast<double>(half[k]) + 1) + 2 * torque.lsb;
+    loaded = std::abs(load[k]) > 6 * left.sigma[k] + 2 * torque.lsb;
   }
   if (!loaded) return;
-  record.load_noise = noise_of_means(noise, half, interval);
+  record.load_noise = std::move(left);
   record.excitation.load = std::move(load);
   record.measured_load = true;
 }

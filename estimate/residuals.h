@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <span>
 #include <vector>
@@ -52,5 +54,20 @@ std::map<Signal, double> mean_squares(std::span<const Residuals> residuals);
 
 /// The error of the contract: sqrt(mean over signals of (RMSE/sigma)^2), each signal counting equally. 1 = noise floor.
 double error_of(const std::map<Signal, double>& mean_squares);
+
+/// Calls visit(second, begin, rows) for each group of neighbouring readings that end in the same second of their
+/// record: residuals of different seconds count as independent.
+template <class Visit>
+void for_each_second(const PreparedRun& record, const Residuals& r, const Visit& visit) {
+  const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
+  const auto second_of = [&](Eigen::Index i) {
+    return std::lround(std::floor(record.excitation.t[o.last[static_cast<std::size_t>(i)]]));
+  };
+  for (Eigen::Index begin = 0, end = 0; begin < r.value.size(); begin = end) {
+    const long second = second_of(begin);
+    for (end = begin + 1; end < r.value.size() && second_of(end) == second;) ++end;
+    visit(second, begin, end - begin);
+  }
+}
 
 }  // namespace emtb

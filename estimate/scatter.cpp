@@ -2,25 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace emtb {
-namespace {
-
-constexpr double of_normal = 1.4826;  ///< standard deviation over median size of a normal variable
-
-double median_of(std::vector<double>& x) {
+double median(std::vector<double> x) {
   const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
   std::ranges::nth_element(x, middle);
   return *middle;
 }
+
+double robust_sigma(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
+
+namespace {
 
 /// Standard deviation of x[k + lag] - 2 x[k] + x[k - lag].
 double second_difference(std::span<const double> x, std::size_t lag) {
   std::vector<double> sizes;
   sizes.reserve(x.size());
   for (std::size_t k = lag; k + lag < x.size(); ++k) sizes.push_back(std::abs(x[k + lag] - 2 * x[k] + x[k - lag]));
-  return sizes.empty() ? 0 : of_normal * median_of(sizes);
+  return sizes.empty() ? 0 : robust_sigma(std::move(sizes));
 }
 
 }  // namespace
@@ -52,7 +53,7 @@ double difference_scatter(std::span<const double> x) {
     differences.push_back(std::abs(x[k] - x[k - 1]));
     squares += differences.back() * differences.back();
   }
-  const double robust = of_normal * median_of(differences) / std::sqrt(2.0);
+  const double robust = robust_sigma(differences) / std::sqrt(2.0);
   if (robust > 0) return robust;
   // A coarse grid: most readings repeat. A constant (the reference itself) has edges only, and they are not noise.
   const auto changes = static_cast<double>(std::ranges::count_if(differences, [](double d) { return d > 0; }));

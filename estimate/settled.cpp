@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "estimate/scatter.h"
 #include "estimate/stretches.h"
 #include "hal/error.h"
 #include "session/text.h"
@@ -86,9 +87,7 @@ void find(const Run& run, const SettledOptions& options, const std::map<Signal, 
       if (mean) errors.push_back(mean->std_error);
     }
     if (errors.empty()) continue;
-    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-    std::nth_element(errors.begin(), middle, errors.end());
-    const double tolerance = std::max(significance * std::sqrt(2.0) * *middle, slack * largest);
+    const double tolerance = std::max(significance * std::sqrt(2.0) * median(std::move(errors)), slack * largest);
     for (std::size_t c = 1; c < count; ++c) {
       if (!cells[c] || !cells[c - 1] || std::abs(cells[c]->value - cells[c - 1]->value) > tolerance) still[c] = 0;
     }

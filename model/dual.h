@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 namespace emtb {
 
@@ -174,6 +175,15 @@ template <class Scalar>
 Scalar first_order_lag(const Scalar& tau, double h, const Scalar& x0, const Scalar& x1, const Scalar& y0) {
   const Scalar lag = (x1 - x0) / h * tau;  // how far y trails a steady slope
   return x1 - lag + (y0 - x0 + lag) * decay(h, tau);
+}
+
+/// An instrument's reading x through such a lag, step after step: it starts settled.
+/// @param memory of two: the lagged reading, and what it followed
+template <class Scalar>
+void lag_reading(const Scalar& tau, double h, std::span<Scalar> memory, Scalar& x) {
+  memory[0] = h > 0 ? first_order_lag(tau, h, memory[1], x, memory[0]) : x;
+  memory[1] = x;
+  x = memory[0];
 }
 
 }  // namespace emtb

@@ -72,8 +72,6 @@ bool same(const Overlay& a, const Overlay& b) {
   return true;
 }
 
-std::string id(const Diagnosis& d, std::size_t effect) { return std::string(d.about(effect).id); }
-
 /// Names of categories with a height that suits their number.
 Axis names(std::vector<std::string> list) {
   Axis axis{.label = ""};
@@ -226,7 +224,7 @@ NamedFigure promise_figure(const Diagnosis& d) {
                            [](const Candidate& c) { return c.score.predicted_drop; });
   for (const Candidate& c : candidates) {
     const EffectInfo& e = d.about(c.score.effect);
-    list.push_back(id(d, c.score.effect));
+    list.push_back(d.id(c.score.effect));
     drops.push_back(std::max(1.0, c.score.predicted_drop));
     std::string label = "< 1";
     if (c.score.predicted_drop >= 1) {
@@ -253,7 +251,7 @@ NamedFigure refit_figure(const Diagnosis& d) {
   std::vector<double> errors;
   for (const Candidate& c : d.candidates) {
     if (!c.held_out_error) continue;
-    list.push_back(id(d, c.score.effect));
+    list.push_back(d.id(c.score.effect));
     errors.push_back(*c.held_out_error);
     labels.push_back(printed(*c.held_out_error, 3));
   }

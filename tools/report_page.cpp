@@ -20,8 +20,6 @@ namespace {
 
 constexpr double normal_95 = 1.96;
 
-std::string id(const Diagnosis& d, std::size_t effect) { return std::string(d.about(effect).id); }
-
 std::string with_space(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
 std::string value_of(const Parameter& p) {
@@ -146,9 +144,9 @@ void next_steps(Page& page, const ReportInput& in, const Diagnosis& d) {
   std::vector<std::string> items;
   std::string command;
   if (!d.missing.empty()) {
-    const std::string out = stem_of(in.model_file) + "-with-" + id(d, d.missing.front().effect) + ".yaml";
+    const std::string out = stem_of(in.model_file) + "-with-" + d.id(d.missing.front().effect) + ".yaml";
     command = d.missing.size() == 1
-                  ? "emtb add " + id(d, d.missing.front().effect) + files_of(in) + " --out " + out
+                  ? "emtb add " + d.id(d.missing.front().effect) + files_of(in) + " --out " + out
                   : "emtb diagnose" + files_of(in) + " --out " + stem_of(in.model_file) + "-final.yaml";
     items.push_back(
         "Put into the model what was found, with the command below; or save the final model from the last section.");
@@ -330,7 +328,7 @@ void candidate_section(Page& page, const Diagnosis& d) {
     std::string expected = "–";
     if (promises)
       expected = c.score.expected.empty() ? "there" : symbol + " = " + printed(c.score.expected[0], 3).append(unit);
-    rows.push_back({"`" + id(d, c.score.effect) + "`", promises ? printed(c.score.predicted_drop, 3) : "< 1", expected,
+    rows.push_back({"`" + d.id(c.score.effect) + "`", promises ? printed(c.score.predicted_drop, 3) : "< 1", expected,
                     printed(c.score.visibility, 2), c.score.p_value < 1e-12 ? "< 10⁻¹²" : printed(c.score.p_value, 2),
                     c.held_out_error ? printed(*c.held_out_error, 3) : "not refitted",
                     std::isfinite(size) && size > 0 ? printed(size, 2).append(unit) : "cannot be seen"});

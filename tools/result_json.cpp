@@ -17,7 +17,6 @@ using json = nlohmann::ordered_json;
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 json number(const std::optional<double>& value) { return value ? number(*value) : json(nullptr); }
 
-std::string id(const Diagnosis& d, std::size_t effect) { return std::string(d.about(effect).id); }
 std::string name(Signal signal) { return std::string(info(signal).name); }
 
 json parameter_json(const Parameter& p) {
@@ -97,8 +96,8 @@ json next_json(const Diagnosis& d) {
   if (d.next.empty()) return nullptr;
   const Proposal& best = d.next.front();
   const auto tied = std::ranges::find_if(d.missing, [](const MissingEffect& m) { return !m.tied_with.empty(); });
-  json separates = json::array({id(d, tied->effect)});
-  for (const std::size_t rival : tied->tied_with) separates.push_back(id(d, rival));
+  json separates = json::array({d.id(tied->effect)});
+  for (const std::size_t rival : tied->tied_with) separates.push_back(d.id(rival));
   json record = json::array();
   for (const Signal signal : best.record) record.push_back(info(signal).column);
   json knots = json::array();
@@ -118,9 +117,9 @@ json to_json(const Diagnosis& d) {
   out["missing"] = json::array();
   for (const MissingEffect& m : d.missing) {
     json tied = json::array(), parameters = json::object();
-    for (const std::size_t rival : m.tied_with) tied.push_back(id(d, rival));
+    for (const std::size_t rival : m.tied_with) tied.push_back(d.id(rival));
     for (const Parameter& p : m.parameters) parameters[p.symbol] = parameter_json(p);
-    out["missing"].push_back({{"id", id(d, m.effect)}, {"tied_with", tied}, {"parameters", parameters}});
+    out["missing"].push_back({{"id", d.id(m.effect)}, {"tied_with", tied}, {"parameters", parameters}});
   }
   out["candidates"] = json::array();
   for (const Candidate& c : d.candidates) {
@@ -129,7 +128,7 @@ json to_json(const Diagnosis& d) {
     for (std::size_t i = 0; i < c.score.expected.size(); ++i) {
       expected[std::string(about.parameters()[i].symbol)] = number(c.score.expected[i]);
     }
-    out["candidates"].push_back({{"id", id(d, c.score.effect)},
+    out["candidates"].push_back({{"id", d.id(c.score.effect)},
                                  {"predicted_drop", number(c.score.predicted_drop)},
                                  {"visibility", number(c.score.visibility)},
                                  {"p_value", number(c.score.p_value)},
@@ -143,7 +142,7 @@ json to_json(const Diagnosis& d) {
   out["signals"] = to_json(d.signals);
   out["steps"] = json::array();
   for (const Step& s : d.steps) {
-    out["steps"].push_back({{"added", s.added ? json(id(d, *s.added)) : json(nullptr)},
+    out["steps"].push_back({{"added", s.added ? json(d.id(*s.added)) : json(nullptr)},
                             {"action", s.action},
                             {"train", number(s.train)},
                             {"held_out", number(s.held_out)}});

@@ -2,14 +2,12 @@
 
 #include <charconv>
 #include <cmath>
-#include <limits>
 
 #include "session/units.h"
 
 namespace emtb::modbus_meter {
 namespace {
 
-constexpr double any = std::numeric_limits<double>::infinity();
 constexpr int usual_tcp_port = 502;
 
 int whole(const YamlMap& yaml, std::string_view key, double min, double max, double fallback) {
@@ -64,7 +62,7 @@ Register read_register(Signal signal, const YamlMap& yaml) {
   entry.scale = conversion->scale * scale;
   entry.offset = conversion->scale * yaml.number_or("offset", 0) + conversion->offset;
   if (yaml.has("overload")) entry.overload = yaml.number("overload");
-  entry.window = yaml.within_or("window", 0, any, 0);
+  entry.window = yaml.within_or("window", 0, unbounded, 0);
   const double step = entry.type == Type::f32 ? 0 : std::abs(entry.scale);
   entry.digit = yaml.has("resolution") ? std::abs(conversion->scale) * yaml.positive("resolution") : step;
   return entry;
@@ -77,7 +75,7 @@ MeterSettings read_settings(const YamlMap& device) {
   MeterSettings settings{.address = read_address(device), .unit = whole(device, "unit", 0, 255, 1), .registers = {}};
   settings.period = device.has("period") ? device.positive("period") : settings.period;
   settings.timeout = device.within_or("timeout", 0.01, 60, settings.timeout);
-  settings.latency = device.within_or("latency", 0, any, 0);
+  settings.latency = device.within_or("latency", 0, unbounded, 0);
   const YamlMap registers = device.map("registers");
   for (const auto& [name, entry] : registers.entries()) {
     const auto signal = signal_named(name);

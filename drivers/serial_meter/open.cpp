@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <sstream>
 
 namespace emtb::serial_meter {
 namespace {
-
-constexpr double any = std::numeric_limits<double>::infinity();
 
 constexpr std::array functions{
     Function{"dc_current", Quantity::current, Coupling::dc, "A"},
@@ -117,10 +114,10 @@ MeterSettings read_settings(const YamlMap& device) {
     settings.range = device.positive("range");
     settings.digit = std::abs(settings.scale) * digit_in_range(device, model, settings.function, settings.range);
   }
-  settings.digit = device.within_or("resolution", 0, any, settings.digit);
+  settings.digit = device.within_or("resolution", 0, unbounded, settings.digit);
   settings.period = device.has("period") ? device.positive("period") : model.period;
   settings.window = device.within_or("window", 0, settings.period, std::min(model.window, settings.period));
-  settings.latency = device.within_or("latency", 0, any, 0);
+  settings.latency = device.within_or("latency", 0, unbounded, 0);
   settings.timeout = device.has("timeout") ? device.positive("timeout") : std::max(1.5, 3 * settings.period);
   const Protocol& protocol = *model.protocol;
   if (protocol.set_up != nullptr && protocol.set_up(settings.function, settings.range, model.line_cycles).empty()) {

@@ -1,7 +1,6 @@
 #include "drivers/simulated/open.h"
 
 #include <cmath>
-#include <limits>
 
 #include "drivers/simulated/daq.h"
 #include "drivers/simulated/meter.h"
@@ -12,12 +11,10 @@
 namespace emtb::simulated {
 namespace {
 
-constexpr double any = std::numeric_limits<double>::infinity();
-
 /// `pace: 10`, or `pace: max`.
 double read_pace(const YamlMap& simulation) {
   if (simulation.text_or("pace", "1") == "max") return PacedClock::as_fast_as_possible;
-  return simulation.within_or("pace", 0, any, 1);
+  return simulation.within_or("pace", 0, unbounded, 1);
 }
 
 /// Those keys of a map that are there replace the ideal values; none may be below zero.
@@ -29,7 +26,7 @@ class Overlay {
     return *this;
   }
   Overlay& not_negative(std::string_view key, double& value) {
-    value = yaml_.within_or(key, 0, any, value);
+    value = yaml_.within_or(key, 0, unbounded, value);
     return *this;
   }
   Overlay& any_sign(std::string_view key, double& value) {

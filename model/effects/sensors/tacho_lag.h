@@ -21,11 +21,7 @@ struct TachoLag {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
-    Scalar& y = memory[0];
-    Scalar& previous = memory[1];
-    y = x.h > 0 ? first_order_lag(p[0], x.h, previous, balance.omega_reading, y) : balance.omega_reading;
-    previous = balance.omega_reading;
-    balance.omega_reading = y;
+    lag_reading(p[0], x.h, memory, balance.omega_reading);
   }
 };
 

@@ -20,11 +20,7 @@ struct TorqueLag {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
-    Scalar& y = memory[0];
-    Scalar& previous = memory[1];
-    y = x.h > 0 ? first_order_lag(p[0], x.h, previous, balance.torque_reading, y) : balance.torque_reading;
-    previous = balance.torque_reading;
-    balance.torque_reading = y;
+    lag_reading(p[0], x.h, memory, balance.torque_reading);
   }
 };
 
