@@ -419,9 +419,13 @@ Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& eviden
   double size = detectable(fitted, evidence, imitated, whitened.information(0, 0), candidates, options);
   if (about.fades()) {
     // `size` is a share of this effect; its parameter lies between where it is absent and where it was tried, about
-    // evenly in the inverse.
+    // evenly, or where it is absent at infinity evenly in the inverse.
     const double absent = about.clips ? 1 / fitted.seen.voltage : 0;
-    size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
+    if (about.sudden) {
+      size *= h.at[0];
+    } else {
+      size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
+    }
   }
   result.detectable_size = size;
   return result;
@@ -521,6 +525,7 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
   std::optional<std::vector<Order>> orders;
   for (const std::size_t effect : candidates) {
     const EffectInfo& about = fitted.model.about(effect);
+    if (about.sudden && !fitted.model.includes(effect_index(about.needs))) continue;
     if (!about.periodic) {
       for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {
         for (std::size_t i = 0; i < about.parameter_count; ++i) {
@@ -643,7 +648,7 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
     }
     Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
     const bool shaped = std::ranges::any_of(model.about(effect).parameters(), &EffectParameter::shape);
-    if (model.about(effect).fades() && shaped) {
+    if (model.about(effect).fades() && (shaped || model.about(effect).sudden)) {
       for (const Score& other : tried) {
         if (other.expected() != best.expected()) best.starts.push_back(other.starts.front());
       }
