@@ -3,7 +3,7 @@
 #include <exception>
 #include <future>
 
-#include "daemon/deadline.h"
+#include "hal/deadline.h"
 
 namespace emtb {
 

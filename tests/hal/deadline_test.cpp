@@ -1,4 +1,4 @@
-#include "daemon/deadline.h"
+#include "hal/deadline.h"
 
 #include <gtest/gtest.h>
 
