@@ -1,5 +1,8 @@
 #pragma once
 
+#include <memory>
+#include <string>
+
 #include "tools/command_line.h"
 
 namespace emtb {
@@ -7,7 +10,14 @@ namespace emtb {
 /// Each group of commands adds itself to the command line: one function and one file a group.
 
 /// status, watch, run, stop, reset, estimates: those that talk to the daemon.
-void add_daemon_commands(CommandLine& line);
+/// @return where the daemon listens, as --socket says; filled in once the line is parsed
+std::shared_ptr<const std::string> add_daemon_commands(CommandLine& line);
+
+/// bench spin: the guided first turn.
+void add_bench_command(CommandLine& line, std::shared_ptr<const std::string> socket);
+
+/// latency: whether the computer keeps the bench's rate.
+void add_latency_command(CommandLine& line, std::shared_ptr<const std::string> socket);
 
 /// calibrate, compare, diagnose, add: a model beside sessions.
 void add_model_commands(CommandLine& line);

@@ -208,7 +208,7 @@ int estimates(const Options& options) {
 
 }  // namespace
 
-void add_daemon_commands(CommandLine& line) {
+std::shared_ptr<const std::string> add_daemon_commands(CommandLine& line) {
   const auto options = std::make_shared<Options>();
   line.global().option("--socket", options->socket,
                        "where the daemon listens [$XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock]");
@@ -236,6 +236,7 @@ void add_daemon_commands(CommandLine& line) {
   line.command("estimates", "the live estimates")
       .option("--json", options->json_file, "writes them to this file; - for standard output")
       .action(act(estimates));
+  return {options, &options->socket};
 }
 
 }  // namespace emtb
