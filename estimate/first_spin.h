@@ -10,12 +10,12 @@ namespace emtb {
 
 /// What is known of driver and motor before anything has turned. Absent: not known, and not checked.
 struct SpinExpectation {
-  double u_ref = 0;                   ///< [V] held from `from` to `to`
-  double from = 0, to = 0;            ///< [s]
-  std::optional<double> R_a;          ///< [ohm]
-  std::optional<double> K_b;          ///< [V s/rad]
-  std::optional<double> driver_gain;  ///< [V/V]
-  double tolerance = 0.25;            ///< by which voltage and speed may differ
+  double u_ref = 0;                     ///< [V] held from `from` to `to`
+  double from = 0, to = 0;              ///< [s]
+  std::optional<double> R_a{};          ///< [ohm]
+  std::optional<double> K_b{};          ///< [V s/rad]
+  std::optional<double> driver_gain{};  ///< [V/V]
+  double tolerance = 0.25;              ///< by which voltage and speed may differ
 };
 
 /// What a first spin showed.
