@@ -247,6 +247,11 @@ TEST_F(LoopTest, ABriefStallOfTheMachineIsNoOverrunButALongOneIs) {
   loop.tick(faulty.clock->now(), 49);
   EXPECT_EQ(live.state, State::running);
   EXPECT_EQ(live.missed, 49u);
+  const auto gaps = of(Record::Kind::event);
+  ASSERT_EQ(gaps.size(), 1u) << "recorded in its place";
+  EXPECT_EQ(gaps[0].code, event_code::gap);
+  EXPECT_EQ(gaps[0].value, 49);
+  EXPECT_NEAR(gaps[0].t, 0.149, 2e-3);
   loop.tick(faulty.clock->now() + 1e-3, 600);
   expect_latched_by(Fault::overrun);
 }
