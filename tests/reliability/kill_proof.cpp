@@ -120,6 +120,9 @@ class Proof {
     return safe && kept && unreadable_ == 0 && !safe_after_.empty();
   }
 
+  /// What the daemon said last, where it is gone without having been killed.
+  std::string last_words() const { return daemon_ ? daemon_->err() : std::string(); }
+
   std::size_t kills() const { return safe_after_.size(); }
 
  private:
@@ -207,7 +210,11 @@ int main(int argc, char** argv) {
     emtb::Proof proof(options);
     for (int attempts = 0; static_cast<int>(proof.kills()) < options.times && attempts < 3 * options.times;
          ++attempts) {
-      proof.kill_once();
+      try {
+        proof.kill_once();
+      } catch (const emtb::ProtocolError& e) {
+        throw emtb::Error(std::string(e.what()) + "; it said:\n" + proof.last_words());
+      }
     }
     return proof.report() ? 0 : 1;
   } catch (const std::exception& e) {
