@@ -8,6 +8,7 @@
 #include "drivers/modbus_meter/open.h"
 #include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
+#include "drivers/simulated/plant_port.h"
 
 namespace emtb {
 namespace {
@@ -47,7 +48,10 @@ void refuse_twins(const Bench& bench, const InputDevice& input, const BenchConfi
 Bench open_bench(const BenchConfig& config) {
   Bench bench;
   std::shared_ptr<simulated::World> world;
-  if (config.simulation) {
+  if (config.simulation && simulated::plant_process_name(*config.simulation)) {
+    bench.clock = std::make_shared<MonotonicClock>();
+    simulated::read_plant(*config.simulation);  // for its complaints; the plant itself is in its own process
+  } else if (config.simulation) {
     bench.clock = simulated::open_clock(*config.simulation);
     world = simulated::open_world(*config.simulation, bench.clock);
   } else {

@@ -16,6 +16,12 @@ void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::str
 /// investigate: daemon and diagnosis together.
 void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 
+/// bench spin: the guided first turn.
+void add_bench_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
+
+/// latency: whether the computer keeps the bench's rate.
+void add_latency_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
+
 /// calibrate, compare, diagnose, add: a model beside sessions.
 void add_model_commands(CommandLine& line);
 

@@ -62,7 +62,8 @@ int status(const Options& options) {
   const json& late = now["loop"]["late_us"];
   std::cout << "loop: " << number(now["loop"]["rate"]) << " Hz, late " << number(late["p50"]) << " us typically, "
             << number(late["p99"]) << " us in 1 % of the ticks, " << now["loop"]["missed"].dump()
-            << " deadlines missed\n";
+            << " deadlines missed; works for " << number(now["loop"]["work_us"]["p50"]) << " us typically\n";
+  if (!now["black_box"].is_null()) std::cout << "black box: " << now["black_box"].get<std::string>() << "\n";
   return 0;
 }
 

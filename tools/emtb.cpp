@@ -8,6 +8,8 @@ int main(int argc, char** argv) {
   line.global().option("--socket", *socket,
                        "where the daemon listens [$XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock]");
   emtb::add_daemon_commands(line, socket);
+  emtb::add_bench_command(line, socket);
+  emtb::add_latency_command(line, socket);
   emtb::add_model_commands(line);
   emtb::add_file_commands(line);
   emtb::add_estimate_command(line);

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/bench.h"
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/yaml.h"
@@ -45,8 +46,7 @@ class Bench {
     rate_ = config["rate"];
     low_ = o.reach * config["reference"]["min"].get<double>();
     high_ = o.reach * config["reference"]["max"].get<double>();
-    const YamlMap bench = YamlMap::parse(config["text"].get<std::string>(), name_);
-    if (bench.has("limits")) longest_ = bench.map("limits").number_or("time", longest_);
+    longest_ = parse_bench(config["text"], config["file"].get<std::string>()).limits.time.value_or(longest_);
     for (const auto& channel : config["channels"]) {
       if (const auto signal = signal_named(channel["signal"].get<std::string>())) signals_.push_back(*signal);
     }

@@ -94,8 +94,8 @@ TEST(Registry, TheSimulationIsCheckedStrictly) {
   EXPECT_EQ(bad("pace: max", "pace: fast"), "b.yaml:10: simulation.pace must be a number, not `fast`");
   EXPECT_EQ(
       bad("pace: max", "pase: max"),
-      "b.yaml:10: simulation.pase is not known here. Known: pace, seed, laws, driver, motor, friction, shaft, load, "
-      "sensors");
+      "b.yaml:10: simulation.pase is not known here. Known: pace, process, seed, laws, driver, motor, friction, shaft, "
+      "load, sensors");
   EXPECT_EQ(bad("  friction:", "  driver: {min: 3, max: 2}\n  friction:"),
             "b.yaml:12: simulation.driver.max leaves no voltage. Write a max above min");
 }
