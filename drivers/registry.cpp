@@ -8,16 +8,16 @@
 #include "drivers/modbus_meter/open.h"
 #include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
+#include "drivers/usb1608g/open.h"
 
 namespace emtb {
 namespace {
 
 /// Every driver there is: one line each, and a folder.
 constexpr std::array drivers{
-    Driver{"modbus_meter", modbus_meter::open_meter},
-    Driver{"serial_meter", serial_meter::open_meter},
-    Driver{"simulated_daq", simulated::open_daq},
-    Driver{"simulated_meter", simulated::open_meter},
+    Driver{"modbus_meter", modbus_meter::open_meter}, Driver{"serial_meter", serial_meter::open_meter},
+    Driver{"simulated_daq", simulated::open_daq},     Driver{"simulated_meter", simulated::open_meter},
+    Driver{"usb1608g", usb1608g::open_card},
 };
 
 const Driver& driver_of(const BenchConfig::Device& device) {

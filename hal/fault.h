@@ -20,6 +20,8 @@ enum class Fault : std::uint16_t {
   device_lost = 301,      ///< an input device does not answer any more
   output_failed = 302,    ///< the reference output refused a value
   wrong_function = 303,   ///< a meter measures something else than the bench file says
+  samples_lost = 304,     ///< a card's buffer overran: the host took its samples too slowly
+  scan_broken = 305,      ///< a card's scan stopped, or came in pieces that cannot be
   overrun = 401,          ///< the loop missed too many deadlines
   recorder_failed = 501,  ///< the session cannot be written
   recorder_behind = 502,  ///< the ring to the recorder is full

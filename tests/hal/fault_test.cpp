@@ -9,7 +9,8 @@ TEST(Faults, EachSaysItsNameAndWhatHappened) {
   for (const Fault fault :
        {Fault::over_speed, Fault::over_current, Fault::over_torque, Fault::run_too_long, Fault::non_finite,
         Fault::stale_signal, Fault::over_range, Fault::device_lost, Fault::output_failed, Fault::wrong_function,
-        Fault::overrun, Fault::recorder_failed, Fault::recorder_behind, Fault::client_lost, Fault::terminated}) {
+        Fault::samples_lost, Fault::scan_broken, Fault::overrun, Fault::recorder_failed, Fault::recorder_behind,
+        Fault::client_lost, Fault::terminated}) {
     EXPECT_NE(text(fault).find(": "), std::string_view::npos) << text(fault);
   }
   EXPECT_EQ(text(Fault::none), "no fault");
