@@ -62,7 +62,11 @@ void Output::open() {
     throw DeviceError(link_->name() + ": has no analog output " + std::to_string(settings_.channel) +
                       (model.outputs > 0 ? ". It has 0 and 1" : ". Only the -2AO has any"));
   }
-  configure_fpga(*link_, settings_.card.fpga);
+  if (thread_.joinable()) {  // two that load an image at a time would spoil it: the input does
+    if ((link_->status() & status_bit::fpga_configured) == 0) throw DeviceError(link_->name() + ": has no FPGA image");
+  } else {
+    configure_fpga(*link_, settings_.card.fpga);
+  }
   correction_ =
       read_calibration(*link_, settings_.card.calibrated).outputs[static_cast<std::size_t>(settings_.channel)];
 }

@@ -40,7 +40,7 @@ class Output final : public AnalogOutput {
   Limits limits() const noexcept override { return settings_.limits; }
 
  private:
-  void open();
+  void open();  ///< in the constructor with an FPGA image, where there is none
   void write(double volts);
   void check();
   void run() noexcept;
