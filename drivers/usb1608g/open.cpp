@@ -89,6 +89,7 @@ OpenedDevice open_card(const OpenRequest& request) {
   if (request.drives_reference()) {
     opened.output = std::make_unique<Output>(request.device.name, read_output(request.bench.reference, input.card));
   }
+  if (request.output_only) return opened;
   opened.input = std::make_unique<Input>(request.device.name, request.clock, input);
   return opened;
 }

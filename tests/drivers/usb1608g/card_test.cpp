@@ -12,7 +12,7 @@
 namespace emtb::usb1608g {
 namespace {
 
-using ::testing::Each;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -326,8 +326,12 @@ TEST_F(Usb1608gCard, InUseByAnotherProgramIsMadeSafeAllTheSame) {
   open();
   output().set(6);
   ASSERT_TRUE(eventually([&] { return board->output(0) > 5.9; }, 10));
-  const Output beside("daq", {.card = {}, .limits = {.min = 0, .max = 6, .safe = 0}});
-  EXPECT_EQ(board->written(0).back(), 0x8000);
+  const TemporaryFile file(".yaml",
+                           "name: b\nreference: {device: daq, min: 0, max: 6, safe: 0}\ndevices:\n  daq: {driver: "
+                           "usb1608g, channels: {" +
+                               channels + "}}\n  meter: {driver: serial_meter}\n");
+  open_reference(read_bench(file.path()));
+  EXPECT_THAT(board->written(0), Contains(0x8000));
   EXPECT_THAT(refusal(), HasSubstr("is in use by another program. Close that one"));
 }
 

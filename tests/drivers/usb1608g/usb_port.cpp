@@ -83,7 +83,8 @@ void UsbPort::on_vanished(UMockdevIoctlBase*, UMockdevIoctlClient* client, UsbPo
 
 int UsbPort::claim(Client& program) {
   const bool taken = std::ranges::any_of(clients_, [&](const auto& entry) {
-    return entry.second.owns && connected(entry.second) && &entry.second != &program;
+    const auto& [client, other] = entry;
+    return other.owns && &other != &program && connected(other) && umockdev_ioctl_client_get_connected(client) != 0;
   });
   program.owns = program.owns || !taken;
   return taken ? EBUSY : 0;
