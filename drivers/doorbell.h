@@ -30,10 +30,14 @@ class Doorbell {
   /// Returns once it rings, or has rung since the wait before; or after so many seconds.
   void wait(double seconds) const noexcept {
     pollfd bell{.fd = file_, .events = POLLIN, .revents = 0};
-    if (poll(&bell, 1, static_cast<int>(std::ceil(std::max(seconds, 0.0) * 1e3))) <= 0) return;
+    if (poll(&bell, 1, static_cast<int>(std::ceil(std::max(seconds, 0.0) * 1e3))) > 0) answer();
+  }
+  /// It rings no longer.
+  void answer() const noexcept {
     std::uint64_t rung = 0;
     [[maybe_unused]] const ssize_t got = read(file_, &rung, sizeof rung);
   }
+  int descriptor() const noexcept { return file_; }  ///< readable while it rings
 
  private:
   int file_;

@@ -6,6 +6,7 @@
 
 #include "drivers/driver.h"
 #include "drivers/modbus_meter/open.h"
+#include "drivers/serial_daq/open.h"
 #include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
 #include "drivers/usb1608g/open.h"
@@ -17,6 +18,7 @@ namespace {
 // clang-format off
 constexpr std::array drivers{
     Driver{"modbus_meter", modbus_meter::open_meter},
+    Driver{"serial_daq", serial_daq::open_board},
     Driver{"serial_meter", serial_meter::open_meter},
     Driver{"simulated_daq", simulated::open_daq},
     Driver{"simulated_meter", simulated::open_meter},
