@@ -199,17 +199,19 @@ void Board::take(const Sample& sample) {
   const auto ahead = static_cast<std::uint16_t>(sample.number - static_cast<std::uint16_t>(scan_.next));
   if (scan_.next == 0 && ahead > settings_.rate) return;  // of the scan before, on its way when this one was asked for
   const std::uint64_t number = scan_.next + ahead;
-  scan_.times.arrived(number, clock_->now() - settings_.line.wire_time(20));
+  scan_.times.arrived(number, clock_->now() - settings_.line.wire_time(24));
   const double time = scan_.times.time_of(number);
-  const std::int32_t step = scan_.counts ? static_cast<std::int32_t>(sample.counts - *scan_.counts) : 0;
+  const std::int32_t step = scan_.before ? static_cast<std::int32_t>(sample.counts - scan_.before->counts) : 0;
+  const double elapsed = scan_.before ? (sample.micros - scan_.before->micros) * 1e-6 : 0;  // [s]
   scan_.turned += step;
-  const bool after_gap = !scan_.counts || ahead > 0;
+  const bool after_gap = elapsed <= 0 || ahead > 0;
   for (const BoardChannel& channel : settings_.channels) {
     const bool speed = std::holds_alternative<Encoder>(channel.source) && channel.signal == Signal::omega;
     if (speed && after_gap) continue;  // its mean would be over the gap as well
-    handover_.deliver(channel.signal, time, value(channel, sample, speed ? step : static_cast<double>(scan_.turned)));
+    handover_.deliver(channel.signal, time,
+                      value(channel, sample, speed ? step / elapsed : static_cast<double>(scan_.turned)));
   }
-  scan_.counts = sample.counts;
+  scan_.before = sample;
   scan_.next = number + 1;
   heard_ = machine_.now();
   if (sample.watchdog && told_duty_ != 0) dropped_ = true;
@@ -223,7 +225,7 @@ double Board::value(const BoardChannel& channel, const Sample& sample, double co
   };
   if (const auto* analog = std::get_if<Analog>(&channel.source)) return measured(*analog);
   if (const auto* encoder = std::get_if<Encoder>(&channel.source)) {
-    return encoder->per_count * counted * (channel.signal == Signal::omega ? settings_.rate : 1);
+    return encoder->per_count * counted;
   }
   const auto* volts = std::get_if<double>(&settings_.bus);
   const double bus = volts != nullptr ? *volts : measured(std::get<Analog>(settings_.bus));

@@ -80,11 +80,11 @@ class Board {
   struct Scan {  ///< since the board was last told to sample
     explicit Scan(double period) : times(period, SampleClock::resonator) {}
     SampleClock times;
-    std::uint64_t next = 0;               ///< number that is expected
-    std::optional<std::uint32_t> counts;  ///< of the sample before, where that came
-    std::int64_t turned = 0;              ///< counts since the scan began
-    std::uint64_t broken = 0;             ///< frames, at the last look
-    double looked = 0;                    ///< [s] then
+    std::uint64_t next = 0;        ///< number that is expected
+    std::optional<Sample> before;  ///< the last that came
+    std::int64_t turned = 0;       ///< counts since the scan began
+    std::uint64_t broken = 0;      ///< frames, at the last look
+    double looked = 0;             ///< [s] then
   };
 
   void connect();
@@ -95,7 +95,7 @@ class Board {
   void hear(std::string_view bytes);
   void take(std::span<const std::uint8_t> message);
   void take(const Sample& sample);
-  double value(const BoardChannel& channel, const Sample& sample, double since) const noexcept;
+  double value(const BoardChannel& channel, const Sample& sample, double counted) const noexcept;
   std::int16_t duty_of(double volts) const noexcept;
   void ask_for_samples();
 

@@ -4,10 +4,14 @@ namespace emtb::serial_daq {
 namespace {
 
 constexpr std::size_t shortest_hello = 8;
-constexpr std::size_t sample_size = 16;
+constexpr std::size_t sample_size = 20;
 
 std::uint16_t word(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
   return static_cast<std::uint16_t>(bytes[at] | bytes[at + 1] << 8U);
+}
+
+std::uint32_t long_word(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
+  return word(bytes, at) | static_cast<std::uint32_t>(word(bytes, at + 2)) << 16U;
 }
 
 }  // namespace
@@ -30,8 +34,9 @@ std::optional<Sample> read_sample(std::span<const std::uint8_t> message) noexcep
   Sample sample{.number = word(message, 1),
                 .watchdog = (message[3] & 1U) != 0,
                 .duty = static_cast<std::int16_t>(word(message, 4)),
-                .counts = word(message, 6) | static_cast<std::uint32_t>(word(message, 8)) << 16U};
-  for (std::size_t k = 0; k < analog_inputs; ++k) sample.analog[k] = word(message, 10 + 2 * k);
+                .counts = long_word(message, 6),
+                .micros = long_word(message, 10)};
+  for (std::size_t k = 0; k < analog_inputs; ++k) sample.analog[k] = word(message, 14 + 2 * k);
   return sample;
 }
 

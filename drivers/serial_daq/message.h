@@ -29,6 +29,7 @@ struct Sample {
   bool watchdog = false;     ///< the board has dropped the PWM because the host was silent
   std::int16_t duty = 0;     ///< as it stands at the pins, -pwm_top to pwm_top
   std::uint32_t counts = 0;  ///< of the encoder, modulo 2^32
+  std::uint32_t micros = 0;  ///< [us] of the board's clock at that count, modulo 2^32
   std::array<std::uint16_t, analog_inputs> analog{};
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double lowest_rate = 20;        // [Hz] below, no limit would be checked in time
 constexpr double highest_rate = 2000;     // [Hz]
-constexpr std::size_t sample_frame = 20;  // [bytes]
+constexpr std::size_t sample_frame = 24;  // [bytes]
 constexpr double busiest = 0.9;           // of the line
 
 class Input final : public InputDevice {

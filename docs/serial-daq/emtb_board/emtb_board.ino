@@ -149,17 +149,20 @@ void receive() {
 void sample() {
   if (period_us == 0 || (int32_t)(micros() - next_us) < 0) return;
   next_us += period_us;
-  uint8_t message[18] = {'D'};
+  uint8_t message[22] = {'D'};
   noInterrupts();
   const uint32_t counted = counts;
+  const uint32_t at = micros();
   interrupts();
   put16(message + 1, number++);
   message[3] = dropped ? 1 : 0;
   put16(message + 4, duty);
   put16(message + 6, counted & 0xFFFF);
   put16(message + 8, counted >> 16);
-  for (uint8_t k = 0; k < 3; ++k) put16(message + 10 + 2 * k, analogRead(PIN_ANALOG[k]));
-  send(message, 16);
+  put16(message + 10, at & 0xFFFF);
+  put16(message + 12, at >> 16);
+  for (uint8_t k = 0; k < 3; ++k) put16(message + 14 + 2 * k, analogRead(PIN_ANALOG[k]));
+  send(message, 20);
 }
 
 void setup() {

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -20,6 +19,7 @@ struct Hardware {
   void (*edge)() = nullptr;
   std::string received;                              ///< not yet read
   std::function<void(const std::string&)> transmit;  ///< takes what the board sends
+  std::uint32_t now = 0;                             ///< [us]
   int room = 63;                                     ///< [bytes] in the send buffer
 };
 
@@ -28,11 +28,7 @@ inline Hardware hardware;
 constexpr int LOW = 0, HIGH = 1, INPUT_PULLUP = 2, OUTPUT = 1, CHANGE = 1;
 constexpr std::uint8_t A0 = 14, A1 = 15, A2 = 16;
 
-inline std::uint32_t micros() {
-  return static_cast<std::uint32_t>(
-      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch())
-          .count());
-}
+inline std::uint32_t micros() { return hardware.now; }
 inline void pinMode(int, int) {}
 inline int digitalRead(std::uint8_t pin) { return hardware.digital[pin]; }
 inline void digitalWrite(std::uint8_t pin, int level) { hardware.digital[pin] = level; }

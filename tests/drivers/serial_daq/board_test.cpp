@@ -94,19 +94,20 @@ TEST(SerialDaqFrame, NoiseIsNeverTakenForAMessageMoreOftenThanItsCrcAllows) {
 
 TEST(SerialDaqMessage, IsReadOnlyWhereItIsWhole) {
   EXPECT_FALSE(read_hello(bytes_of("H123456")));
-  EXPECT_FALSE(read_sample(bytes_of("D12345678901234")));
-  EXPECT_FALSE(read_sample(bytes_of("E123456789012345")));
+  EXPECT_FALSE(read_sample(bytes_of("D123456789012345678")));
+  EXPECT_FALSE(read_sample(bytes_of("E1234567890123456789")));
   const auto hello = read_hello(std::array<std::uint8_t, 11>{'H', 1, 255, 0, 255, 3, 200, 0, 'u', 7, 'n'});
   ASSERT_TRUE(hello);
   EXPECT_EQ(hello->analog_top, 1023);
   EXPECT_EQ(hello->name, "un");
   const auto sample =
-      read_sample(std::array<std::uint8_t, 16>{'D', 1, 2, 1, 0xFF, 0xFF, 1, 0, 0, 128, 4, 3, 0, 0, 0, 0});
+      read_sample(std::array<std::uint8_t, 20>{'D', 1, 2, 1, 0xFF, 0xFF, 1, 0, 0, 128, 7, 0, 1, 0, 4, 3, 0, 0, 0, 0});
   ASSERT_TRUE(sample);
   EXPECT_EQ(sample->number, 0x0201);
   EXPECT_TRUE(sample->watchdog);
   EXPECT_EQ(sample->duty, -1);
   EXPECT_EQ(sample->counts, 0x80000001U);
+  EXPECT_EQ(sample->micros, 0x10007U);
   EXPECT_EQ(sample->analog[0], 0x0304);
 }
 
@@ -307,7 +308,7 @@ TEST_F(SerialDaqBoard, WhereThereIsNoneOrAnotherSaysSo) {
 TEST_F(SerialDaqBoard, EachMistakeInTheBenchFileHasItsLine) {
   EXPECT_EQ(
       refusal(", rate: 600" + usual),
-      "yaml:5: devices.daq.rate is more than the line carries: at 115200 baud 518 Hz. Write less, or a faster line");
+      "yaml:5: devices.daq.rate is more than the line carries: at 115200 baud 432 Hz. Write less, or a faster line");
   EXPECT_EQ(refusal(", counts: 2000"),
             "yaml:5: devices.daq.bus is missing: the supply of the H bridge, {volts: 12} or {from: A1, scale: 25}");
   EXPECT_EQ(refusal(", bus: {volts: 12}"),

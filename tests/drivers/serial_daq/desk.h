@@ -81,6 +81,7 @@ class Desk {
     const double at_pins = (hardware.digital[8] != 0 ? -1 : 1) * hardware.pwm[9] / 255.0;
     plant_.advance(std::max(now - last_, 1e-6), at_pins * bus);
     last_ = now;
+    hardware.now = static_cast<std::uint32_t>(static_cast<std::uint64_t>(now * 1e6));
     count_to(std::floor(plant_.theta() / (2 * std::numbers::pi) * counts));
     hardware.analog[arduino::A0] = static_cast<int>(std::lround(std::clamp(511.5 + plant_.i_a() * 51.15, 0.0, 1023.0)));
     hardware.analog[arduino::A1] = static_cast<int>(std::lround(bus / 25 * 1023));
