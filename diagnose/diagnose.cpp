@@ -64,12 +64,17 @@ class Search {
     return trial;
   }
 
+  /// A fitted model with its standard errors.
+  Model judged(const Model& fitted) const {
+    return calibrate(data_.train, fitted,
+                     {.extra_starts = 0, .max_iterations = 0, .tolerance = 0, .with_covariance = true, .outputs = {}})
+        .model;
+  }
+
   /// Do the data tell the size of an effect, to three standard errors that hold for coloured residuals? A gain that
   /// several parameters of the model share out among themselves is nobody's.
   bool determined(const Model& fitted, std::size_t effect) const {
-    const CalibrationOptions judge_only{
-        .extra_starts = 0, .max_iterations = 0, .tolerance = 1e-6, .with_covariance = true, .outputs = {}};
-    const Model judged = calibrate(data_.train, fitted, judge_only).model;
+    const Model judged = this->judged(fitted);
     const EffectInfo& about = judged.about(effect);
     const std::vector<Parameter>& included = judged.parameters_of(effect);
     bool any_amplitude = false;
@@ -113,7 +118,7 @@ class Search {
 
   /// Refits of the best-scored candidates. All of them descend a few steps; those that by then remove far less than the
   /// best do not go on.
-  std::vector<std::pair<Score, Trial>> refits(const Trial& fitted, const std::vector<Score>& all) const {
+  std::vector<std::pair<Score, Trial>> refits(const Trial& fitted, const std::vector<Score>& all) {
     std::vector<Score> best = promising(all, options_.score);
     std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, fitted.model); });
     if (best.size() > options_.refits) best.resize(options_.refits);
@@ -127,7 +132,9 @@ class Search {
     constexpr double far_less = 0.3;
     std::vector<std::pair<Score, Trial>> trials;
     for (std::size_t i = 0; i < best.size(); ++i) {
-      if (fitted.cost - begun[i].cost >= far_less * most) trials.emplace_back(best[i], fit(begun[i].model));
+      if (fitted.cost - begun[i].cost < far_less * most) continue;
+      trials.emplace_back(best[i], fit(begun[i].model));
+      remember_valley(trials.back().second.model, best[i].effect);
     }
     return trials;
   }
@@ -139,17 +146,34 @@ class Search {
   }
 
   /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
-  /// valley lies: then from each place that was tried, and the lowest counts.
-  Calibration first_steps(const Model& fitted, const Score& score) const {
-    constexpr int few = 4;
-    Calibration lowest = first_steps(with_expected(fitted, score), few);
-    for (const std::vector<double>& start : score.other_starts) {
-      Score elsewhere = score;
-      elsewhere.expected = start;
-      Calibration other = first_steps(with_expected(fitted, elsewhere), few);
-      if (other.cost < lowest.cost) lowest = std::move(other);
+  /// valley lies: then from each place that was tried, or from the valley that an earlier round found. All take two
+  /// steps, the best two go on, and the lowest counts.
+  Calibration first_steps(const Model& fitted, const Score& score) {
+    constexpr int few = 4, glance = 2;
+    constexpr std::size_t go_on = 2;
+    std::vector<Score::Start> starts = score.starts;
+    if (const auto valley = valleys_.find(score.effect); valley != valleys_.end() && starts.size() > 1) {
+      starts.resize(1);
+      starts.push_back({valley->second, valley->second, {}});
     }
-    return lowest;
+    std::vector<Calibration> begun;
+    for (const Score::Start& start : starts) {
+      const Model there = with_effect(data_.train, fitted, score.effect, start);
+      begun.push_back(first_steps(there, starts.size() > go_on ? glance : few));
+    }
+    std::ranges::stable_sort(begun, {}, &Calibration::cost);
+    if (begun.size() > go_on) {
+      begun.resize(go_on);
+      for (Calibration& c : begun) c = first_steps(c.model, few - glance);
+    }
+    return *std::ranges::min_element(begun, {}, &Calibration::cost);
+  }
+
+  /// Where the refit of an effect ended, for later rounds to start from.
+  void remember_valley(const Model& model, std::size_t effect) {
+    std::vector<double>& values = valleys_[effect];
+    values.clear();
+    for (const Parameter& p : model.parameters_of(effect)) values.push_back(p.value);
   }
 
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const {
@@ -166,7 +190,8 @@ class Search {
 
   const Dataset& data_;
   const DiagnoseOptions& options_;
-  std::map<std::vector<std::size_t>, Round> rounds_;  // by the effects added to the model as given
+  std::map<std::vector<std::size_t>, Round> rounds_;    // by the effects added to the model as given
+  std::map<std::size_t, std::vector<double>> valleys_;  // parameters of each effect where its last refit ended
 };
 
 /// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
@@ -333,10 +358,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   d.undetermined = last.identifiability.undetermined;
   d.final_train = current.train;
   d.final_held_out = current.held_out.error();
-  d.base =
-      calibrate(data.train, d.base,
-                {.extra_starts = 0, .max_iterations = 5, .tolerance = 1e-6, .with_covariance = true, .outputs = {}})
-          .model;
+  d.base = search.judged(d.base);
   d.where_final = residual_maps(all, d.final);
   if (!d.missing_base.empty()) d.missing_final = missing_curves(data.train, d.final);
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);

@@ -98,8 +98,14 @@ std::vector<double> knots_for(const Stay& stay) {
   std::ranges::sort(knots);
   std::vector<double> seconds(knots.size(), 0.0);
   for (std::size_t k = 0; k < stay.value.size(); ++k) {
-    const auto nearest = std::ranges::min_element(
-        knots, {}, [&](double knot) { return std::abs(knot - stay.value[k]) + (knot * stay.value[k] < 0 ? most : 0); });
+    // Of the two around it, the nearer on its own side of zero.
+    const auto distance = [&](auto knot) {
+      if (knot == knots.end()) return std::numeric_limits<double>::infinity();
+      return std::abs(*knot - stay.value[k]) + (*knot * stay.value[k] < 0 ? most : 0);
+    };
+    const auto above = std::ranges::lower_bound(knots, stay.value[k]);
+    const auto below = above == knots.begin() ? knots.end() : above - 1;
+    const auto nearest = distance(below) < distance(above) ? below : above;
     if (nearest != knots.end()) seconds[static_cast<std::size_t>(nearest - knots.begin())] += stay.seconds[k];
   }
   std::vector<double> visited;

@@ -384,7 +384,8 @@ Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& eviden
   const std::vector<std::size_t> amplitudes = h.amplitudes();
   Score result;
   result.effect = h.effect;
-  result.expected.assign(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(about.parameter_count));
+  const std::vector<double> from(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(about.parameter_count));
+  std::vector<double> expected = from;
   const OwnSums own = fitted.all();
   const CrossSums cross = evidence.all();
   const VectorXd full = cross.cc.diagonal();
@@ -394,9 +395,11 @@ Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& eviden
   const VectorXd step = about.fades() ? VectorXd::Ones(1) : expected_step(projected, h, full);
   if (!about.fades()) {
     for (std::size_t i = 0; i < amplitudes.size(); ++i) {
-      result.expected[amplitudes[i]] += step[static_cast<Eigen::Index>(i)];
+      expected[amplitudes[i]] += step[static_cast<Eigen::Index>(i)];
     }
   }
+  const VectorXd others = -product(imitated, step);
+  result.starts.push_back({from, expected, {others.begin(), others.end()}});
   result.predicted_drop = std::max(0.0, 2 * step.dot(projected.gradient) - step.dot(projected.information * step));
   result.predicted_gain = largest_gain(fitted, evidence, imitated, step);
   result.visibility = full[0] > 0 ? std::sqrt(std::clamp(projected.information(0, 0) / full[0], 0.0, 1.0)) : 0;
@@ -416,9 +419,13 @@ Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& eviden
   double size = detectable(fitted, evidence, imitated, whitened.information(0, 0), candidates, options);
   if (about.fades()) {
     // `size` is a share of this effect; its parameter lies between where it is absent and where it was tried, about
-    // evenly in the inverse.
+    // evenly, or where it is absent at infinity evenly in the inverse.
     const double absent = about.clips ? 1 / fitted.seen.voltage : 0;
-    size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
+    if (about.sudden) {
+      size *= h.at[0];
+    } else {
+      size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
+    }
   }
   result.detectable_size = size;
   return result;
@@ -447,10 +454,11 @@ Score score_of_order(const Fitted& fitted, const Hypothesis& h, const std::vecto
   gain = readings > 0 ? found / readings : 0;
   Score result;
   result.effect = h.effect;
-  result.expected.assign(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(h.about().parameter_count));
+  const std::vector<double> from(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(h.about().parameter_count));
+  result.starts.push_back({from, from, {}});
   result.detectable_size = infinity;
   if (freedom == 0) return result;
-  result.expected[0] = std::sqrt(found / information);
+  result.starts.front().expected[0] = std::sqrt(found / information);
   result.predicted_drop = found;
   result.predicted_gain = gain;
   result.visibility = 1;
@@ -517,6 +525,7 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
   std::optional<std::vector<Order>> orders;
   for (const std::size_t effect : candidates) {
     const EffectInfo& about = fitted.model.about(effect);
+    if (about.sudden && !fitted.model.includes(effect_index(about.needs))) continue;
     if (!about.periodic) {
       for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {
         for (std::size_t i = 0; i < about.parameter_count; ++i) {
@@ -632,15 +641,16 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
     if (tried.empty()) {  // no order of the shaft stands out
       scores.emplace_back();
       scores.back().effect = effect;
-      scores.back().expected.assign(model.about(effect).parameter_count, 0.0);
+      const std::vector<double> nothing(model.about(effect).parameter_count, 0.0);
+      scores.back().starts.push_back({nothing, nothing, {}});
       scores.back().detectable_size = infinity;
       continue;
     }
     Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
     const bool shaped = std::ranges::any_of(model.about(effect).parameters(), &EffectParameter::shape);
-    if (model.about(effect).fades() && shaped) {
+    if (model.about(effect).fades() && (shaped || model.about(effect).sudden)) {
       for (const Score& other : tried) {
-        if (other.expected != best.expected) best.other_starts.push_back(other.expected);
+        if (other.expected() != best.expected()) best.starts.push_back(other.starts.front());
       }
     }
     best.p_value = std::min(
@@ -669,16 +679,42 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
   return scores;
 }
 
-Model with_expected(const Model& model, const Score& score) {
-  Model extended = model;
-  extended.include(score.effect);
-  std::vector<Parameter>& added = extended.parameters_of(score.effect);
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    Parameter& p = added[i];
-    if (p.fixed) continue;
-    p.value = std::clamp(score.expected[i], p.min, p.max);
+Model with_effect(std::span<const PreparedRun> records, const Model& fitted, std::size_t effect,
+                  const Score::Start& start) {
+  const FreeParameters free(fitted);
+  const auto at = [&](double share) {
+    Model extended = fitted;
+    for (std::size_t i = 0; i < start.others.size(); ++i) {
+      Parameter& p = extended.at(free.places()[i]);
+      p.value = std::clamp(p.value + share * start.others[i], p.min, p.max);
+    }
+    extended.include(effect);
+    std::vector<Parameter>& added = extended.parameters_of(effect);
+    for (std::size_t i = 0; i < added.size(); ++i) {
+      Parameter& p = added[i];
+      if (p.fixed) continue;
+      p.value = std::clamp(start.from[i] + share * (start.expected[i] - start.from[i]), p.min, p.max);
+    }
+    return extended;
+  };
+  const auto squares = [&](const Model& model) {
+    double sum = 0;
+    for (const Residuals& r : residuals(records, model, model.values(), {})) sum += r.value.squaredNorm();
+    return sum;
+  };
+  const double before = squares(fitted);
+  Model best = at(1);
+  double least = squares(best);
+  // The score is linear; what it expects of an effect that another imitates can be far off.
+  for (const double share : {0.5, 0.2, 0.05}) {
+    if (least < before) break;
+    Model nearer = at(share);
+    if (const double cost = squares(nearer); !(cost >= least)) {
+      least = cost;
+      best = std::move(nearer);
+    }
   }
-  return extended;
+  return best;
 }
 
 }  // namespace emtb

@@ -25,15 +25,23 @@ namespace emtb {
 /// autoregression per record and signal) is a gate only: with 10^5 readings every wrong model is significant. Sources:
 /// Davidson and MacKinnon (1993), ch. 6 (Gauss-Newton regression); Saris, Satorra and van der Veld (2009).
 struct Score {
-  std::size_t effect = 0;        ///< as the model numbers them: of the catalogue, then the formulas on offer
-  std::vector<double> expected;  ///< in the order of the effect's parameters, SI
-  std::vector<std::vector<double>> other_starts;  ///< of an effect that fades and has a shape: where else it was tried
-  double predicted_drop = 0;                      ///< of the sum of squares in units of sigma^2
-  double predicted_gain = 0;                      ///< largest mean square, in units of sigma^2, that goes from a signal
+  /// A way from the fitted model to the one with the effect; values in the order of the effect's parameters, SI.
+  struct Start {
+    std::vector<double> from;      ///< where the effect was scored
+    std::vector<double> expected;  ///< what a refit would find, to first order
+    std::vector<double> others;    ///< by how much the fitted parameters then change; empty: not at all
+  };
+
+  std::size_t effect = 0;     ///< as the model numbers them: of the catalogue, then the formulas on offer
+  std::vector<Start> starts;  ///< the best, and for an effect that fades and has a shape where else it was tried
+  double predicted_drop = 0;  ///< of the sum of squares in units of sigma^2
+  double predicted_gain = 0;  ///< largest mean square, in units of sigma^2, that goes from a signal
   double visibility = 0;
   double p_value = 1;
   double detectable_size = 0;  ///< of the first parameter: found with power 0.8; infinite where it cannot be seen, or
                                ///< for one that fades, 0
+
+  const std::vector<double>& expected() const { return starts.front().expected; }
 };
 
 struct ScoreOptions {
@@ -51,7 +59,9 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitt
 /// drop first.
 std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& options = {});
 
-/// The model with the scored effect, at the values that the score expects as far as bounds allow: where a refit starts.
-Model with_expected(const Model& model, const Score& score);
+/// The model with the scored effect, where a refit starts: the whole way that the score expects where that lowers the
+/// sum of squares, else as much of it as does.
+Model with_effect(std::span<const PreparedRun> records, const Model& fitted, std::size_t effect,
+                  const Score::Start& start);
 
 }  // namespace emtb

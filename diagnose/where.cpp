@@ -1,8 +1,10 @@
 #include "diagnose/where.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "model/catalogue.h"
@@ -12,6 +14,10 @@ namespace emtb {
 namespace {
 
 constexpr std::size_t bin_count = 12;
+
+/// What residuals are held against, and its name in the contract.
+enum Condition : std::size_t { acceleration, current, speed, direction, elapsed, reference };
+constexpr std::array<std::string_view, 6> conditions{"acceleration", "i_a", "omega", "sign(omega)", "t", "u_ref"};
 
 /// One reading: the condition it was taken in, the residual in SI and in units of sigma.
 struct Point {
@@ -59,7 +65,7 @@ ResidualMap map_of(Signal signal, const std::string& against, const std::vector<
 }  // namespace
 
 std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model) {
-  std::map<std::pair<Signal, std::string>, std::vector<Point>> points;
+  std::map<Signal, std::array<std::vector<Point>, conditions.size()>> points;
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
   Model machine = model;
@@ -75,28 +81,32 @@ std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, con
     const std::vector<Residuals> rs = residuals(records, i, record.structure(model), values, {});
     for (std::size_t s = 0; s < rs.size(); ++s) {
       const Observation& o = record.observations[s];
+      auto& of_signal = points[o.signal];
       for (std::size_t j = 0; j < o.size(); ++j) {
         const std::size_t a = o.first[j], k = o.last[j];
         const auto over = [&](const std::vector<double>& signal) { return mean_over(signal, a, k); };
         const double scaled = rs[s].value[static_cast<Eigen::Index>(j)];
-        const auto put = [&](const char* against, double condition) {
-          points[{o.signal, against}].push_back({condition, scaled * o.sigma[j], scaled});
+        const auto put = [&](Condition against, double condition) {
+          of_signal[against].push_back({condition, scaled * o.sigma[j], scaled});
         };
         const double omega = over(y.omega);
-        put("t", x.t[k]);
-        put("omega", omega);
-        put("sign(omega)", omega > 0 ? 1 : omega < 0 ? -1 : 0);
-        put("i_a", over(y.i_a));
-        if (!x.u_ref.empty()) put("u_ref", x.u_ref[k]);
+        put(elapsed, x.t[k]);
+        put(speed, omega);
+        put(direction, omega > 0 ? 1 : omega < 0 ? -1 : 0);
+        put(current, over(y.i_a));
+        if (!x.u_ref.empty()) put(reference, x.u_ref[k]);
         const std::size_t before = a == k && a > 0 ? a - 1 : a;
-        if (k > before) put("acceleration", (y.omega[k] - y.omega[before]) / (x.t[k] - x.t[before]));
+        if (k > before) put(acceleration, (y.omega[k] - y.omega[before]) / (x.t[k] - x.t[before]));
       }
     }
   }
   std::vector<ResidualMap> maps;
-  for (const auto& [key, list] : points) {
-    ResidualMap map = map_of(key.first, key.second, list);
-    if (!map.bins.empty()) maps.push_back(std::move(map));
+  for (const auto& [signal, of_signal] : points) {
+    for (std::size_t c = 0; c < conditions.size(); ++c) {
+      if (of_signal[c].empty()) continue;
+      ResidualMap map = map_of(signal, std::string(conditions[c]), of_signal[c]);
+      if (!map.bins.empty()) maps.push_back(std::move(map));
+    }
   }
   std::ranges::stable_sort(maps, [](const ResidualMap& a, const ResidualMap& b) {
     return std::pair(a.signal, -a.explained) < std::pair(b.signal, -b.explained);

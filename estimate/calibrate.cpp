@@ -168,7 +168,12 @@ Descent descend(const Problem& problem, const Model& model, std::vector<double> 
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
   Descent result{std::move(x), 0, false, 0};
-  result.cost = 0.5 * cost.at(result.x).rtr;
+  const NormalEquations& start = cost.at(result.x);
+  result.cost = 0.5 * start.rtr;
+  if (!std::isfinite(start.rtr) || !start.sts.allFinite()) {  // a load heavier than the whole rotor, say
+    result.cost = std::numeric_limits<double>::infinity();
+    return result;
+  }
   std::vector<int> held_before{-1};
   while (result.iterations < max_iterations) {
     std::vector<int> held;

@@ -62,11 +62,13 @@ struct EffectInfo {
   std::size_t memory = 0;       ///< how many states of its own it keeps
   bool opposes_motion = false;  ///< an amplitude that cannot be negative
   bool clips = false;           ///< acts beyond its parameter only: what the data reach is its null
+  bool sudden = false;          ///< its null tells nothing of it: tried at sizes of its own
   bool periodic = false;        ///< in the angle; its shapes are found from the data's own spectrum
   std::string_view needs = {};  ///< the effect without which this one makes no sense
 
-  /// Neither amplitude nor null: the effect is there or not, and is judged by trying it.
+  /// Neither amplitude nor null to be seen from: the effect is there or not, and is judged by trying it.
   constexpr bool fades() const {
+    if (sudden) return true;
     bool only_shapes = true;
     for (const EffectParameter& p : parameters()) {
       if (p.null == infinity) return true;

@@ -96,6 +96,8 @@ class Machine {
       e0 = 2.0 * mean - e_driver;
     }
     Scalar e1 = e_driver;
+    const bool follows_driver = structure_.input == Signal::u_ref;
+    const double driven = value_of(0.5 * (e0 + e1));
     if (structure_.measured_voltage) {
       e0 = Scalar(in.e_a_start);
       e1 = Scalar(in.e_a_end);
@@ -118,7 +120,10 @@ class Machine {
       e0 += rise;
       e1 += rise;
     }
-    const bool blocked = conducts && terms_.one_quadrant && value_of(stopping_voltage(0.5 * (e0 + e1) + added_)) <= 0;
+    // A measured voltage is the motor's own while the driver blocks, give or take noise: what the driver would do
+    // tells.
+    const Scalar source = follows_driver ? Scalar(driven) : 0.5 * (e0 + e1);
+    const bool blocked = conducts && terms_.one_quadrant && value_of(stopping_voltage(source + added_)) <= 0;
     if (blocked) solve_for(h, conducts = false);
     if (conducts && any(differs(terms_.contact_drop, Scalar(0.0)))) {
       const Scalar drop = contact_drop(0.5 * (e0 + e1) + added_);

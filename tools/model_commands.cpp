@@ -192,7 +192,8 @@ int add_command(const Options& o) {
               << ", held-out " << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>()))
               << "\n";
   }
-  return fit_and_report(o, with_expected(before.model, scores.front()), data, "added " + o.effect, extra);
+  return fit_and_report(o, with_effect(data.train, before.model, effect, scores.front().starts.front()), data,
+                        "added " + o.effect, extra);
 }
 
 /// The signal that is furthest off, in the run where it is: measured over simulated with the residual below. Where none
@@ -362,7 +363,7 @@ int diagnose_command(const Options& o) {
     const EffectInfo& about = d.about(c.score.effect);
     const EffectParameter& p = about.parameter_list[0];
     const std::string expected =
-        c.score.expected.empty() ? "there" : std::string(p.symbol) + " " + pretty(c.score.expected[0], 3);
+        c.score.expected().empty() ? "there" : std::string(p.symbol) + " " + pretty(c.score.expected()[0], 3);
     candidates.row({std::string(about.id), pretty(c.score.predicted_drop, 3), expected, std::string(p.unit),
                     pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
                     pretty(c.score.detectable_size, 2)});

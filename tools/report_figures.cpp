@@ -230,8 +230,8 @@ NamedFigure promise_figure(const Diagnosis& d) {
     if (c.score.predicted_drop >= 1) {
       label = printed(c.score.predicted_drop, 3);
       const std::string unit = printed_unit(e.parameter_list[0].unit);
-      if (!c.score.expected.empty())
-        label += ": " + symbol_of(std::string(e.parameter_list[0].symbol)) + " = " + printed(c.score.expected[0], 3) +
+      if (!c.score.expected().empty())
+        label += ": " + symbol_of(std::string(e.parameter_list[0].symbol)) + " = " + printed(c.score.expected()[0], 3) +
                  (unit.empty() ? "" : " " + unit);
     }
     labels.push_back(label);

@@ -327,7 +327,7 @@ void candidate_section(Page& page, const Diagnosis& d) {
     const bool promises = c.score.predicted_drop >= 1;
     std::string expected = "–";
     if (promises)
-      expected = c.score.expected.empty() ? "there" : symbol + " = " + printed(c.score.expected[0], 3).append(unit);
+      expected = c.score.expected().empty() ? "there" : symbol + " = " + printed(c.score.expected()[0], 3).append(unit);
     rows.push_back({"`" + d.id(c.score.effect) + "`", promises ? printed(c.score.predicted_drop, 3) : "< 1", expected,
                     printed(c.score.visibility, 2), c.score.p_value < 1e-12 ? "< 10⁻¹²" : printed(c.score.p_value, 2),
                     c.held_out_error ? printed(*c.held_out_error, 3) : "not refitted",

@@ -125,8 +125,8 @@ json to_json(const Diagnosis& d) {
   for (const Candidate& c : d.candidates) {
     json expected = json::object();
     const EffectInfo& about = d.about(c.score.effect);
-    for (std::size_t i = 0; i < c.score.expected.size(); ++i) {
-      expected[std::string(about.parameters()[i].symbol)] = number(c.score.expected[i]);
+    for (std::size_t i = 0; i < c.score.expected().size(); ++i) {
+      expected[std::string(about.parameters()[i].symbol)] = number(c.score.expected()[i]);
     }
     out["candidates"].push_back({{"id", d.id(c.score.effect)},
                                  {"predicted_drop", number(c.score.predicted_drop)},

@@ -13,8 +13,10 @@
 #include <set>
 #include <thread>
 
+#include "config/model.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "session/spec.h"
 #include "tests/blind/answer.h"
 #include "tests/blind/table.h"
 
@@ -23,7 +25,7 @@ namespace {
 
 struct Options {
   std::string cases = "single:40,healthy:20,pair:10,outside:10";
-  std::filesystem::path out = "build/blind", page = "docs/blind.md";
+  std::filesystem::path out = "build/blind", page = "docs/blind.md", keep;
   std::vector<std::string> only;
   std::uint64_t seed = 1;
   double minutes = 1e6;
@@ -117,11 +119,27 @@ Setting setting_of(const Options& options) {
   return options.easy ? Setting::easy : options.brief ? Setting::brief : Setting::laboratory;
 }
 
+/// The case as files, so that a miss can be looked into with `emtb diagnose`.
+void keep(const Case& c, const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  write_model(folder / "model.yaml", c.bench.model);
+  const auto write = [&](const std::vector<Run>& runs, const std::string& name) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      const auto path = folder / (name + "-" + std::to_string(i) + ".h5");
+      std::filesystem::remove(path);
+      write_session(path, {.runs = {runs[i]}, .events = {}, .attributes = {}, .config = {}, .complete = true});
+    }
+  };
+  write(c.train, "train");
+  write(c.held_out, "held-out");
+}
+
 Answer answer_to(const Wanted& w, const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   try {
     const Case c = make_case(w.kind, w.number, options.seed, setting_of(options));
     const double making = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (!options.keep.empty()) keep(c, options.keep);
     Answer a = judge(c);
     a.making_seconds = making;
     return a;
@@ -216,6 +234,7 @@ int main(int argc, char** argv) {
   app.add_option("--out", options.out, "folder of seed-N.jsonl, one line a case")->capture_default_str();
   app.add_option("--page", options.page, "page whose tables are written anew; none: no page")->capture_default_str();
   app.add_option("--only", options.only, "just this case, e.g. single:17: prints its line and keeps nothing");
+  app.add_option("--keep", options.keep, "with --only: folder for the case's model and sessions");
   app.add_option("--seed", options.seed, "another seed is another sample")->capture_default_str();
   app.add_option("--minutes", options.minutes, "begin no further case after this time");
   app.add_option("--jobs", options.jobs, "cases at a time; 1 to measure the time of a diagnosis")

@@ -310,6 +310,19 @@ TEST(Step, TheMotorFollowsTheMeasuredVoltageAndTheDriverPredictsItsOwn) {
   EXPECT_LT(largest_error(staged.omega, motor.omega), 1e-9);
 }
 
+TEST(Step, NoiseOfTheMeasuredVoltageDoesNotDriveAMotorWhoseDriverBlocks) {
+  ModelStructure s = with({"one_quadrant_driver"});
+  s.driver = {.gain = 10, .rise = 1e3, .fall = 1e3, .min = -100, .max = 100};
+  Excitation x = holds(1e-3, {{0.5, 1}, {0.5, 0}});
+  const Trajectory<double> quiet = run(s, servo, x);
+  s.measured_voltage = true;
+  for (std::size_t k = 0; k < x.t.size(); ++k) x.e_a.push_back(quiet.e_a[k] + (k % 2 == 0 ? 0.2 : -0.2));
+  const Trajectory<double> y = run(s, servo, x);
+  EXPECT_GT(y.omega.back(), 50);  // it coasts
+  EXPECT_LT(largest_error(y.omega, quiet.omega), 0.02 * quiet.omega.back());
+  for (std::size_t k = 550; k < x.t.size(); ++k) ASSERT_EQ(y.i_a[k], 0) << "at " << x.t[k] << " s";
+}
+
 TEST(Step, AMeasuredVoltageIsLinearBetweenItsReadings) {
   // Two readings far apart are the same as many on the line between them.
   ModelStructure s = with({"armature_inductance"}, Signal::e_a);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "model/dual.h"
 #include "model/effect.h"
 
@@ -11,18 +13,23 @@ struct Backlash {
       .id = "backlash",
       .name = "backlash",
       .stage = Stage::shaft,
-      .equation = "the shaft's spring acts outside of +-gap/2",
+      .equation = "the shaft's spring acts outside of +-gap/2, and pushes only",
       .what = "A worn coupling or gear lets the shaft turn freely by the gap before it takes the load along.",
       .shows = "A clank at reversals; limit cycles at light load.",
       .told_apart = "From shaft_compliance alone by the start after a reversal, which is too light.",
-      .source = "Nordin and Gutman (2002), Controlling mechanical systems with backlash: dead-zone model",
+      .source =
+          "Nordin and Gutman (2002), Controlling mechanical systems with backlash: dead-zone model that never pulls",
       .parameter_list = {{{.symbol = "gap", .unit = "rad", .null = 0, .min = 0, .max = 7}}},
+      .sudden = true,
       .needs = "shaft_compliance"};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     balance.gap += p[0];
   }
+
+  /// From a good gear to a worn one, in rad. A play smaller than the twist of the spring tells nothing of a large one.
+  static std::vector<StartValues> starts(const Ranges&) { return {{0.003}, {0.01}, {0.03}, {0.1}, {0.3}}; }
 };
 
 }  // namespace emtb

@@ -42,20 +42,23 @@ struct ShaftCompliance {
     const Scalar inertia = J_2 * (2.0 / h);
     // The spring's torque is linear in the mean speed of the motor over a step: what a trapezoidal step of the load
     // makes of it. First the step that is over, now that its end is known; then the one to come.
-    const auto spring = [&](Scalar& bent, Scalar& stiffness) {
+    const auto spring = [&](Scalar& bent, Scalar& stiffness, const Scalar& speed) {
       bent = soft_threshold(twist, 0.5 * balance.gap);
-      const bool in_touch = value_of(balance.gap) == 0 || value_of(bent) != 0;
+      // With a gap, teeth push and never pull: damping cannot hold what is leaving.
+      const double pressed = value_of(bent) * value_of(k * bent + d * (speed - omega_2));
+      const bool in_touch = value_of(balance.gap) == 0 || pressed > 0;
       stiffness = in_touch ? k * (0.5 * h) + d : Scalar(0.0);
       if (!in_touch) bent = Scalar(0.0);
     };
     Scalar bent, stiffness;
-    spring(bent, stiffness);
+    spring(bent, stiffness, omega_before);
+    if (value_of(inertia) <= 0) return;  // nothing behind the spring
     const Scalar mean = 0.5 * (omega_before + x.omega_start);
     const Scalar mean_2 = (inertia * omega_2 + k * bent + stiffness * mean) / (inertia + stiffness);
     twist += h * (mean - mean_2);
     omega_2 = 2.0 * mean_2 - omega_2;
     omega_before = x.omega_start;
-    spring(bent, stiffness);
+    spring(bent, stiffness, x.omega_start);
     balance.viscous += stiffness * inertia / (inertia + stiffness);
     balance.braking_torque += (k * bent - stiffness * omega_2) * inertia / (inertia + stiffness);
     balance.inertia -= J_2;
@@ -64,7 +67,7 @@ struct ShaftCompliance {
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
     for (const double share : {0.2, 0.5}) {                  // of the inertia
-      for (const double frequency : {30.0, 100.0, 300.0}) {  // [rad/s]
+      for (const double frequency : {10.0, 30.0, 100.0, 300.0}) {  // [rad/s]
         const double J_2 = share * seen.inertia, k = frequency * frequency * J_2 * (1 - share);
         all.push_back({k, 0.05 * k / frequency, J_2});
       }
