@@ -5,6 +5,7 @@ int main(int argc, char** argv) {
   emtb::CommandLine line("Runs a DC-motor test bench, and finds out what the model of the motor is missing.",
                          emtb::version);
   emtb::add_daemon_commands(line);
+  emtb::add_devices_command(line);
   emtb::add_model_commands(line);
   emtb::add_file_commands(line);
   emtb::add_estimate_command(line);

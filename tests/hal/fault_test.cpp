@@ -21,6 +21,8 @@ TEST(Faults, NumbersNeverChange) {  // sessions recorded years ago hold them
   EXPECT_EQ(static_cast<int>(Fault::over_speed), 101);
   EXPECT_EQ(static_cast<int>(Fault::non_finite), 201);
   EXPECT_EQ(static_cast<int>(Fault::device_lost), 301);
+  EXPECT_EQ(static_cast<int>(Fault::samples_lost), 304);
+  EXPECT_EQ(static_cast<int>(Fault::scan_broken), 305);
   EXPECT_EQ(static_cast<int>(Fault::overrun), 401);
   EXPECT_EQ(static_cast<int>(Fault::recorder_failed), 501);
   EXPECT_EQ(static_cast<int>(Fault::client_lost), 601);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "drivers/connected.h"
 #include "drivers/registry.h"
 #include "drivers/usb1608g/open.h"
 #include "hal/error.h"
@@ -319,6 +320,24 @@ TEST_F(Usb1608gCard, IsChosenBySerialNumber) {
   EXPECT_THAT(other.written(0), SizeIs(1));
   EXPECT_THAT(board->written(0), IsEmpty());
   EXPECT_THAT(connected_cards(), SizeIs(2));
+}
+
+TEST_F(Usb1608gCard, IsListedWithSerialPortsByTheirLastingNames) {
+  plug();
+  const std::filesystem::path dev =
+      std::filesystem::path(::testing::TempDir()) / ("emtb_dev_" + std::to_string(getpid()));
+  std::filesystem::create_directories(dev / "serial/by-id");
+  for (const char* name : {"ttyUSB0", "ttyUSB1", "ttyACM0", "ttyS0"}) std::ofstream(dev / name) << "";
+  std::filesystem::create_symlink("../../ttyUSB1", dev / "serial/by-id/usb-FTDI_A1B2-if00-port0");
+  std::filesystem::create_symlink("../../ttyACM0", dev / "serial/by-id/usb-Arduino_Uno-if00");
+  std::vector<std::string> lines;
+  for (const auto& [what, entry] : connected_devices(dev)) lines.push_back(what + ": " + entry);
+  std::filesystem::remove_all(dev);
+  const std::string meter = "serial port: driver: serial_meter (or modbus_meter), port: " + dev.string();
+  EXPECT_THAT(lines, ElementsAre("USB-1608GX-2AO: driver: usb1608g, serial: 01A2B3C4",
+                                 "microcontroller board?: driver: serial_daq, port: " + dev.string() +
+                                     "/serial/by-id/usb-Arduino_Uno-if00",
+                                 meter + "/serial/by-id/usb-FTDI_A1B2-if00-port0", meter + "/ttyUSB0"));
 }
 
 TEST_F(Usb1608gCard, InUseByAnotherProgramIsMadeSafeAllTheSame) {
