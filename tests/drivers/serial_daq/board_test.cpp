@@ -144,6 +144,7 @@ class SerialDaqBoard : public ::testing::Test {
   std::string channels =
       "omega: {from: encoder}, theta: {from: encoder}, i_a: {from: A0, scale: 20, offset: -10}, e_a: {from: pwm}";
   const std::string usual = ", counts: 2000, bus: {from: A1, scale: 25}";
+  std::atomic<int> spoilt = 0;  // frames; the desk counts on for as long as it lives
   Desk desk;
   Bench bench;
 };
@@ -207,7 +208,6 @@ TEST_F(SerialDaqBoard, FramesThatAreLostOrDamagedAreAGap) {
   ASSERT_TRUE(log.comes([&] { return log.readings.size() > 100; }));
   log.begin();
   ASSERT_TRUE(log.comes([&] { return log.readings.size() > 100; }));
-  std::atomic<int> spoilt = 0;
   desk.spoil([&](const std::string& frame) {
     const int n = spoilt++;
     std::string damaged = frame;
@@ -231,10 +231,9 @@ TEST_F(SerialDaqBoard, ALineThatDamagesManyFramesIsAFault) {
   open(usual);
   DeviceLog log(input());
   log.begin();
-  int n = 0;
   desk.spoil([&](const std::string& frame) {
     std::string damaged = frame;
-    if (++n % 3 == 0) damaged[4] = static_cast<char>(damaged[4] ^ 0x11);
+    if (++spoilt % 3 == 0) damaged[4] = static_cast<char>(damaged[4] ^ 0x11);
     return damaged;
   });
   ASSERT_TRUE(log.comes([&] { return log.faults.count(Fault::scan_broken) > 0; }));
