@@ -1,0 +1,80 @@
+#include "diagnose/score.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "diagnose/compare.h"
+#include "estimate/calibrate.h"
+#include "estimate/residuals.h"
+#include "model/catalogue.h"
+#include "tests/blind/recording.h"
+
+namespace emtb {
+namespace {
+
+/// A bench's given model, fitted, and the runs that it was fitted to.
+struct FittedBench {
+  Dataset data;
+  Model model;
+};
+
+FittedBench fitted_on(const blind::Bench& bench) {
+  Dataset data = prepare(record(bench, bench.train, 1), {}, bench.model);
+  Model model = calibrate(data.train, bench.model).model;
+  return {std::move(data), std::move(model)};
+}
+
+Score score_of(const FittedBench& bench, std::string_view effect) {
+  return score(bench.data.train, bench.model, std::vector{effect_index(effect)}).front();
+}
+
+double sum_of_squares(const FittedBench& bench, const Model& model) {
+  double sum = 0;
+  for (const Residuals& r : residuals(bench.data.train, model, model.values(), {})) sum += r.value.squaredNorm();
+  return sum;
+}
+
+TEST(Score, ARefitStartsLowerThanTheFittedModelThoughViscousFrictionImitatesWindage) {
+  blind::Bench windy = blind::fast_bench();
+  windy.plant.motor.windage = 3e-8;  // [N m s2/rad2]
+  const FittedBench bench = fitted_on(windy);
+  const Score score = score_of(bench, "windage");
+  Score::Start alone = score.starts.front();
+  alone.others.clear();
+  const double fitted = sum_of_squares(bench, bench.model);
+  const Model start = with_effect(bench.data.train, bench.model, effect_index("windage"), score.starts.front());
+  EXPECT_LT(sum_of_squares(bench, start), 0.5 * fitted);
+  EXPECT_LT(start.base[3].value, bench.model.base[3].value) << "B has to make room";
+  const Model crowded = with_effect(bench.data.train, bench.model, effect_index("windage"), alone);
+  EXPECT_LT(sum_of_squares(bench, crowded), fitted) << "as much of the way as lowers it";
+}
+
+TEST(Score, APlayOfTheCouplingIsTriedAtSizesOfItsOwn) {
+  blind::Bench worn = blind::fast_bench();
+  auto& shaft = worn.plant.shaft;
+  shaft.stiffness = 0.5;  // [N m/rad]
+  shaft.damping = 2e-4;   // [N m s/rad]
+  shaft.J_2 = 2e-5;       // [kg m2]
+  shaft.gap = 0.08;       // [rad]
+  worn.model.include(effect_index("shaft_compliance"));
+  std::vector<Parameter>& coupling = worn.model.parameters_of(effect_index("shaft_compliance"));
+  coupling[0].value = 0.5;
+  coupling[1].value = 2e-4;
+  coupling[2].value = 2e-5;
+  const FittedBench bench = fitted_on(worn);
+  const Score score = score_of(bench, "backlash");
+  EXPECT_GT(score.predicted_drop, 0.2 * sum_of_squares(bench, bench.model));
+  EXPECT_GE(score.expected()[0], 0.03);
+  EXPECT_LE(score.expected()[0], 0.3);
+  EXPECT_GT(score.starts.size(), 1U);
+}
+
+TEST(Score, APlayMeansNothingWithoutACoupling) {
+  const FittedBench bench = fitted_on(blind::fast_bench());
+  const Score score = score_of(bench, "backlash");
+  EXPECT_EQ(score.predicted_drop, 0);
+  EXPECT_EQ(score.p_value, 1);
+}
+
+}  // namespace
+}  // namespace emtb
