@@ -34,6 +34,10 @@ std::string_view text(Fault fault) noexcept {
       return "wrong_function: a meter is set to measure something else than the bench file says, or holds its display";
     case Fault::device_clock:
       return "device_clock: a device's time stamps run ahead of the computer's clock, or backwards";
+    case Fault::samples_lost:
+      return "samples_lost: a card's buffer overran, the host took its samples too slowly";
+    case Fault::scan_broken:
+      return "scan_broken: a card's scan stopped, or came in pieces that cannot be";
     case Fault::overrun:
       return "overrun: the loop missed too many deadlines";
     case Fault::recorder_failed:

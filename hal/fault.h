@@ -25,6 +25,8 @@ enum class Fault : std::uint16_t {
   output_failed = 302,     ///< the reference output refused a value
   wrong_function = 303,    ///< a meter measures something else than the bench file says
   device_clock = 304,      ///< a device's time stamps run ahead of ours, or backwards
+  samples_lost = 305,      ///< a card's buffer overran: the host took its samples too slowly
+  scan_broken = 306,       ///< a card's scan stopped, or came in pieces that cannot be
   overrun = 401,           ///< the loop missed too many deadlines
   recorder_failed = 501,   ///< the session cannot be written
   recorder_behind = 502,   ///< the ring to the recorder is full
@@ -35,10 +37,11 @@ enum class Fault : std::uint16_t {
 
 /// Every fault but none, by number.
 inline constexpr std::array all_faults{
-    Fault::over_speed,      Fault::over_current,    Fault::over_torque,      Fault::run_too_long, Fault::field_lost,
-    Fault::non_finite,      Fault::stale_signal,    Fault::over_range,       Fault::dead_tacho,   Fault::reversed_tacho,
-    Fault::device_lost,     Fault::output_failed,   Fault::wrong_function,   Fault::device_clock, Fault::overrun,
-    Fault::recorder_failed, Fault::recorder_behind, Fault::disk_nearly_full, Fault::client_lost,  Fault::terminated};
+    Fault::over_speed,  Fault::over_current,  Fault::over_torque,     Fault::run_too_long,    Fault::field_lost,
+    Fault::non_finite,  Fault::stale_signal,  Fault::over_range,      Fault::dead_tacho,      Fault::reversed_tacho,
+    Fault::device_lost, Fault::output_failed, Fault::wrong_function,  Fault::device_clock,    Fault::samples_lost,
+    Fault::scan_broken, Fault::overrun,       Fault::recorder_failed, Fault::recorder_behind, Fault::disk_nearly_full,
+    Fault::client_lost, Fault::terminated};
 
 /// What the fault means, for a person: `over_speed: the speed exceeds limits.omega`.
 std::string_view text(Fault fault) noexcept;

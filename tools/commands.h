@@ -37,4 +37,7 @@ void add_paper_command(CommandLine& line);
 /// report: the diagnosis as a page. @param argv the command line, for those who repeat it
 void add_report_command(CommandLine& line, int argc, const char* const* argv);
 
+/// devices: what is connected to this machine.
+void add_devices_command(CommandLine& line);
+
 }  // namespace emtb
