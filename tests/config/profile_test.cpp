@@ -50,7 +50,7 @@ TEST(ProfileFile, EachMistakeHasItsLine) {
   EXPECT_EQ(bad(step_text + "levle: 6\n"),
             "p.yaml:7: levle is not known here. Known: name, kind, level, before, hold, after, rest");
   EXPECT_EQ(bad("name: s\nkind: step\nlevel: 6\nbefore: 1\nafter: 12\n"), "p.yaml:1: hold is missing");
-  EXPECT_EQ(bad("name: s\nkind: sine\n"), "p.yaml:2: kind is `sine`. Known: step, ramp, staircase, random_steps");
+  EXPECT_EQ(bad("name: s\nkind: sine\n"), "p.yaml:2: kind is `sine`. Known: step, ramp, staircase, random_steps, knots");
   EXPECT_EQ(bad("name: s\nkind: step\nlevel: six\nbefore: 1\nhold: 12\nafter: 12\n"),
             "p.yaml:3: level must be a number, not `six`");
   EXPECT_EQ(bad("name: s\nkind: step\nlevel: 6\nbefore: -1\nhold: 12\nafter: 12\n"),
