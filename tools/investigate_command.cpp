@@ -114,17 +114,18 @@ class Investigation {
     std::filesystem::create_directories(o.folder);
   }
 
-  /// Where no sessions are at hand yet. @return false where nobody agrees
-  bool record_first() {
+  /// Where no sessions are at hand yet, or those at hand cannot tell. @return false where nobody agrees
+  bool record_first(const std::string& why) {
     const Experiments first = first_experiments(bench_.low(), bench_.high(), o_.settle);
     double total = 0;
     for (const auto* list : {&first.train, &first.held_out}) {
       for (const Profile& p : *list) total += p.duration();
     }
-    if (!bench_.agreed("No sessions are given. Six experiments first: " + pretty(bench_.low()) + " to " +
-                       pretty(bench_.high()) + " V, " + seconds(total) + " in all?")) {
+    if (!bench_.agreed(why + " Six experiments: " + pretty(bench_.low()) + " to " + pretty(bench_.high()) + " V, " +
+                       seconds(total) + " in all?")) {
       return false;
     }
+    recorded_first_ = true;
     for (const Profile& p : first.train) train_.push_back(bench_.run(p, "investigate: to fit to"));
     for (const Profile& p : first.held_out) held_out_.push_back(bench_.run(p, "investigate: to judge by"));
     return true;
@@ -134,8 +135,14 @@ class Investigation {
   Diagnosis learn(const Model& given) {
     for (int round = 1;; ++round) {
       Diagnosis d = diagnosed(given, round);
+      if (round >= o_.rounds) return d;
+      const bool open = d.verdict == Verdict::unknown_effect || d.verdict == Verdict::cannot_tell;
+      if (open && !recorded_first_) {
+        if (!record_first("These sessions leave it open.")) return d;
+        continue;
+      }
       const Proposal* next = next_of(d);
-      if (next == nullptr || round >= o_.rounds) return d;
+      if (next == nullptr) return d;
       const std::string name = next->profile.name() + "-" + std::to_string(round);
       const Profile profile(name, {next->profile.knots().begin(), next->profile.knots().end()});
       if (!bench_.agreed("Run " + next->what + " (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
@@ -229,6 +236,7 @@ class Investigation {
   const Options& o_;
   Bench& bench_;
   std::vector<std::string> train_, held_out_;
+  bool recorded_first_ = false;
   json rounds_ = json::array();
   json confirmed_;
 };
@@ -243,7 +251,7 @@ int investigate_command(const Options& o) {
   Bench bench(o);
   std::cout << "bench " << bench.name() << ", model " << o.model << "\n";
   Investigation investigation(o, bench);
-  if (o.sessions.empty() && !investigation.record_first()) return 1;
+  if (o.sessions.empty() && !investigation.record_first("No sessions are given.")) return 1;
   const Diagnosis d = investigation.learn(given);
   std::optional<double> error;
   if (!o.no_confirm && d.verdict != Verdict::cannot_tell) error = investigation.confirm(d);

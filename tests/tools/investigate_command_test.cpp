@@ -1,0 +1,108 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "server/client.h"
+#include "tests/process.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// `emtb investigate` beside a real emtbd, whose simulated desk bench hides what the test says.
+class Investigate : public Scratch {
+ protected:
+  /// @param hidden lines of the bench's `simulation:`
+  void start(const std::string& hidden) {
+    const std::string desk = read(std::filesystem::path(EMTB_CONFIG) / "benches/desk-simulated.yaml");
+    const auto bench = write("bench.yaml", desk + hidden);
+    emtbd_ = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"),
+                                                                "--data", path("data"), "--pace", "max"},
+                                       path("emtbd"));
+    ASSERT_TRUE(eventually([&] { return call({"status"}) == 0; })) << emtbd_->err();
+  }
+
+  int call(std::vector<std::string> words) {
+    words.insert(words.begin(), {EMTB, "--socket", path("s").string()});
+    last_ = std::make_unique<Process>(words, path("emtb"));
+    return last_->wait();
+  }
+
+  int investigate(std::vector<std::string> more) {
+    more.insert(more.begin(), {"investigate", std::string(EMTB_CONFIG) + "/models/desk.yaml", "--settle", "1.5",
+                               "--reset", "--out", path("found"), "--json", path("all.json")});
+    return call(std::move(more));
+  }
+  /// A session of a step that is up to speed and never comes down again.
+  std::string one_direction(const std::string& name, double level) {
+    const auto profile = write(name + ".yaml", "name: " + name + "\nkind: step\nlevel: " + std::to_string(level) +
+                                                   "\nbefore: 0.5\nhold: 3\nafter: 0.5\n");
+    EXPECT_EQ(call({"run", "--reset", profile.string()}), 0) << last_->err();
+    const std::string session = last_->out();
+    return session.substr(0, session.find('\n')) + "@0:3.4";
+  }
+  json all() { return json::parse(read(path("all.json"))); }
+
+  std::unique_ptr<Process> emtbd_, last_;
+};
+
+TEST_F(Investigate, FindsTheFrictionThatTheBenchHidesAndForetellsARun) {
+  start("  friction: {law: hard, T_c: 0.003}\n");
+  EXPECT_EQ(investigate({"--yes"}), 0) << last_->out() << last_->err();
+  const json found = all();
+  EXPECT_EQ(found["diagnosis"]["verdict"], "found");
+  ASSERT_EQ(found["rounds"].back()["missing"].size(), 1U) << last_->out();
+  EXPECT_EQ(found["rounds"].back()["missing"][0]["id"], "coulomb_friction");
+  EXPECT_EQ(found["sessions"].size(), 4U);
+  EXPECT_EQ(found["held_out"].size(), 2U);
+  EXPECT_LT(found["confirmed"]["final"]["chained_error"], 1.15);
+  EXPECT_GT(found["confirmed"]["base"]["chained_error"], 2);
+  EXPECT_TRUE(std::filesystem::is_regular_file(found["model"].get<std::string>()));
+  EXPECT_TRUE(std::filesystem::is_regular_file(found["confirmed"]["prediction"].get<std::string>()));
+  const std::string after = found["confirmed"]["session"];
+  EXPECT_LT(std::filesystem::last_write_time(found["confirmed"]["prediction"].get<std::string>()),
+            std::filesystem::last_write_time(after))
+      << "it was said before";
+}
+
+TEST_F(Investigate, RecordsMoreWhereTheSessionsAtHandLeaveItOpen) {
+  start("  friction: {law: hard, T_c: 0.003}\n");
+  const std::string one = one_direction("one", 2), other = one_direction("other", 3);
+  EXPECT_EQ(investigate({"--yes", "--no-confirm", "--sessions", one, "--held-out", other}), 0) << last_->out();
+  const json found = all();
+  ASSERT_EQ(found["rounds"].size(), 2U) << last_->out();
+  EXPECT_EQ(found["rounds"][0]["verdict"], "unknown_effect") << "one level tells friction from B no more than a wish";
+  ASSERT_EQ(found["rounds"][1]["missing"].size(), 1U) << last_->out();
+  EXPECT_EQ(found["rounds"][1]["missing"][0]["id"], "coulomb_friction");
+}
+
+TEST_F(Investigate, RunsTheProposedExperimentWhereEffectsTie) {
+  start("  load: {torque: 0.01}\n");
+  const std::string one = one_direction("one", 2), other = one_direction("other", 3);
+  investigate({"--yes", "--no-confirm", "--reach", "0.5", "--rounds", "2", "--sessions", one, "--held-out", other});
+  const json found = all();
+  ASSERT_EQ(found["rounds"].size(), 2U) << last_->out() << last_->err();
+  EXPECT_EQ(found["rounds"][0]["verdict"], "tied");
+  ASSERT_EQ(found["sessions"].size(), 2U);
+  EXPECT_THAT(found["sessions"][1].get<std::string>(), HasSubstr("-reversal-1"));
+}
+
+TEST_F(Investigate, MovesNothingWhereNobodyCanBeAsked) {
+  start("");
+  EXPECT_EQ(investigate({}), 2);
+  EXPECT_THAT(last_->err(), HasSubstr("--yes"));
+  EXPECT_FALSE(std::filesystem::exists(path("data")) && !std::filesystem::is_empty(path("data")));
+}
+
+TEST_F(Investigate, HeldOutSessionsAloneAreRefused) {
+  start("");
+  EXPECT_EQ(investigate({"--held-out", "x.h5"}), 2);
+  EXPECT_THAT(last_->err(), HasSubstr("--sessions"));
+}
+
+}  // namespace
+}  // namespace emtb
