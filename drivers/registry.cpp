@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "drivers/comedi/open.h"
 #include "drivers/driver.h"
 #include "drivers/modbus_meter/open.h"
 #include "drivers/serial_daq/open.h"
@@ -19,6 +20,7 @@ namespace {
 /// Every driver there is: one line each, and a folder.
 // clang-format off
 constexpr std::array drivers{
+    Driver{"comedi", comedi::open_card},
     Driver{"modbus_meter", modbus_meter::open_meter},
     Driver{"serial_daq", serial_daq::open_board},
     Driver{"serial_meter", serial_meter::open_meter},

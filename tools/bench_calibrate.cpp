@@ -68,8 +68,8 @@ double reference_of(const std::string& line, Signal signal, double arm) {
 SensorPoint point_at(double reference, const ChannelSeen& seen) {
   if (seen.fault != Fault::none) throw Error(std::string(text(seen.fault)));
   if (seen.count < 2 || !seen.finite) throw Error("nothing comes from " + seen.channel.source);
-  const double edge = seen.channel.lsb / 2;
-  if (seen.highest >= seen.channel.high - edge || seen.lowest <= seen.channel.low + edge) {
+  if (const ChannelSeen::Rail rail = seen.rail();
+      rail == ChannelSeen::Rail::upper || rail == ChannelSeen::Rail::lower) {
     throw Error("the input is at its rail: it may see more than it can tell");
   }
   return {

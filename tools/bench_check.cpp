@@ -31,11 +31,10 @@ std::vector<Remark> remarks_of(const ChannelSeen& seen) {
   if (seen.age > std::max(stale_least, 3 * c.period + c.window)) {
     remarks.push_back({"stale: the last reading is " + pretty(seen.age, 2) + " s old", true});
   }
-  const double edge = c.lsb / 2;
-  if (std::isfinite(c.high) && seen.highest >= c.high - edge) remarks.push_back({"at the upper rail", true});
-  if (std::isfinite(c.low) && seen.lowest <= c.low + edge) {
-    remarks.push_back({"at the lower rail", true});
-  }
+  const ChannelSeen::Rail rail = seen.rail();
+  if (rail == ChannelSeen::Rail::upper) remarks.push_back({"at the upper rail", true});
+  if (rail == ChannelSeen::Rail::lower) remarks.push_back({"at the lower rail", true});
+  if (rail == ChannelSeen::Rail::zero) remarks.push_back({"at 0, the least that its input can tell: is it wired?"});
   if (seen.finite && seen.lowest == 0 && seen.highest == 0) {
     remarks.push_back({"exactly 0 in all " + std::to_string(seen.count) + " readings: is it wired?"});
   }

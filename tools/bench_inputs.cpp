@@ -30,6 +30,14 @@ void take(ChannelSeen& seen, const Reading& reading, double& squares) {
 
 }  // namespace
 
+ChannelSeen::Rail ChannelSeen::rail() const {
+  const double edge = channel.lsb / 2;
+  const auto resting = [this](double end) { return channel.conversion.scale != 0 && std::abs(raw(end)) < 1e-9; };
+  if (count > 0 && highest >= channel.high - edge) return resting(channel.high) ? Rail::zero : Rail::upper;
+  if (count > 0 && lowest <= channel.low + edge) return resting(channel.low) ? Rail::zero : Rail::lower;
+  return Rail::none;
+}
+
 std::vector<ChannelSeen> look_at(BenchInputs& inputs, double seconds) {
   struct Place {
     std::size_t device;

@@ -20,6 +20,11 @@ struct ChannelSeen {
   bool finite = true;         ///< every one of them
   Fault fault = Fault::none;  ///< of the device, when it was last asked
 
+  /// At an end of what the input can tell; 0 V of an input that only goes up from there is where a sensor may well
+  /// rest.
+  enum class Rail { none, zero, lower, upper };
+  Rail rail() const;
+
   double raw(double value) const { return (value - channel.conversion.offset) / channel.conversion.scale; }
 };
 
