@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "drivers/comedi/open.h"
 #include "drivers/usb1608g/link.h"
 
 namespace emtb {
@@ -35,6 +36,11 @@ std::vector<ConnectedDevice> connected_devices(const fs::path& dev) {
     devices.push_back({.what = std::string(card.model->name),
                        .entry = card.serial.empty() ? "not ours to open: see systemd/60-emtb.rules"
                                                     : "driver: usb1608g, serial: " + card.serial});
+  }
+  for (const auto& [node, board] : comedi::connected_cards(dev)) {
+    devices.push_back({.what = board.empty() ? "comedi node" : board,
+                       .entry = board.empty() ? node + ": no card behind it, or not ours to open (group iocard)"
+                                              : "driver: comedi, device: " + node + ", board: " + board});
   }
   std::set<fs::path> named;
   for (const fs::path& link : files_in(dev / "serial/by-id")) {

@@ -12,7 +12,8 @@ struct ConnectedDevice {
   std::string entry;  ///< to write in the bench file: `driver: usb1608g, serial: 01A2B3C4`
 };
 
-/// DAQ cards on the USB, then serial ports: by their lasting names where they have one. Opens no port.
+/// DAQ cards on the USB, cards with a comedi driver, then serial ports: by their lasting names where they have one.
+/// Opens no port.
 /// @param dev where device files lie
 /// @throws DeviceError where the USB cannot be looked at
 std::vector<ConnectedDevice> connected_devices(const std::filesystem::path& dev = "/dev");

@@ -28,9 +28,11 @@ struct OpenRequest {
   std::shared_ptr<Clock> clock;             ///< time stamps are on this one
   std::shared_ptr<simulated::World> world;  ///< the plant of a simulated bench, or nothing
   bool output_only = false;                 ///< to be made safe: whatever else the device has may be left alone
+  bool input_only = false;                  ///< to be looked at: no output is opened, nothing moves
 
-  /// The reference goes out through this device: then the driver opens the output and checks the keys of `reference`.
-  bool drives_reference() const { return bench.reference.device == device.name; }
+  /// The reference goes out through this device, and is wanted: then the driver opens the output and checks the keys of
+  /// `reference`.
+  bool drives_reference() const { return !input_only && bench.reference.device == device.name; }
 
   /// Refuses simulated time that runs at another pace than ours. @throws ConfigError
   void need_real_time() const {

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "drivers/comedi/open.h"
 #include "drivers/driver.h"
 #include "drivers/modbus_meter/open.h"
 #include "drivers/serial_daq/open.h"
@@ -11,6 +12,7 @@
 #include "drivers/simulated/open.h"
 #include "drivers/simulated/plant_port.h"
 #include "drivers/usb1608g/open.h"
+#include "hal/error.h"
 
 namespace emtb {
 namespace {
@@ -18,6 +20,7 @@ namespace {
 /// Every driver there is: one line each, and a folder.
 // clang-format off
 constexpr std::array drivers{
+    Driver{"comedi", comedi::open_card},
     Driver{"modbus_meter", modbus_meter::open_meter},
     Driver{"serial_daq", serial_daq::open_board},
     Driver{"serial_meter", serial_meter::open_meter},
@@ -49,18 +52,26 @@ void refuse_twins(const Bench& bench, const InputDevice& input, const BenchConfi
   }
 }
 
-Bench open(const BenchConfig& config, bool output_only) {
-  Bench bench;
+/// The bench's time, and the plant of a simulated one.
+struct Setting {
+  std::shared_ptr<Clock> clock;
   std::shared_ptr<simulated::World> world;
+};
+
+Setting setting_of(const BenchConfig& config) {
   if (config.simulation && simulated::plant_process_name(*config.simulation)) {
-    bench.clock = std::make_shared<MonotonicClock>();
     simulated::read_plant(*config.simulation);  // for its complaints; the plant itself is in its own process
   } else if (config.simulation) {
-    bench.clock = simulated::open_clock(*config.simulation);
-    world = simulated::open_world(*config.simulation, bench.clock);
-  } else {
-    bench.clock = std::make_shared<MonotonicClock>();
+    const std::shared_ptr<Clock> clock = simulated::open_clock(*config.simulation);
+    return {.clock = clock, .world = simulated::open_world(*config.simulation, clock)};
   }
+  return {.clock = std::make_shared<MonotonicClock>(), .world = {}};
+}
+
+Bench open(const BenchConfig& config, bool output_only) {
+  Bench bench;
+  const auto [clock, world] = setting_of(config);
+  bench.clock = clock;
   for (const BenchConfig::Device& device : config.devices) {
     if (output_only && device.name != config.reference.device) continue;
     OpenedDevice opened = driver_of(device).open(
@@ -80,6 +91,25 @@ Bench open(const BenchConfig& config, bool output_only) {
 }  // namespace
 
 Bench open_bench(const BenchConfig& config) { return open(config, false); }
+
+BenchInputs open_inputs(const BenchConfig& config) {
+  BenchInputs inputs;
+  const auto [clock, world] = setting_of(config);
+  inputs.clock = clock;
+  for (const BenchConfig::Device& device : config.devices) {
+    BenchInputs::Device& opened = inputs.devices.emplace_back();
+    opened.name = device.name;
+    try {
+      opened.input = driver_of(device)
+                         .open({.bench = config, .device = device, .clock = clock, .world = world, .input_only = true})
+                         .input;
+    } catch (const DeviceError& e) {
+      const std::string why = e.what();
+      opened.why_not = why.starts_with(device.name + ":") ? why : device.name + ": " + why;
+    }
+  }
+  return inputs;
+}
 
 Bench open_reference(const BenchConfig& config) { return open(config, true); }
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "config/bench.h"
 #include "hal/bench.h"
 
@@ -8,6 +12,22 @@ namespace emtb {
 /// Opens every device that a bench file names, each by the driver of that name.
 /// @throws ConfigError for an unknown driver or setting, DeviceError where a device does not answer.
 Bench open_bench(const BenchConfig& config);
+
+/// What measures, without what drives.
+struct BenchInputs {
+  struct Device {
+    std::string name;
+    std::unique_ptr<InputDevice> input;  ///< nothing where the device measures nothing, or does not open
+    std::string why_not;                 ///< it does not open
+  };
+  std::shared_ptr<Clock> clock;
+  std::vector<Device> devices;
+};
+
+/// Opens every device to look at its signals. No output is opened; where a device has its output and its inputs on one
+/// line, it is made safe. A device that does not answer does not stand in the way of the others.
+/// @throws ConfigError for an unknown driver or setting
+BenchInputs open_inputs(const BenchConfig& config);
 
 /// The reference alone, to make it safe: nothing else is opened that the driver can do without, so that a broken input
 /// or a program that holds it does not stand in the way. @throws as open_bench()

@@ -2,14 +2,24 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/fault.h"
 #include "hal/signal.h"
 
 namespace emtb {
+
+/// How a reading comes from what a converter saw: value = scale · raw + offset.
+struct Conversion {
+  double scale = 0;             ///< [the signal's unit per unit of raw]; 0: the device does not tell
+  double offset = 0;            ///< [the signal's unit]
+  std::string_view unit = "V";  ///< of raw: volts at the input, or what else the device counts in
+  bool from_file = false;       ///< scale and offset are keys of the channel in the bench file
+};
 
 /// What a device measures on one channel, and how.
 struct Channel {
@@ -18,6 +28,9 @@ struct Channel {
   double window = 0;   ///< [s] each reading is the mean over this time before its time stamp; 0: an instant
   double lsb = 0;      ///< resolution in the signal's unit; 0: unknown
   std::string source;  ///< for people and for the session: `daq channel 3`
+  double low = -std::numeric_limits<double>::infinity();  ///< the least that it can read, in the signal's unit
+  double high = std::numeric_limits<double>::infinity();  ///< and the most; infinite: not known
+  Conversion conversion{};
 };
 
 /// One reading in SI units.

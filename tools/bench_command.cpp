@@ -7,6 +7,7 @@
 #include "hal/error.h"
 #include "server/client.h"
 #include "session/spec.h"
+#include "tools/bench_inputs.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 
@@ -20,6 +21,7 @@ constexpr double first = 0.5;  // of spin.u_ref: the level of the first attempt
 
 struct Options {
   std::string what;
+  CalibrateOptions calibrate;  // its file is check's, too
   std::shared_ptr<const std::string> socket;
   bool reset = false;
 };
@@ -64,7 +66,16 @@ int spin(Client& daemon) {
 }
 
 int bench_command(const Options& options) {
-  if (options.what != "spin") throw Error("emtb bench " + options.what + ": not known. Known: spin");
+  const bool on_file = options.what == "check" || options.what == "calibrate";
+  if (!on_file && options.what != "spin") {
+    throw Error("emtb bench " + options.what + ": not known. Known: spin, check, calibrate");
+  }
+  if (on_file && options.calibrate.file.empty()) throw Error("emtb bench " + options.what + ": which bench FILE?");
+  if (options.what == "check") return check_bench(options.calibrate.file);
+  if (options.what == "calibrate") {
+    if (options.calibrate.signal.empty()) throw Error("emtb bench calibrate: which SIGNAL? omega, torque ...");
+    return calibrate_channel(options.calibrate);
+  }
   Client daemon(options.socket->empty() ? socket_to_call() : std::filesystem::path(*options.socket));
   if (options.reset) daemon.call("reset", json::object());
   return spin(daemon);
@@ -76,8 +87,15 @@ void add_bench_command(CommandLine& line, const std::shared_ptr<const std::strin
   const auto options = std::make_shared<Options>();
   options->socket = socket;
   line.command("bench",
-               "spin: the guided first turn at a low voltage, which checks signs and scales before anything larger")
-      .argument("WHAT", options->what, "spin")
+               "check: reads each signal once and moves nothing; calibrate: fits a sensor's scale and offset to "
+               "references; spin: the guided first turn at a low voltage, which checks signs and scales")
+      .argument("WHAT", options->what, "check, calibrate or spin")
+      .optional_argument("FILE", options->calibrate.file,
+                         "check, calibrate: the bench file; no daemon may have it open")
+      .optional_argument("SIGNAL", options->calibrate.signal, "calibrate: omega, torque ...")
+      .option("--seconds", options->calibrate.seconds, "calibrate: [s] each point is read")
+      .option("--arm", options->calibrate.arm, "calibrate torque: [m] the lever of weights, for references in kg")
+      .option("--tolerance", options->calibrate.share, "calibrate: share of the span that a point may be off the line")
       .flag("--reset", options->reset, "arms the bench first; see that it is safe")
       .action([options] { return bench_command(*options); });
 }

@@ -16,7 +16,7 @@ void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::str
 /// investigate: daemon and diagnosis together.
 void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 
-/// bench spin: the guided first turn.
+/// bench check, calibrate, spin: before anything runs.
 void add_bench_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 
 /// latency: whether the computer keeps the bench's rate.

@@ -10,7 +10,7 @@ void add_devices_command(CommandLine& line) {
   line.command("devices", "lists what is connected, and what to write of it in a bench file").action([] {
     const std::vector<ConnectedDevice> devices = connected_devices();
     if (devices.empty()) {
-      std::cout << "nothing is connected that emtb knows: no USB-1608G, no USB serial port\n";
+      std::cout << "nothing is connected that emtb knows: no USB-1608G, no comedi card, no USB serial port\n";
       return 1;
     }
     std::size_t width = 0;

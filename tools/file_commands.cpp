@@ -8,6 +8,7 @@
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
+#include "estimate/log_alignment.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "model/simulation.h"
@@ -23,7 +24,7 @@ namespace {
 using json = nlohmann::ordered_json;
 
 struct Options {
-  std::string model, profile, effect, map, out, json_file, truth;
+  std::string model, profile, effect, map, out, json_file, truth, log;
   std::vector<std::string> sessions, models;
   double rate = 1000;  ///< [Hz]
 
@@ -71,9 +72,42 @@ int simulate_command(const Options& o) {
   return 0;
 }
 
+/// The log of a meter's own software, by its own clock, becomes i_a of a recorded run.
+int merge_log(const Options& o) {
+  const SessionSpec spec = parse_session_spec(o.sessions.front());
+  Session session = read_session(spec.path);
+  session.runs = read_runs(o.sessions.front());
+  if (session.runs.size() != 1) throw Error(o.sessions.front() + ": has several runs. Name the log's: PATH#RUN");
+  Run& run = session.runs.front();
+  if (run.has(Signal::i_a)) throw Error(run.name + ": has an i_a already. A log may only add one");
+  const Session logged = read_session(o.log, o.mapping());
+  if (logged.runs.size() != 1 || !logged.runs.front().has(Signal::i_a)) {
+    throw Error(o.log + ": gives no i_a of one run. Say with --map which column it is, and the meter's window");
+  }
+  const Series& log = logged.runs.front().at(Signal::i_a);
+  const LogAlignment at = align_log(run, log);
+  Series series = placed(run, log, at);
+  series.source = "log " + o.log;
+  std::string how = std::to_string(series.t.size()) + " of " + std::to_string(log.t.size()) +
+                    " readings of the log: its clock plus " + pretty(at.offset, 6) + " +- " +
+                    pretty(at.offset_error, 2) + " s";
+  how += at.drift_error > 0
+             ? ", slow by " + pretty(1e6 * at.drift, 3) + " +- " + pretty(1e6 * at.drift_error, 2) + " ppm"
+             : ", too short to tell a drift";
+  how += "; explained " + pretty(100 * at.explained, 3) + " %, at the best other place " +
+         pretty(100 * at.runner_up, 3) + " %";
+  run.signals[Signal::i_a] = std::move(series);
+  std::string& note = session.attributes["note"];
+  note += (note.empty() ? "" : "; ") + ("i_a from " + o.log + ", " + how);
+  write_session(o.out, session);
+  std::cout << how << "\n" << o.out << "\n";
+  return 0;
+}
+
 int convert_command(const Options& o) {
   if (o.sessions.size() != 1) throw Error("one SESSION at a time");
   if (o.out.empty()) throw Error("--out FILE is missing: where the session goes, .csv or .h5");
+  if (!o.log.empty()) return merge_log(o);
   Session session;
   const SessionSpec spec = parse_session_spec(o.sessions.front());
   if (spec.run.empty() && !spec.t0 && !spec.t1) {
@@ -191,14 +225,17 @@ void add_file_commands(CommandLine& line) {
       .option("--out", o->out, "the simulated session, .csv or .h5")
       .option("--rate", o->rate, "[Hz] samples a second")
       .action(act(simulate_command));
-  for (const auto& [name, help] : {std::pair{"import", "turns a foreign file into a session"},
-                                   std::pair{"export", "turns a session into another format"}}) {
-    line.command(name, help)
-        .arguments("SESSION", o->sessions, session_help)
-        .option("--map", o->map, map_help)
-        .option("--out", o->out, "the file to write, .csv or .h5")
-        .action(act(convert_command));
-  }
+  line.command("import", "turns a foreign file into a session, or merges a meter's own log into one")
+      .arguments("SESSION", o->sessions, session_help)
+      .option("--from-log", o->log, "a log of i_a by the meter's own software and clock; --map is then of this file")
+      .option("--map", o->map, map_help)
+      .option("--out", o->out, "the file to write, .csv or .h5")
+      .action(act(convert_command));
+  line.command("export", "turns a session into another format")
+      .arguments("SESSION", o->sessions, session_help)
+      .option("--map", o->map, map_help)
+      .option("--out", o->out, "the file to write, .csv or .h5")
+      .action(act(convert_command));
   line.command("info", "says what a session holds")
       .arguments("SESSION", o->sessions, session_help)
       .option("--map", o->map, map_help)

@@ -28,6 +28,10 @@ std::vector<Channel> describe(const std::string& name, const BoardSettings& sett
     if (const auto* analog = std::get_if<Analog>(&channel.source)) {
       one.lsb = std::abs(analog->scale) / analog_top;
       one.source += " A" + std::to_string(analog->input);
+      const double full = analog->offset + analog->scale;
+      one.low = std::min(analog->offset, full);
+      one.high = std::max(analog->offset, full);
+      one.conversion = {.scale = analog->scale, .offset = analog->offset, .unit = "of full range", .from_file = true};
     } else if (const auto* encoder = std::get_if<Encoder>(&channel.source)) {
       const bool speed = channel.signal == Signal::omega;
       one.lsb = std::abs(encoder->per_count) / (speed ? period : 1);

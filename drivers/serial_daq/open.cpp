@@ -121,11 +121,13 @@ BoardSettings read_settings(const YamlMap& device, const BenchConfig::Reference*
 
 OpenedDevice open_board(const OpenRequest& request) {
   request.need_real_time();
-  const bool drives = request.drives_reference();
-  auto board = std::make_shared<Board>(request.device.name, request.clock,
-                                       read_settings(request.device.yaml, drives ? &request.bench.reference : nullptr));
+  // A board's PWM is told to be safe whatever it is opened for.
+  const bool has_reference = request.bench.reference.device == request.device.name;
+  auto board =
+      std::make_shared<Board>(request.device.name, request.clock,
+                              read_settings(request.device.yaml, has_reference ? &request.bench.reference : nullptr));
   OpenedDevice opened;
-  if (drives) opened.output = std::make_unique<Output>(board);
+  if (request.drives_reference()) opened.output = std::make_unique<Output>(board);
   opened.input = std::make_unique<Input>(std::move(board));
   return opened;
 }

@@ -8,6 +8,8 @@
 namespace emtb::simulated {
 namespace {
 
+constexpr double card_span = 20;  // [V] the range stands for -10..10 V at the card
+
 double truth(Signal signal, const Plant& plant, double reference) noexcept {
   switch (signal) {
     case Signal::u_ref:
@@ -50,11 +52,18 @@ Daq::Daq(std::string name, std::shared_ptr<World> world, std::vector<DaqChannel>
       throw ConfigError(name_ + ": the simulated plant has no " + signal +
                         ". It has u_ref, e_a, i_a, omega, theta, torque");
     }
-    descriptions_.push_back({.signal = channel.signal,
-                             .period = period,
-                             .window = 0,
-                             .lsb = channel.lsb(),
-                             .source = name_ + " " + signal + " (simulated)"});
+    Channel description{.signal = channel.signal,
+                        .period = period,
+                        .window = 0,
+                        .lsb = channel.lsb(),
+                        .source = name_ + " " + signal + " (simulated)"};
+    if (channel.bits > 0) {
+      description.low = channel.low;
+      description.high = channel.high - channel.lsb();
+      description.conversion = {.scale = (channel.high - channel.low) / card_span,
+                                .offset = (channel.high + channel.low) / 2};
+    }
+    descriptions_.push_back(std::move(description));
   }
   noise_.resize(settings_.size());
   sample_.resize(settings_.size());

@@ -34,11 +34,15 @@ std::vector<Channel> describe(const std::string& name, const InputSettings& sett
   std::vector<Channel> descriptions;
   for (const InputChannel& channel : settings.channels) {
     const double full_scale = ranges[static_cast<std::size_t>(channel.slot.range)];
+    const double reach = std::abs(channel.scale) * full_scale;
     descriptions.push_back({.signal = channel.signal,
                             .period = period,
                             .window = 0,
                             .lsb = std::abs(channel.scale) * 2 * full_scale / codes,
-                            .source = name + " channel " + std::to_string(channel.slot.channel)});
+                            .source = name + " channel " + std::to_string(channel.slot.channel),
+                            .low = channel.offset - reach,
+                            .high = channel.offset + reach,
+                            .conversion = {.scale = channel.scale, .offset = channel.offset, .from_file = true}});
   }
   return descriptions;
 }

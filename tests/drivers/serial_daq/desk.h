@@ -56,6 +56,7 @@ class Desk {
   }
   void make_deaf(bool deaf) { deaf_ = deaf; }  ///< nothing reaches the board
   void reset() { reset_ = true; }              ///< its button
+  void set_a2(int code) { a2_ = code; }        ///< what its third analog input sees, 0 to 1023
 
   double duty() const { return duty_; }      ///< at the pins, -1 to 1
   bool dropped() const { return dropped_; }  ///< its watchdog has bitten
@@ -85,6 +86,7 @@ class Desk {
     count_to(std::floor(plant_.theta() / (2 * std::numbers::pi) * counts));
     hardware.analog[arduino::A0] = static_cast<int>(std::lround(std::clamp(511.5 + plant_.i_a() * 51.15, 0.0, 1023.0)));
     hardware.analog[arduino::A1] = static_cast<int>(std::lround(bus / 25 * 1023));
+    hardware.analog[arduino::A2] = a2_;
     {
       const std::lock_guard lock(mutex_);
       if (line_) hardware.received += line_->read(0);
@@ -116,6 +118,7 @@ class Desk {
   double last_ = clock_.now();
   double count_ = 0;
   std::atomic<bool> deaf_ = false, reset_ = false, dropped_ = false;
+  std::atomic<int> a2_ = 0;
   std::atomic<double> duty_ = 0, omega_ = 0, current_ = 0;
   std::optional<AtTheOtherEnd> life_;
 };

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <atomic>
+#include <limits>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "drivers/comedi/link.h"
+#include "drivers/doorbell.h"
+#include "hal/analog_output.h"
+#include "hal/clock.h"
+
+namespace emtb::comedi {
+
+struct OutputSettings {
+  CardSettings card;
+  unsigned int channel = 0;
+  Limits limits;          ///< [V] the narrowest range of the card that holds them is taken
+  bool read_back = true;  ///< ask the card what it was told
+};
+
+/// One analog output of a card, in a thread of its own and beside whoever scans the inputs.
+///
+/// The card keeps its last voltage when the host program dies, so it is made safe when it is opened and when it is
+/// closed, and `emtbd --safe` does just that. Four times a second the card is asked what it was told. A request that
+/// fails or takes longer than 0.2 s, and an output that reads back otherwise, are Fault::output_failed, until one is
+/// well again.
+class Output final : public AnalogOutput {
+ public:
+  /// The output is safe, and reads back so, when this returns.
+  /// @throws DeviceError where the card is absent, has no such output, or does not do as it is told
+  Output(std::string name, OutputSettings settings);
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+  ~Output() override;
+
+  Fault set(double volts) noexcept override;
+  Fault make_safe() noexcept override;
+  Limits limits() const noexcept override { return settings_.limits; }
+
+ private:
+  void open();
+  void write(double volts);
+  void check();
+  void run() noexcept;
+  Fault verdict() const noexcept;
+
+  std::string name_;
+  OutputSettings settings_;
+  MonotonicClock machine_;
+
+  // Of the thread.
+  std::unique_ptr<Link> link_;
+  unsigned int subdevice_ = 0;
+  std::size_t range_ = 0;
+  Converter converter_;
+  lsampl_t written_ = 0;
+
+  static constexpr double never = std::numeric_limits<double>::infinity();
+  std::atomic<double> wanted_;              ///< [V] within the limits
+  std::atomic<bool> anew_ = false;          ///< even if it is what was written last
+  std::atomic<Fault> fault_ = Fault::none;  ///< of the last request
+  std::atomic<double> busy_since_ = never;  ///< [s] a request is under way
+  std::atomic<bool> quit_ = false;
+  Doorbell bell_;
+  std::thread thread_;
+};
+
+}  // namespace emtb::comedi

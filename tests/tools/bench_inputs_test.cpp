@@ -1,0 +1,160 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "tests/drivers/serial_daq/desk.h"
+#include "tests/process.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// `emtb bench check` and `calibrate` on the simulated FH2 bench with one thing about it changed, and on a board at the
+/// far end of a line.
+class BenchInputCommands : public Scratch {
+ protected:
+  std::string changed(const std::string& from = "", const std::string& to = "") const {
+    std::string text = read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml");
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return write("bench.yaml", text.replace(at, from.size(), to)).string();
+  }
+  int call(std::vector<std::string> words) {
+    words.insert(words.begin(), {EMTB, "bench"});
+    last = std::make_unique<Process>(words, path("emtb" + std::to_string(++called_)));
+    return last->wait(60);
+  }
+  std::string board(const serial_daq::Desk& desk) const {
+    return write("board.yaml",
+                 "# mine\n"
+                 "name: desk\n"
+                 "reference: {device: board, full_duty: 6, min: -6, max: 6, safe: 0}\n"
+                 "devices:\n"
+                 "  board:\n"
+                 "    driver: serial_daq\n"
+                 "    port: " +
+                     desk.port() +
+                     "\n"
+                     "    channels:\n"
+                     "      torque: {from: A2, scale: 1}   # [N m] the gauge\n"
+                     "      i_a: {from: A0, scale: 20, offset: -10}\n")
+        .string();
+  }
+  std::unique_ptr<Process> last;
+
+ private:
+  int called_ = 0;
+};
+
+TEST_F(BenchInputCommands, CheckReadsEachSignalInVoltsAndInItsUnit) {
+  EXPECT_EQ(
+      call({"check", changed("omega: {range: [-200, 200], noise: 0.2}", "omega: {range: [-200, 200], offset: 50}")}), 0)
+      << last->out() << last->err();
+  EXPECT_THAT(last->out(), testing::ContainsRegex("omega +50 +0 +rad/s +2.5 V +-200 to 199.9"));
+  EXPECT_THAT(last->out(), HasSubstr("i_a: exactly 0 in all"));
+  EXPECT_THAT(last->out(), Not(HasSubstr("WRONG")));
+}
+
+TEST_F(BenchInputCommands, CheckSaysWhatIsWrong) {
+  EXPECT_EQ(call({"check", changed("torque: {range: [-2, 2], noise: 0.002}", "torque: {range: [-2, 2], offset: 5}")}),
+            1);
+  EXPECT_THAT(last->out(), HasSubstr("WRONG: torque: at the upper rail"));
+  EXPECT_THAT(last->out(), HasSubstr("WRONG: torque: beyond limits.torque, 0.8 N m"));
+  EXPECT_EQ(call({"check", changed("driver: simulated_meter\n    signal: i_a\n    period: 0.4",
+                                   "driver: simulated_meter\n    signal: i_a\n    period: 0.4\n    latency: 100")}),
+            1);
+  EXPECT_THAT(last->out(), HasSubstr("WRONG: i_a: nothing came in"));
+  EXPECT_EQ(
+      call({"check",
+            changed("driver: simulated_meter\n    signal: i_a\n    period: 0.4         # [s] 2.5 readings a second, as "
+                    "bench multimeters send over RS-232\n    window: 0.4         # [s] it averages all the time "
+                    "between them\n    resolution: 0.001   # [A] last digit of the 10 A range of a 4 1/2 digit meter",
+                    "driver: serial_meter\n    model: metex_m4650cr\n    port: /dev/none\n    signal: i_a\n    "
+                    "function: dc_current\n    range: 20")}),
+      1)
+      << last->err();
+  EXPECT_THAT(last->out(), HasSubstr("WRONG: meter: /dev/none"));
+  EXPECT_THAT(last->out(), HasSubstr("torque")) << "the others are read all the same";
+  EXPECT_EQ(call({"check"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("which bench FILE?"));
+}
+
+TEST_F(BenchInputCommands, CheckMovesNothing) {
+  const serial_daq::Desk desk;
+  EXPECT_EQ(call({"check", board(desk)}), 0) << last->out();
+  EXPECT_THAT(last->out(), HasSubstr("note: torque: at 0, the least that its input can tell"));
+  EXPECT_EQ(desk.duty(), 0);
+  EXPECT_EQ(desk.omega(), 0);
+}
+
+TEST_F(BenchInputCommands, CalibrateFitsWhatIsTypedAndWritesIt) {
+  serial_daq::Desk desk;
+  const std::string file = board(desk);
+  chmod(file.c_str(), 0640);
+  const std::string typed = path("typed").string();
+  ASSERT_EQ(mkfifo(typed.c_str(), 0600), 0);
+  Process emtb(
+      {"/bin/sh", "-c",
+       std::string("exec ") + EMTB + " bench calibrate " + file + " torque --seconds 0.3 --arm 0.1 < " + typed},
+      path("calibrate"));
+  {
+    std::ofstream keyboard(typed);
+    const auto prompted = [&](const std::string& prompt) {
+      return eventually([&] { return emtb.out().find(prompt) != std::string::npos; });
+    };
+    // 1023 codes are 4 N m, less 1 N m: 0 N m at 256, 0.980665 at 506.6, 2 at 767.
+    ASSERT_TRUE(prompted("1> ")) << emtb.err();
+    desk.set_a2(256);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    keyboard << "0" << std::endl;
+    ASSERT_TRUE(prompted("2> ")) << emtb.out();
+    desk.set_a2(507);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    keyboard << "one" << std::endl << "1 kg" << std::endl;
+    ASSERT_TRUE(prompted("3> ")) << emtb.out();
+    desk.set_a2(767);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    keyboard << "2" << std::endl << std::endl;
+  }
+  EXPECT_EQ(emtb.wait(), 0) << emtb.out() << emtb.err();
+  EXPECT_THAT(emtb.out(), HasSubstr("not taken: `one` is no number"));
+  EXPECT_THAT(emtb.out(), HasSubstr("0.980665 N m at 0.4956"));
+  EXPECT_THAT(emtb.out(), HasSubstr("factor of 4"));
+  const std::string text = read(file);
+  EXPECT_THAT(text, testing::ContainsRegex("torque: .offset: -1.00[0-9]*, from: A2, scale: 4.00[0-9]*.   # .N m. the "
+                                           "gauge; calibrated 20[0-9-]+: residual 0.00[0-9]* N m, 3 points\n"));
+  EXPECT_THAT(text, HasSubstr("# mine\nname: desk\n"));
+  EXPECT_THAT(text, HasSubstr("i_a: {from: A0, scale: 20, offset: -10}\n"));
+  struct stat after {};
+  stat(file.c_str(), &after);
+  EXPECT_EQ(after.st_mode & 0777U, 0640U);
+}
+
+TEST_F(BenchInputCommands, CalibrateLeavesTheFileWhereTheReferencesMakeNoLine) {
+  serial_daq::Desk desk;
+  desk.set_a2(400);
+  const std::string file = board(desk);
+  const std::string before = read(file);
+  const auto calibrate = [&](const std::string& typed, const std::string& signal = "torque") {
+    const std::string lines = write("lines", typed).string();
+    last = std::make_unique<Process>(std::vector<std::string>{"/bin/sh", "-c",
+                                                              std::string("exec ") + EMTB + " bench calibrate " + file +
+                                                                  " " + signal + " --seconds 0.1 < " + lines},
+                                     path("calibrate"));
+    return last->wait();
+  };
+  EXPECT_EQ(calibrate("1\n2\n"), 2);
+  EXPECT_THAT(last->err(), HasSubstr("reads the same at all references")) << last->out();
+  EXPECT_EQ(calibrate("1 kg\n3\n"), 2);
+  EXPECT_THAT(last->out(), HasSubstr("not taken: a weight needs its lever"));
+  EXPECT_THAT(last->err(), HasSubstr("two points at least"));
+  EXPECT_EQ(calibrate("", "omega"), 2);
+  EXPECT_THAT(last->err(), HasSubstr("no device has a channel omega"));
+  EXPECT_EQ(read(file), before);
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <numbers>
+#include <sstream>
+
+#include "config/edit.h"
+#include "estimate/sensor_fit.h"
+#include "hal/error.h"
+#include "session/replace.h"
+#include "tools/bench_inputs.h"
+#include "tools/text.h"
+
+namespace emtb {
+namespace {
+
+constexpr double gravity = 9.80665;  // [m/s2] standard; a place's own differs by 0.3 % at most
+constexpr double much = 1.25;        // a scale that changes by more than this is worth a word
+
+/// The device that measures the signal, and the keys that lead to its scale and offset.
+struct Place {
+  std::string device;
+  std::vector<std::string> path;
+};
+
+Place place_of(const BenchConfig& bench, Signal signal) {
+  const std::string name(info(signal).name);
+  for (const BenchConfig::Device& device : bench.devices) {
+    const bool has_some = device.yaml.has("channels") && device.yaml.node()["channels"].IsMap();
+    if (has_some && device.yaml.map("channels").has(name))
+      return {device.name, {"devices", device.name, "channels", name}};
+  }
+  throw Error(bench.file.string() + ": no device has a channel " + name + ". A meter that sends " + name +
+              " in its unit is calibrated at the meter");
+}
+
+/// `157`, `1500 rpm`, `0.5 kg` (with an arm), or the signal's own unit behind the number.
+double reference_of(const std::string& line, Signal signal, double arm) {
+  std::istringstream words(line);
+  std::string number;
+  words >> number;
+  std::string unit;
+  std::getline(words >> std::ws, unit);
+  unit.erase(unit.find_last_not_of(" \t\r") + 1);
+  if (number.starts_with('+')) number.erase(0, 1);
+  double value = 0;
+  const char* const end = number.data() + number.size();
+  const auto [stop, error] = std::from_chars(number.data(), end, value);
+  if (error != std::errc() || stop != end || !std::isfinite(value)) {
+    throw Error("`" + line + "` is no number. Write one, in " + std::string(info(signal).unit));
+  }
+  if (unit.empty() || unit == info(signal).unit) return value;
+  if (signal == Signal::omega && unit == "rpm") return value * 2 * std::numbers::pi / 60;
+  if (signal == Signal::torque && unit == "kg") {
+    if (arm <= 0) throw Error("a weight needs its lever: --arm METRES");
+    return value * gravity * arm;
+  }
+  throw Error("`" + unit + "` is not known here. Write the number in " + std::string(info(signal).unit) +
+              (signal == Signal::omega    ? " or rpm"
+               : signal == Signal::torque ? ", or in kg with --arm METRES"
+                                          : ""));
+}
+
+/// One point, or why it cannot be used.
+SensorPoint point_at(double reference, const ChannelSeen& seen) {
+  if (seen.fault != Fault::none) throw Error(std::string(text(seen.fault)));
+  if (seen.count < 2 || !seen.finite) throw Error("nothing comes from " + seen.channel.source);
+  if (const ChannelSeen::Rail rail = seen.rail();
+      rail == ChannelSeen::Rail::upper || rail == ChannelSeen::Rail::lower) {
+    throw Error("the input is at its rail: it may see more than it can tell");
+  }
+  return {
+      .value = reference,
+      .raw = seen.raw(seen.mean),
+      .scatter = seen.scatter / std::abs(seen.channel.conversion.scale) / std::sqrt(static_cast<double>(seen.count))};
+}
+
+std::string today() {
+  const std::chrono::year_month_day date{std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now())};
+  std::ostringstream text;
+  text << static_cast<int>(date.year()) << (static_cast<unsigned>(date.month()) < 10 ? "-0" : "-")
+       << static_cast<unsigned>(date.month()) << (static_cast<unsigned>(date.day()) < 10 ? "-0" : "-")
+       << static_cast<unsigned>(date.day());
+  return text.str();
+}
+
+/// The one device, opened and nothing else.
+BenchInputs open_one(BenchConfig bench, const std::string& device) {
+  std::erase_if(bench.devices, [&](const BenchConfig::Device& one) { return one.name != device; });
+  BenchInputs inputs = open_inputs(bench);
+  if (!inputs.devices.front().input) throw DeviceError(inputs.devices.front().why_not);
+  return inputs;
+}
+
+/// What the channel sees over some seconds.
+ChannelSeen seen_on(BenchInputs& inputs, Signal signal, double seconds) {
+  for (ChannelSeen& seen : look_at(inputs, seconds)) {
+    if (seen.channel.signal == signal) return std::move(seen);
+  }
+  throw Error("the device does not measure it");
+}
+
+}  // namespace
+
+int calibrate_channel(const CalibrateOptions& o) {
+  const auto signal = signal_named(o.signal);
+  if (!signal) throw Error("`" + o.signal + "` is no signal. Signals are omega, torque, e_a, i_a, i_f ...");
+  if (!(o.seconds > 0)) throw Error("--seconds must be above 0");
+  if (!(o.share > 0 && o.share < 1)) throw Error("--tolerance must be between 0 and 1: a share of the span");
+  const BenchConfig bench = read_bench(o.file);
+  const Place place = place_of(bench, *signal);
+  BenchInputs inputs = open_one(bench, place.device);
+  const std::string unit(info(*signal).unit);
+
+  Channel channel;
+  for (const Channel& one : inputs.devices.front().input->channels()) {
+    if (one.signal == *signal) channel = one;
+  }
+  const Conversion old = channel.conversion;
+  if (!old.from_file) {
+    throw Error(bench.file.string() + ": " + channel.source + " has no scale and offset in the bench file");
+  }
+
+  std::cout << o.signal << " is " << channel.source << ": scale " << pretty(old.scale, 6) << " " << unit << " per "
+            << old.unit << ", offset " << pretty(old.offset, 6) << " " << unit
+            << ".\nHold the machine at a known value, let it settle, type the value. An empty line ends.\n";
+  std::vector<SensorPoint> points;
+  std::string line;
+  while (std::cout << points.size() + 1 << "> " << std::flush, std::getline(std::cin, line)) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) break;
+    try {
+      const double reference = reference_of(line, *signal, o.arm);
+      points.push_back(point_at(reference, seen_on(inputs, *signal, o.seconds)));
+      std::cout << "   " << pretty(reference, 6) << " " << unit << " at " << pretty(points.back().raw, 6) << " +- "
+                << pretty(points.back().scatter, 2) << " " << old.unit << "\n";
+    } catch (const Error& e) {
+      std::cout << "   not taken: " << e.what() << "\n";
+    }
+  }
+  std::cout << "\n";
+
+  const SensorFit fit = fit_sensor(points, channel.lsb / std::abs(old.scale), o.share);
+  const std::string residual = points.size() > 2 ? "residual " + pretty(fit.residual, 2) + " " + unit + ", " +
+                                                       std::to_string(points.size()) + " points"
+                                                 : std::string("residual unknown, 2 points");
+  std::cout << "scale " << pretty(fit.scale, 6) << " " << unit << " per " << old.unit << ", offset "
+            << pretty(fit.offset, 6) << " " << unit << "; " << residual << "\n";
+  if (points.size() == 2) std::cout << "Two points always lie on a line: a third would show whether the sensor does.\n";
+  const double change = fit.scale / old.scale;
+  if (change < 0) {
+    std::cout << "The sign has changed: either it was wrong, or the references were typed without theirs.\n";
+  } else if (change > much || change < 1 / much) {
+    std::cout << "The scale has changed by a factor of " << pretty(change, 3) << ".\n";
+  }
+
+  const std::filesystem::path file = std::filesystem::canonical(bench.file);  // a link stays one
+  if (YamlMap::read_text(file) != bench.text) {
+    throw Error(file.string() + ": has changed meanwhile, and stays as it is. Write scale: " + pretty(fit.scale, 6) +
+                ", offset: " + pretty(fit.offset, 6));
+  }
+  const std::array numbers{KeyedNumber{"scale", fit.scale}, KeyedNumber{"offset", fit.offset}};
+  const std::string text = edited(bench.text, file, place.path, numbers, "calibrated " + today() + ": " + residual);
+  const auto mode = std::filesystem::status(file).permissions();
+  replace_file(file, [&](const std::filesystem::path& draft) {
+    std::ofstream out(draft, std::ios::binary);
+    out << text;
+    out.flush();
+    if (!out) throw SessionError(draft.string() + ": cannot be written");
+    std::filesystem::permissions(draft, mode);
+  });
+  std::cout << file.string() << ": written\n";
+  return 0;
+}
+
+}  // namespace emtb
