@@ -14,6 +14,7 @@
 
 #include "daemon/daemon.h"
 #include "daemon/lock.h"
+#include "daemon/make_safe.h"
 #include "daemon/options.h"
 #include "daemon/version.h"
 #include "drivers/registry.h"
@@ -63,19 +64,6 @@ void repair_sessions(const std::filesystem::path& data) {
   }
 }
 
-int make_safe(const BenchConfig& config) {
-  try {
-    const Bench bench = open_reference(config);
-    if (const Fault fault = bench.reference->make_safe(); fault != Fault::none) {
-      throw DeviceError(config.reference.device + ": " + std::string(text(fault)));
-    }
-  } catch (const Error& e) {
-    std::cerr << "emtbd: THE REFERENCE MAY NOT BE SAFE: " << e.what() << "\n";
-    return 1;
-  }
-  return 0;
-}
-
 /// `--pace` takes the place of simulation.pace. The bench's own text, which sessions keep, stays as it is.
 void override_pace(const Options& options, const BenchConfig& config) {
   if (!options.pace) return;
@@ -99,8 +87,8 @@ void set_pace(const Bench& bench, Daemon::Settings& settings) {
 }
 
 int serve(const Options& options) {
+  if (options.safe) return make_safe(options.config, "emtbd");
   const BenchConfig config = read_bench(options.config);
-  if (options.safe) return make_safe(config);
   if (!options.replay.empty()) throw Error("--replay: not available yet. Give a bench by --config alone");
 
   // First what tells whether another daemon is at work; only then the devices.
