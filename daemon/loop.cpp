@@ -194,7 +194,8 @@ void Loop::take(Port& port, const Reading& reading) noexcept {
   const auto last = first + static_cast<std::ptrdiff_t>(port.count);
   const auto watched = std::find_if(first, last, [&](const Watched& w) { return w.signal == reading.signal; });
   if (watched == last) return;  // a signal that the device never announced
-  const bool newer = reading.time > live_.time[index(reading.signal)].load(std::memory_order_relaxed);
+  // The first one since a start is: a replay begins its time anew.
+  const bool newer = !watched->seen || reading.time > live_.time[index(reading.signal)].load(std::memory_order_relaxed);
   const std::uint64_t gap = watched->seen && reading.sequence > watched->next ? reading.sequence - watched->next : 0;
   watch(*watched, reading);
   watched->next = reading.sequence + 1;

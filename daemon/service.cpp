@@ -189,6 +189,11 @@ std::string Service::live_line() const {
 }
 
 Profile Service::find_profile(const std::string& text) const {
+  if (settings_.recorded) {
+    if (text == settings_.recorded->name() || text == "replay") return *settings_.recorded;
+    throw Refusal(rpc::code::bad_profile, "this daemon replays " + settings_.replay_of +
+                                              ", whose reference is recorded. Run `replay`, or start emtbd on a bench");
+  }
   try {
     if (is_inline(text)) return read_profile(YamlMap::parse(text, "profile"));
     return read_profile(profile_path(text, bench_.file));
@@ -247,6 +252,7 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
                                                         {"software", std::string("emtbd ") + version},
                                                         {"started_utc", utc_text(now)}},
                                          .config = bench_.text};
+  if (!settings_.replay_of.empty()) description.attributes["replay_of"] = settings_.replay_of;
   // A read-back is a step of the converter off and a tick late; what drives the model is the command.
   std::erase_if(description.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
   description.channels.push_back({.signal = Signal::u_ref, .period = 1 / bench_.rate, .source = "commanded reference"});

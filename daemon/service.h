@@ -28,6 +28,8 @@ class Service {
     std::vector<Channel> channels;          ///< what the bench measures
     std::string pace;                       ///< `1`, `20`, `max`
     std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions; empty: not asked
+    std::optional<Profile> recorded{};      ///< of a replay: the one profile that there is to run
+    std::string replay_of{};                ///< the session that is replayed
   };
 
   /// What the service wants of the socket. Both only from within a method.
