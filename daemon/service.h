@@ -77,13 +77,16 @@ class Service {
   nlohmann::json status(const rpc::Peer& peer) const;
   nlohmann::json run(const rpc::Params& params, const rpc::Peer& peer);
   nlohmann::json stop();
+  nlohmann::json confirm(const rpc::Peer& peer);
   nlohmann::json reset(const rpc::Peer& peer);
   nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer) const;
   nlohmann::json config() const;
 
-  void refuse_if_disk_is_full(const Profile& profile) const;
-  Profile find_profile(const std::string& text) const;
-  void check(const Profile& profile) const;
+  void refuse_if_disk_is_full(const Experiment& experiment) const;
+  Experiment find_experiment(const std::string& text) const;
+  void check(const Experiment& experiment) const;
+  void refuse_unless_ready(const Experiment& experiment) const;
+  nlohmann::json pause() const;
   nlohmann::json fault() const;
   nlohmann::json signals() const;
   void refuse_if_busy(const std::string& what, const rpc::Peer& peer) const;

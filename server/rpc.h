@@ -35,6 +35,7 @@ inline constexpr int bad_profile = 3;    ///< not found, malformed, or beyond th
 inline constexpr int cannot_record = 4;  ///< the session's file cannot be created
 inline constexpr int cause_stands = 5;   ///< reset refused; data: fault
 inline constexpr int not_available = 6;  ///< nothing of the kind is there
+inline constexpr int not_ready = 7;      ///< a need of the profile is not met; data: need
 }  // namespace code
 
 /// A method's answer is an error.
