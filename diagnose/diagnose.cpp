@@ -1,9 +1,11 @@
 #include "diagnose/diagnose.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -90,6 +92,37 @@ class Search {
     return !any_amplitude;
   }
 
+  /// Two effects that hide each other: where no single one helps, both together may explain most of what is left.
+  struct Two {
+    std::array<std::size_t, 2> effects{};
+    Trial trial;
+  };
+  std::optional<Two> two_at_once(const Round& round, const Materiality& rule) const {
+    constexpr std::size_t tried = 4;    // the best scored: six pairs
+    constexpr double most_of_it = 0.5;  // of the largest remainder: two amplitudes can do a little of anything
+    const Loss& alone = round.fitted.held_out;
+    const double left = largest_excess(alone);
+    if (left < rule.remainder) return std::nullopt;
+    std::vector<Score> best = promising(round.scores, options_.score);
+    std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, round.fitted.model); });
+    if (best.size() > tried) best.resize(tried);
+    std::optional<Two> found;
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      const Model one = with_effect(data_.train, round.fitted.model, best[i].effect, best[i].starts.front());
+      for (std::size_t j = i + 1; j < best.size(); ++j) {
+        Score::Start start = best[j].starts.front();
+        start.others.clear();  // they belong to a model without the first
+        Two two{{best[i].effect, best[j].effect}, fit(with_effect(data_.train, one, best[j].effect, start))};
+        if (largest_excess(two.trial.held_out) > (1 - most_of_it) * left) continue;
+        if (found && found->trial.held_out.error() <= two.trial.held_out.error()) continue;
+        if (!material(alone, two.trial.held_out, rule)) continue;
+        if (!determined(two.trial.model, two.effects[0]) || !determined(two.trial.model, two.effects[1])) continue;
+        found = std::move(two);
+      }
+    }
+    return found;
+  }
+
   /// The round of a model; the same effects are explored once.
   const Round& round(const std::vector<std::size_t>& effects, const std::function<Trial()>& fitted) {
     std::vector<std::size_t> key = effects;
@@ -102,6 +135,12 @@ class Search {
   }
 
  private:
+  static double largest_excess(const Loss& loss) {
+    double largest = 0;
+    for (const auto& [signal, mean_square] : loss.mean_squares()) largest = std::max(largest, mean_square - 1);
+    return largest;
+  }
+
   /// Is some signal so far above its floor that anything material could be removed?
   bool anything_left(const Loss& loss) const {
     return std::ranges::any_of(loss.mean_squares(),
@@ -295,7 +334,16 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
       best = best_of(trials, current, rule);
     }
-    if (best == nullptr) break;
+    if (best == nullptr) {
+      auto two = search.two_at_once(round, rule);
+      if (!two) break;
+      for (const std::size_t effect : two->effects) {
+        found.push_back(effect);
+        d.steps.push_back({"added " + id(effect), effect, two->trial.train, two->trial.held_out.error()});
+      }
+      current = std::move(two->trial);
+      continue;
+    }
     found.push_back(best->first.effect);
     d.steps.push_back({"added " + id(found.back()), found.back(), best->second.train, best->second.held_out.error()});
     current = Trial(best->second);

@@ -162,6 +162,7 @@ struct Hypothesis {
   std::size_t effect = 0;
   const EffectInfo* info = nullptr;
   StartValues at{};
+  bool whole = false;  ///< the change that it makes as it stands; it fades, or is sudden, or acts on edges
 
   const EffectInfo& about() const { return *info; }
 
@@ -173,7 +174,7 @@ struct Hypothesis {
     }
     return all;
   }
-  std::size_t columns() const { return about().fades() ? 1 : about().periodic ? 2 : amplitudes().size(); }
+  std::size_t columns() const { return whole ? 1 : about().periodic ? 2 : amplitudes().size(); }
 };
 
 /// The step a = H⁻¹ g, with parameters that would leave their bounds held where they are.
@@ -232,7 +233,7 @@ std::vector<Batch> batches_of(const std::vector<Hypothesis>& hypotheses) {
   std::vector<Batch> batches;
   std::size_t columns = 0;
   for (const Hypothesis& h : hypotheses) {
-    const bool alone = h.about().fades();
+    const bool alone = h.whole;
     if (batches.empty() || alone || columns + h.columns() > 2 * derivatives_per_pass) {
       batches.emplace_back();
       columns = 0;
@@ -274,7 +275,7 @@ Extended extend(const Fitted& fitted, const PreparedRun& record, const Batch& ba
       parts.push_back({h.effect, values, {0}, column + 1});
     } else {
       (h.effect < effect_count ? parts : formulas)
-          .push_back({h.effect, values, h.about().fades() ? std::vector<std::size_t>{} : h.amplitudes(), column});
+          .push_back({h.effect, values, h.whole ? std::vector<std::size_t>{} : h.amplitudes(), column});
     }
     column += h.columns();
   }
@@ -320,7 +321,7 @@ std::vector<Evidence> evidence_of(const Fitted& fitted, std::size_t index, const
   const PreparedRun& record = fitted.records[index];
   const Extended x = extend(fitted, record, batch);
   std::vector<Residuals> seen;
-  if (batch.front().about().fades()) {
+  if (batch.front().whole) {
     seen = residuals_at_turn(record, x.structure, x.values, {}, fitted.turns[index]);
     for (std::size_t s = 0; s < seen.size(); ++s) {
       const VectorXd change = fitted.bases[index][s].plain.value - seen[s].value;
@@ -391,9 +392,9 @@ Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& eviden
   const VectorXd full = cross.cc.diagonal();
   const MatrixXd imitated = imitation(own, cross);
   const Projected projected = project(own, cross, imitated);
-  // An effect that fades is there as it stands: its whole change, once.
-  const VectorXd step = about.fades() ? VectorXd::Ones(1) : expected_step(projected, h, full);
-  if (!about.fades()) {
+  // One that is tried whole is there as it stands: its change, once.
+  const VectorXd step = h.whole ? VectorXd::Ones(1) : expected_step(projected, h, full);
+  if (!h.whole) {
     for (std::size_t i = 0; i < amplitudes.size(); ++i) {
       expected[amplitudes[i]] += step[static_cast<Eigen::Index>(i)];
     }
@@ -406,23 +407,23 @@ Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& eviden
 
   const Projected whitened = project(fitted.white, evidence.white, imitation(fitted.white, evidence.white));
   VectorXd white_step = VectorXd::Zero(full.size());
-  if (!about.fades()) {
+  if (!h.whole) {
     white_step = expected_step(whitened, h, evidence.white.cc.diagonal());
   } else if (whitened.information(0, 0) > 0) {
     white_step[0] = std::max(0.0, whitened.gradient[0] / whitened.information(0, 0));
   }
   const double statistic = 2 * white_step.dot(whitened.gradient) - white_step.dot(whitened.information * white_step);
   result.p_value = chi_squared_tail(statistic, full.size());
-  if (full.size() == 1 && (about.opposes_motion || about.fades()))
-    result.p_value /= 2;  // the other half scores nothing
+  if (full.size() == 1 && (about.opposes_motion || h.whole)) result.p_value /= 2;  // the other half scores nothing
 
   double size = detectable(fitted, evidence, imitated, whitened.information(0, 0), candidates, options);
-  if (about.fades()) {
+  if (h.whole) {
     // `size` is a share of this effect; its parameter lies between where it is absent and where it was tried, about
     // evenly, or where it is absent at infinity evenly in the inverse.
+    const EffectParameter& first = about.parameter_list[0];
     const double absent = about.clips ? 1 / fitted.seen.voltage : 0;
-    if (about.sudden) {
-      size *= h.at[0];
+    if (about.sudden || about.edges) {
+      size *= std::abs(h.at[0] - (first.known ? fitted.seen.rise : first.null));
     } else {
       size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
     }
@@ -527,24 +528,26 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
     const EffectInfo& about = fitted.model.about(effect);
     if (about.sudden && !fitted.model.includes(effect_index(about.needs))) continue;
     if (!about.periodic) {
+      bool whole = about.fades();
       for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {
         for (std::size_t i = 0; i < about.parameter_count; ++i) {
           const EffectParameter& parameter = about.parameter_list[i];
-          if (!about.fades() && !parameter.shape && !parameter.known) at[i] = parameter.null;
+          if (!whole && !parameter.shape && !parameter.known) at[i] = parameter.null;
         }
-        all.push_back({effect, &about, at});
+        all.push_back({effect, &about, at, whole});
+        whole = whole || about.edges;  // the first of those is its null
       }
       continue;
     }
     const bool any_order =
         std::ranges::find(about.parameters(), "N", &EffectParameter::symbol) != about.parameters().end();
     if (!any_order) {  // once a turn
-      all.push_back({effect, &about, {}});
+      all.push_back({effect, &about, {}, false});
       continue;
     }
     if (!orders) orders = orders_left(fitted);
     for (const Order& order : *orders) {
-      Hypothesis h{effect, &about, {}};
+      Hypothesis h{effect, &about, {}, false};
       for (std::size_t i = 0; i < about.parameter_count; ++i) {
         if (about.parameter_list[i].symbol == "N") h.at[i] = order.per_turn;
       }
@@ -648,10 +651,14 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
     }
     Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
     const bool shaped = std::ranges::any_of(model.about(effect).parameters(), &EffectParameter::shape);
-    if (model.about(effect).fades() && (shaped || model.about(effect).sudden)) {
+    const bool several = (model.about(effect).fades() && shaped) || model.about(effect).sudden;
+    if (several) {
       for (const Score& other : tried) {
         if (other.expected() != best.expected()) best.starts.push_back(other.starts.front());
       }
+    }
+    if (model.about(effect).edges) {
+      best.detectable_size = std::ranges::min_element(tried, {}, &Score::detectable_size)->detectable_size;
     }
     best.p_value = std::min(
         1.0, std::ranges::min_element(tried, {}, &Score::p_value)->p_value * static_cast<double>(tried.size()));

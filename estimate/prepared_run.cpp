@@ -120,6 +120,17 @@ InputNoise noise_of_means(const ColouredNoise& noise, std::span<const std::size_
   return left;
 }
 
+/// The measured speed that load effects see, its noise averaged away where it stands still: noise that enters the
+/// predicted torque looks like a gauge that is too quick.
+std::vector<double> quiet_speed(const Run& run, std::span<const double> grid) {
+  const Series& omega = run.at(Signal::omega);
+  const std::vector<double> raw = on_grid(omega, grid, run.name + ": omega_rad_s");
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const ColouredNoise noise = coloured_noise(raw, omega.lsb / std::sqrt(12.0));
+  const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+  return moving_mean(raw, trusted_reach(raw, std::vector<std::size_t>(grid.size(), longest), noise));
+}
+
 /// The gauge's reading as a load, its noise averaged away where it stands still. Nothing where it reads zero
 /// throughout: then K_m, B, J and the frictions share a common factor anyway, and a load of pure noise would only add
 /// its noise.
@@ -312,8 +323,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   if (run.has(Signal::torque)) {
     add(Signal::torque, run.at(Signal::torque));
     load_with_measured_torque(record, run.at(Signal::torque));
-    if (record.measured_load && run.has(Signal::omega))
-      x.omega = on_grid(run.at(Signal::omega), x.t, run.name + ": omega_rad_s");
+    if (record.measured_load && run.has(Signal::omega)) x.omega = quiet_speed(run, x.t);
   }
   if (run.has(Signal::e_a) && model.input == Signal::u_ref) {
     add(Signal::e_a, run.at(Signal::e_a));

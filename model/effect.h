@@ -63,6 +63,7 @@ struct EffectInfo {
   bool opposes_motion = false;  ///< an amplitude that cannot be negative
   bool clips = false;           ///< acts beyond its parameter only: what the data reach is its null
   bool sudden = false;          ///< its null tells nothing of it: tried at sizes of its own
+  bool edges = false;           ///< acts after an edge is over, where its null tells nothing: tried at sizes, too
   bool periodic = false;        ///< in the angle; its shapes are found from the data's own spectrum
   std::string_view needs = {};  ///< the effect without which this one makes no sense
 

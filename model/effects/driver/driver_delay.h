@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "model/dual.h"
 #include "model/effect.h"
 
@@ -20,12 +22,16 @@ struct DriverDelay {
           "From driver_lag by the shape of the edge: shifted, not rounded. Half a sample of timing error in the data "
           "looks the same.",
       .source = "Leonhard, Control of Electrical Drives: T/(2p) on the mean",
-      .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2}}}};
+      .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2}}},
+      .edges = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     balance.delay += p[0];
   }
+
+  /// None, and from a sample of a fast loop to a slow machine's, in s.
+  static std::vector<StartValues> starts(const Ranges&) { return {{0.0}, {0.001}, {0.003}, {0.01}, {0.03}, {0.1}}; }
 };
 
 }  // namespace emtb

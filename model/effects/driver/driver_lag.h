@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "model/dual.h"
 #include "model/effect.h"
 
@@ -16,12 +18,16 @@ struct DriverLag {
       .shows = "The edges of e_a are exponential; nothing is wrong when settled.",
       .told_apart = "From driver_delay by the shape of the edge; from tacho_lag by a measured e_a.",
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
-      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}}};
+      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
+      .edges = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     balance.lag += p[0];
   }
+
+  /// None, and from a sample of a fast loop to a slow machine's, in s.
+  static std::vector<StartValues> starts(const Ranges&) { return {{0.0}, {0.001}, {0.003}, {0.01}, {0.03}, {0.1}}; }
 };
 
 }  // namespace emtb

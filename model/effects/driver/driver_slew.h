@@ -20,7 +20,8 @@ struct DriverSlew {
       .source = "Erdal et al. (2011), figure 8: 22.5 and -20.4 V/s",
       .parameter_list = {{{.symbol = "rise", .unit = "V/s", .null = 1e12, .min = 1e-3, .max = 1e12, .known = true},
                           {.symbol = "fall", .unit = "V/s", .null = 1e12, .min = 1e-3, .max = 1e12, .known = true}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .edges = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -28,8 +29,13 @@ struct DriverSlew {
     balance.fall = p[1];
   }
 
-  /// At the driver's known limits.
-  static std::vector<StartValues> starts(const Ranges& seen) { return {{seen.rise, seen.fall}}; }
+  /// At the driver's known limits, and at shares of both.
+  static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double share : {1.0, 0.6, 0.8, 0.9, 1.1, 1.25, 1.6})
+      all.push_back({share * seen.rise, share * seen.fall});
+    return all;
+  }
 };
 
 }  // namespace emtb
