@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <sstream>
+
+#include "experiment/further_profiles.h"
+#include "session/spec.h"
 
 namespace emtb {
 namespace {
@@ -19,20 +23,20 @@ Rest rest(const YamlMap& yaml) {
 }
 
 Profile read_step(const std::string& name, const YamlMap& yaml) {
-  yaml.only({"name", "kind", "level", "before", "hold", "after", "rest"});
+  yaml.only({"name", "kind", "level", "before", "hold", "after", "rest", "needs", "pauses"});
   const auto [before, after, level] = rest(yaml);
   return step(name, yaml.number("level"), before, yaml.positive("hold"), after, level);
 }
 
 Profile read_ramp(const std::string& name, const YamlMap& yaml) {
-  yaml.only({"name", "kind", "level", "rate", "before", "hold", "after", "rest"});
+  yaml.only({"name", "kind", "level", "rate", "before", "hold", "after", "rest", "needs", "pauses"});
   const auto [before, after, level] = rest(yaml);
   return ramp(name, yaml.number("level"), yaml.positive("rate"), before, yaml.within("hold", 0, unbounded), after,
               level);
 }
 
 Profile read_staircase(const std::string& name, const YamlMap& yaml) {
-  yaml.only({"name", "kind", "levels", "before", "hold", "after", "rest"});
+  yaml.only({"name", "kind", "levels", "before", "hold", "after", "rest", "needs", "pauses"});
   const auto [before, after, level] = rest(yaml);
   const std::vector<double> levels = yaml.numbers("levels");
   if (levels.empty()) yaml.fail("levels", "is empty. Give at least one level in V, e.g. [2, 4, 6]");
@@ -40,7 +44,8 @@ Profile read_staircase(const std::string& name, const YamlMap& yaml) {
 }
 
 Profile read_random_steps(const std::string& name, const YamlMap& yaml) {
-  yaml.only({"name", "kind", "low", "high", "shortest", "longest", "total", "seed", "before", "after", "rest"});
+  yaml.only({"name", "kind", "low", "high", "shortest", "longest", "total", "seed", "before", "after", "rest", "needs",
+             "pauses"});
   const auto [before, after, level] = rest(yaml);
   const double low = yaml.number("low");
   const double high = yaml.within("high", low, unbounded);
@@ -54,7 +59,7 @@ Profile read_random_steps(const std::string& name, const YamlMap& yaml) {
 }
 
 Profile read_knots(const std::string& name, const YamlMap& yaml) {
-  yaml.only({"name", "kind", "times", "values"});
+  yaml.only({"name", "kind", "times", "values", "needs", "pauses"});
   const std::vector<double> times = yaml.numbers("times"), values = yaml.numbers("values");
   if (times.empty() || times.size() != values.size()) {
     yaml.fail("values", "has " + std::to_string(values.size()) + " entries, but times has " +
@@ -68,12 +73,83 @@ Profile read_knots(const std::string& name, const YamlMap& yaml) {
   return {name, std::move(knots)};
 }
 
+Profile read_coast_down(const std::string& name, const YamlMap& yaml) {
+  yaml.only({"name", "kind", "level", "rate", "before", "hold", "after", "rest", "needs", "pauses"});
+  const auto [before, after, level] = rest(yaml);
+  return coast_down(name, yaml.number("level"), yaml.positive("rate"), before, yaml.positive("hold"), after, level);
+}
+
+Profile read_reversal(const std::string& name, const YamlMap& yaml) {
+  yaml.only({"name", "kind", "level", "times", "before", "hold", "after", "rest", "needs", "pauses"});
+  const auto [before, after, level] = rest(yaml);
+  const double times = yaml.within_or("times", 1, 1000, 1);
+  if (times != std::floor(times)) yaml.fail("times", "must be a whole number");
+  return reversal(name, yaml.number("level"), static_cast<int>(times), before, yaml.positive("hold"), after, level);
+}
+
+Profile read_chirp(const std::string& name, const YamlMap& yaml) {
+  yaml.only({"name", "kind", "offset", "amplitude", "f0", "f1", "before", "total", "after", "rest", "needs", "pauses"});
+  const auto [before, after, level] = rest(yaml);
+  return chirp(name, yaml.number("offset"), yaml.positive("amplitude"), yaml.positive("f0"), yaml.positive("f1"),
+               before, yaml.positive("total"), after, level);
+}
+
+Profile read_heat_soak(const std::string& name, const YamlMap& yaml) {
+  yaml.only({"name", "kind", "level", "low", "every", "dip", "before", "total", "after", "rest", "needs", "pauses"});
+  const auto [before, after, level] = rest(yaml);
+  return heat_soak(name, yaml.number("level"), yaml.number("low"), yaml.positive("every"), yaml.positive("dip"), before,
+                   yaml.positive("total"), after, level);
+}
+
+/// The u_ref of a session; each value is held until the next, as a daemon set it, unless `line: true` asks for straight
+/// lines.
+Profile read_from_csv(const std::string& name, const YamlMap& yaml) {
+  yaml.only({"name", "kind", "file", "line", "needs", "pauses"});
+  const std::filesystem::path file(yaml.text("file"));
+  const auto runs = read_runs((yaml.file().parent_path() / file).string());
+  if (runs.size() != 1 || !runs[0].has(Signal::u_ref)) {
+    yaml.fail("file", "must name one run with a column u_ref_V: PATH[#RUN]");
+  }
+  const Series& u = runs[0].at(Signal::u_ref);
+  if (!yaml.flag_or("line", false)) return held(name, u.t, u.value);
+  std::vector<Knot> knots;
+  for (std::size_t i = 0; i < u.t.size(); ++i) knots.push_back({u.t[i], u.value[i]});
+  return {name, std::move(knots)};
+}
+
+Needs read_needs(const YamlMap& yaml) {
+  const auto entry = yaml.map_if("needs");
+  if (!entry) return {};
+  entry->only({"at_rest", "field", "idle", "temperature"});
+  Needs needs{.at_rest = entry->flag_or("at_rest", false), .field = entry->flag_or("field", false)};
+  if (entry->has("idle")) needs.idle = entry->within("idle", 0, unbounded);
+  if (entry->has("temperature")) needs.temperature = entry->number("temperature");
+  return needs;
+}
+
+std::vector<Pause> read_pauses(const YamlMap& yaml, double duration) {
+  std::vector<Pause> pauses;
+  for (const YamlMap& entry : yaml.maps("pauses")) {
+    entry.only({"at", "say", "within"});
+    const double earliest = pauses.empty() ? 0 : pauses.back().at;
+    pauses.push_back({.at = entry.within("at", earliest, duration),
+                      .say = entry.text("say"),
+                      .within = entry.within_or("within", 1, 3600, 60)});
+  }
+  return pauses;
+}
+
 using Reader = Profile (*)(const std::string&, const YamlMap&);
-constexpr std::array<std::pair<std::string_view, Reader>, 5> kinds{{{"step", read_step},
-                                                                    {"ramp", read_ramp},
-                                                                    {"staircase", read_staircase},
-                                                                    {"random_steps", read_random_steps},
-                                                                    {"knots", read_knots}}};
+constexpr std::array<std::pair<std::string_view, Reader>, 10> kinds{{{"step", read_step},
+                                                                     {"coast_down", read_coast_down},
+                                                                     {"reversal", read_reversal},
+                                                                     {"chirp", read_chirp},
+                                                                     {"heat_soak", read_heat_soak},
+                                                                     {"from_csv", read_from_csv},
+                                                                     {"ramp", read_ramp},
+                                                                     {"staircase", read_staircase},
+                                                                     {"random_steps", read_random_steps},
+                                                                     {"knots", read_knots}}};
 
 }  // namespace
 
@@ -92,7 +168,29 @@ Profile read_profile(const YamlMap& yaml) {
   for (const auto& [word, read] : kinds) {
     if (word == kind) return read(name, yaml);
   }
-  yaml.fail("kind", "is `" + kind + "`. Known: step, ramp, staircase, random_steps, knots");
+  yaml.fail(
+      "kind",
+      "is `" + kind +
+          "`. Known: step, ramp, staircase, random_steps, knots, coast_down, reversal, chirp, heat_soak, from_csv");
+}
+
+Experiment read_experiment(const std::filesystem::path& path) { return read_experiment(YamlMap::load(path)); }
+
+Experiment read_experiment(const YamlMap& yaml) {
+  Profile profile = read_profile(yaml);
+  std::vector<Pause> pauses = read_pauses(yaml, profile.duration());
+  return {.profile = std::move(profile), .needs = read_needs(yaml), .pauses = std::move(pauses)};
+}
+
+std::string self_contained(const YamlMap& yaml) {
+  std::string text = to_yaml(read_experiment(yaml).profile);
+  for (const char* key : {"needs", "pauses"}) {
+    if (!yaml.has(key)) continue;
+    YAML::Node entry = YAML::Clone(yaml.node()[key]);
+    entry.SetStyle(YAML::EmitterStyle::Flow);
+    text += std::string(key) + ": " + YAML::Dump(entry) + "\n";
+  }
+  return text;
 }
 
 std::string to_yaml(const Profile& profile) {

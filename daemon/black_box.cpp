@@ -46,7 +46,13 @@ void BlackBox::take(const Record& record) {
   const auto track = tracks_.find(*record.signal);
   if (track == tracks_.end()) return;
   auto& [points, written] = track->second;
+  if (written > 0 && record.at < points[(written - 1) % points.size()].at) begin_anew();
   points[written++ % points.size()] = {.at = record.at, .value = record.value};
+}
+
+void BlackBox::begin_anew() {
+  for (auto& [signal, track] : tracks_) track.written = 0;
+  happenings_ = 0;
 }
 
 std::filesystem::path BlackBox::dump(std::int64_t utc, const std::string& why) const {

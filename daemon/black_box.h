@@ -38,6 +38,8 @@ class BlackBox {
   std::filesystem::path dump(std::int64_t utc, const std::string& why) const;
 
  private:
+  void begin_anew();  // time itself did: a replay
+
   struct Point {
     double at = 0;  // [s] on the loop's clock
     double value = 0;

@@ -24,6 +24,8 @@ class Daemon {
     std::string pace = "1";                     ///< as clients are told
     std::function<void(bool busy)> set_pace{};  ///< simulated time; empty: real time
     Realtime realtime = Realtime::off;
+    std::optional<Profile> recorded{};  ///< of a replay: the one profile that there is to run
+    std::string replay_of{};            ///< the session that is replayed; kept in the new one
     std::function<void(const std::string&)> log;
     OpenSink open_sink = open_session;
     std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions; empty: free_space(data)

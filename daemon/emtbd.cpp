@@ -11,12 +11,15 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <optional>
 
 #include "daemon/daemon.h"
 #include "daemon/lock.h"
+#include "daemon/make_safe.h"
 #include "daemon/options.h"
 #include "daemon/version.h"
 #include "drivers/registry.h"
+#include "drivers/replay/open.h"
 #include "drivers/simulated/paced_clock.h"
 #include "hal/error.h"
 #include "server/client.h"
@@ -63,19 +66,6 @@ void repair_sessions(const std::filesystem::path& data) {
   }
 }
 
-int make_safe(const BenchConfig& config) {
-  try {
-    const Bench bench = open_reference(config);
-    if (const Fault fault = bench.reference->make_safe(); fault != Fault::none) {
-      throw DeviceError(config.reference.device + ": " + std::string(text(fault)));
-    }
-  } catch (const Error& e) {
-    std::cerr << "emtbd: THE REFERENCE MAY NOT BE SAFE: " << e.what() << "\n";
-    return 1;
-  }
-  return 0;
-}
-
 /// `--pace` takes the place of simulation.pace. The bench's own text, which sessions keep, stays as it is.
 void override_pace(const Options& options, const BenchConfig& config) {
   if (!options.pace) return;
@@ -98,13 +88,34 @@ void set_pace(const Bench& bench, Daemon::Settings& settings) {
   settings.realtime = Realtime::off;  // a loop that hardly sleeps must not outrank everybody
 }
 
-int serve(const Options& options) {
-  const BenchConfig config = read_bench(options.config);
-  if (options.safe) return make_safe(config);
-  if (!options.replay.empty()) throw Error("--replay: not available yet. Give a bench by --config alone");
+Bench open_live(const Options& options, const BenchConfig& config, Daemon::Settings& settings) {
+  override_pace(options, config);
+  Bench bench = open_bench(config);
+  set_pace(bench, settings);
+  return bench;
+}
 
-  // First what tells whether another daemon is at work; only then the devices.
-  const PathLock bench_lock(options.config, "bench");
+Bench open_replay(const Options& options, BenchConfig& config, Daemon::Settings& settings) {
+  const double pace = options.pace.value_or(1);
+  config.reference.rate = 0;  // the recorded reference was within it
+  replay::Replay opened = replay::open(options.replay.string(), config.reference.limits, 1 / config.rate, pace);
+  settings.pace = std::isinf(pace) ? "max" : fmt::format("{}", pace);
+  settings.set_pace = opened.play;
+  settings.recorded = std::move(opened.profile);
+  settings.replay_of = options.replay.string();
+  settings.realtime = Realtime::off;
+  return std::move(opened.bench);
+}
+
+int serve(const Options& options) {
+  if (options.safe) return make_safe(options.config, "emtbd");
+  BenchConfig config = read_bench(options.config);
+
+  // First what tells whether another daemon is at work; only then the devices. A replay leaves those to whoever has
+  // them.
+  const bool replays = !options.replay.empty();
+  std::optional<PathLock> bench_lock;
+  if (!replays) bench_lock.emplace(options.config, "bench");
   prepare_data(options.data);
   const PathLock data_lock(options.data, "data folder");
   UnixSocketServer server(options.socket.empty() ? socket_to_listen() : options.socket);
@@ -120,12 +131,10 @@ int serve(const Options& options) {
   signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
 
   repair_sessions(options.data);
-  override_pace(options, config);
-  Bench bench = open_bench(config);
   Daemon::Settings settings{.data = std::filesystem::absolute(options.data),
                             .realtime = config.realtime,
                             .log = [](const std::string& line) { spdlog::info("{}", line); }};
-  set_pace(bench, settings);
+  Bench bench = replays ? open_replay(options, config, settings) : open_live(options, config, settings);
   last_resort = bench.reference.get();
   std::set_terminate(die_safely);
   Daemon daemon(config, std::move(bench), server, std::move(settings));

@@ -131,6 +131,9 @@ void Loop::begin(const Order& order) noexcept {
     return;
   }
   enter(State::running);
+  pause_ = 0;
+  waiting_ = false;
+  paused_ = 0;
   t0_ = std::nan("");
   late_ = 0;
   start_devices();
@@ -194,7 +197,8 @@ void Loop::take(Port& port, const Reading& reading) noexcept {
   const auto last = first + static_cast<std::ptrdiff_t>(port.count);
   const auto watched = std::find_if(first, last, [&](const Watched& w) { return w.signal == reading.signal; });
   if (watched == last) return;  // a signal that the device never announced
-  const bool newer = reading.time > live_.time[index(reading.signal)].load(std::memory_order_relaxed);
+  // The first one since a start is: a replay begins its time anew.
+  const bool newer = !watched->seen || reading.time > live_.time[index(reading.signal)].load(std::memory_order_relaxed);
   const std::uint64_t gap = watched->seen && reading.sequence > watched->next ? reading.sequence - watched->next : 0;
   watch(*watched, reading);
   watched->next = reading.sequence + 1;
@@ -255,11 +259,13 @@ void Loop::drive(double now) noexcept {
       break;
     case State::running: {
       const double t = now - t0_;
-      if (t >= order_->profile.duration() - rounding) {
+      const double at = profile_time(t);
+      if (state_ != State::running) break;  // nobody came
+      if (at >= order_->profile.duration() - rounding && !waiting_) {
         end(Outcome::done, Fault::none);
         break;
       }
-      const double u = safety_.shape(order_->profile.reference(t), u_, dt_);
+      const double u = safety_.shape(order_->profile.reference(at), u_, dt_);
       fault = bench_.reference->set(u);
       if (fault != Fault::none) break;
       u_ = u;
@@ -273,6 +279,40 @@ void Loop::drive(double now) noexcept {
     push_surely(end_);
     order_ = nullptr;
   }
+}
+
+/// The profile's time [s] stands still while a person has something to do.
+double Loop::profile_time(double t) noexcept {
+  while (pause_ < order_->pauses.size() && t - paused_ >= order_->pauses[pause_].at - rounding) {
+    const Pause& pause = order_->pauses[pause_];
+    if (!waiting_) {
+      waiting_ = true;
+      waits_since_ = t;
+      tell(event_code::paused, t);
+      live_.pause.store(static_cast<int>(pause_), std::memory_order_relaxed);
+    }
+    const bool confirmed = mailbox_.confirmed.load(std::memory_order_relaxed) == confirmation(order_->id, pause_);
+    const bool alone = t - waits_since_ > pause.within;
+    if (!confirmed && !alone) return pause.at - 2 * rounding;  // what stood before a jump at this very time
+    waiting_ = false;
+    live_.pause.store(-1, std::memory_order_relaxed);
+    tell(confirmed ? event_code::resumed : event_code::unattended, t);
+    if (!confirmed) {
+      end(Outcome::stopped, Fault::none);
+      return t - paused_;
+    }
+    paused_ = t - pause.at;
+    ++pause_;
+  }
+  return t - paused_;
+}
+
+void Loop::tell(int code, double t) noexcept {
+  push({.kind = Record::Kind::event,
+        .code = static_cast<std::uint16_t>(code),
+        .t = t,
+        .value = static_cast<double>(pause_ + 1),
+        .at = now_});
 }
 
 void Loop::trip(const Trip& trip) noexcept {
@@ -317,6 +357,7 @@ void Loop::end(Outcome outcome, Fault fault) noexcept {
   Fault broken = Fault::none;
   if (outcome != Outcome::fault) broken = make_safe();  // after a fault, trip() did it
   ended_ = true;
+  live_.pause.store(-1, std::memory_order_relaxed);
   end_ = {.kind = Record::Kind::end, .outcome = outcome, .code = static_cast<std::uint16_t>(fault), .t = t, .at = now_};
   push({.signal = Signal::u_ref, .t = t, .value = u_, .at = now_});
   live_.run_time.store(t, std::memory_order_relaxed);

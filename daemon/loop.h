@@ -11,7 +11,7 @@
 #include "daemon/ring.h"
 #include "daemon/safety.h"
 #include "daemon/tacho_watch.h"
-#include "experiment/profile.h"
+#include "experiment/conditions.h"
 #include "hal/bench.h"
 
 namespace emtb {
@@ -20,18 +20,23 @@ namespace emtb {
 struct Order {
   std::uint64_t id = 0;  ///< > 0, never used twice
   Profile profile;
+  std::vector<Pause> pauses{};
 };
 
 /// What other threads ask of the loop. Each field is one wish; the loop looks once a tick.
 struct Mailbox {
   std::atomic<const Order*> run{nullptr};
-  std::atomic<std::uint64_t> stop{0};    ///< id of the run that shall end: a late wish cannot hit the next run
-  std::atomic<std::uint64_t> lost{0};    ///< id of the run whose client is gone
-  std::atomic<std::uint64_t> resets{0};  ///< counts wishes to arm; answered in Live::resets
-  std::atomic<bool> terminate{false};    ///< the process ends; never taken back
+  std::atomic<std::uint64_t> stop{0};       ///< id of the run that shall end: a late wish cannot hit the next run
+  std::atomic<std::uint64_t> lost{0};       ///< id of the run whose client is gone
+  std::atomic<std::uint64_t> confirmed{0};  ///< confirmation() of the pause that may end
+  std::atomic<std::uint64_t> resets{0};     ///< counts wishes to arm; answered in Live::resets
+  std::atomic<bool> terminate{false};       ///< the process ends; never taken back
   std::atomic<bool> recorder_failed{false};
   std::atomic<bool> disk_low{false};  ///< the recorder still writes, but not for long
 };
+
+/// Of one pause of one run: a late one cannot end the next.
+constexpr std::uint64_t confirmation(std::uint64_t run, std::size_t pause) noexcept { return run << 16 | (pause + 1); }
 
 /// What the loop shows to other threads, each value by itself: good for eyes, not for computing.
 struct Live {
@@ -45,6 +50,7 @@ struct Live {
   std::atomic<double> now{0};              ///< [s] on the loop's clock
   std::atomic<double> run_time{0};         ///< [s] since the run began, or its length when it ended
   std::atomic<double> u_ref{0};            ///< [V] as set
+  std::atomic<int> pause{-1};              ///< the pause of the run that waits for a person, or -1
   std::atomic<std::uint64_t> ticks{0};
   std::atomic<std::uint64_t> missed{0};  ///< deadlines, since the start of the daemon
   std::atomic<std::uint64_t> resets{0};  ///< the last wish to arm that is decided
@@ -120,6 +126,8 @@ class Loop {
   void check(double now, std::uint64_t missed) noexcept;
   void arm_if_all_is_well() noexcept;
   void drive(double now) noexcept;
+  double profile_time(double t) noexcept;
+  void tell(int code, double t) noexcept;
   void trip(const Trip& trip) noexcept;
   Fault make_safe() noexcept;
   void end(Outcome outcome, Fault fault) noexcept;
@@ -156,6 +164,10 @@ class Loop {
   const Order* order_ = nullptr;
   bool ended_ = false;
   double t0_ = 0;                     // [s] start of the run; NaN until its first tick
+  std::size_t pause_ = 0;             // the next one
+  bool waiting_ = false;              // in it
+  double waits_since_ = 0;            // [s] of the run
+  double paused_ = 0;                 // [s] by which the profile is behind the run
   Record end_;                        // sent once the last readings are in
   std::array<Record, 32> pending_{};  // what the full ring refused and must not be lost
   std::size_t pending_count_ = 0;

@@ -43,6 +43,10 @@ std::string number(double value) {
 }  // namespace
 
 std::string describe(const Record& record) {
+  const auto pause = [&] { return "pause " + number(record.value); };
+  if (record.code == event_code::paused) return pause() + ": the reference is held until somebody confirms";
+  if (record.code == event_code::resumed) return pause() + ": confirmed";
+  if (record.code == event_code::unattended) return pause() + ": nobody confirmed in time, the run ends";
   if (record.code != event_code::gap) return describe(static_cast<Fault>(record.code), record.signal, record.value);
   if (!record.signal) return "the loop missed " + number(record.value) + " deadlines";
   return std::string(info(*record.signal).name) + ": " + number(record.value) + " readings are missing before this";
@@ -177,15 +181,15 @@ void Recorder::take(const Record& record) {
       return;
     }
     case Record::Kind::event: {
-      const bool gap = record.code == event_code::gap;
+      const bool harmless = record.code < static_cast<int>(Fault::over_speed);  // a gap, a pause
       const std::string words = describe(record);
       const bool merely_ended = record.code == static_cast<int>(Fault::terminated) && !open_run_;
-      if (surroundings_.black_box && !gap && !merely_ended && latched_by_.empty()) {
+      if (surroundings_.black_box && !harmless && !merely_ended && latched_by_.empty()) {
         latched_by_ = words;
         dump_at_ = now_ + aftermath;
       }
       if (listeners_.happened) listeners_.happened(words);
-      if (!gap && fault_text_.empty()) fault_text_ = words;
+      if (!harmless && fault_text_.empty()) fault_text_ = words;
       if (sink_) attempt([&] { sink_->append(Event{record.t, record.code, words}); });
       return;
     }

@@ -2,10 +2,12 @@
 
 #include <pwd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -79,6 +81,18 @@ bool is_inline(const std::string& profile) {
   return profile.find('\n') != std::string::npos || profile.find(": ") != std::string::npos;
 }
 
+/// [min]; infinity where there is none. The file of a session is written last when its run ends.
+double minutes_since_the_last_session(const std::filesystem::path& data) {
+  using Time = std::filesystem::file_time_type;
+  auto latest = Time::min();
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(data, error)) {
+    if (entry.path().extension() == ".h5") latest = std::max(latest, entry.last_write_time(error));
+  }
+  if (latest == Time::min()) return std::numeric_limits<double>::infinity();
+  return std::chrono::duration<double, std::ratio<60>>(Time::clock::now() - latest).count();
+}
+
 std::string volts(double value) { return json(value).dump() + " V"; }
 
 }  // namespace
@@ -95,6 +109,7 @@ Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, 
   };
   plain("status", [this](const Peer& peer) { return status(peer); });
   plain("stop", [this](const Peer&) { return stop(); });
+  plain("confirm", [this](const Peer& peer) { return confirm(peer); });
   plain("reset", [this](const Peer& peer) { return reset(peer); });
   plain("config", [this](const Peer&) { return config(); });
   plain("estimates", [](const Peer&) -> json { throw Refusal(rpc::code::not_available, "no live estimates yet"); });
@@ -161,9 +176,13 @@ json Service::status(const rpc::Peer& peer) const {
                  {"black_box", nullptr}};
   const std::lock_guard lock(mutex_);
   if (current_) {
-    answer["run"] = {{"id", current_->order->id},          {"profile", current_->order->profile.name()},
-                     {"t", live_.run_time.load()},         {"duration", current_->order->profile.duration()},
-                     {"session", current_->path.string()}, {"controller", who(current_->controller)}};
+    answer["run"] = {{"id", current_->order->id},
+                     {"profile", current_->order->profile.name()},
+                     {"t", live_.run_time.load()},
+                     {"duration", current_->order->profile.duration()},
+                     {"session", current_->path.string()},
+                     {"controller", who(current_->controller)},
+                     {"pause", pause()}};
   }
   if (last_) answer["last_run"] = *last_;
   if (!black_box_.empty()) answer["black_box"] = black_box_.string();
@@ -183,21 +202,31 @@ std::string Service::live_line() const {
     params["run"] = {{"id", current_->order->id},
                      {"profile", current_->order->profile.name()},
                      {"t", live_.run_time.load()},
-                     {"duration", current_->order->profile.duration()}};
+                     {"duration", current_->order->profile.duration()},
+                     {"pause", pause()}};
   }
   return rpc::notification("live", params);
 }
 
-Profile Service::find_profile(const std::string& text) const {
+Experiment Service::find_experiment(const std::string& text) const {
+  if (settings_.recorded) {
+    if (text == settings_.recorded->name() || text == "replay") return {.profile = *settings_.recorded};
+    throw Refusal(rpc::code::bad_profile, "this daemon replays " + settings_.replay_of +
+                                              ", whose reference is recorded. Run `replay`, or start emtbd on a bench");
+  }
   try {
-    if (is_inline(text)) return read_profile(YamlMap::parse(text, "profile"));
-    return read_profile(profile_path(text, bench_.file));
+    if (!is_inline(text)) return read_experiment(profile_path(text, bench_.file));
+    const YamlMap yaml = YamlMap::parse(text, "profile");
+    if (yaml.text_or("kind", "") == "from_csv")
+      yaml.fail("kind", "is from_csv: a text that is sent has no files beside it");
+    return read_experiment(yaml);
   } catch (const Error& e) {
     throw Refusal(rpc::code::bad_profile, e.what());
   }
 }
 
-void Service::check(const Profile& profile) const {
+void Service::check(const Experiment& experiment) const {
+  const Profile& profile = experiment.profile;
   const Limits& limits = bench_.reference.limits;
   if (profile.max() > limits.max || profile.min() < limits.min) {
     throw Refusal(rpc::code::bad_profile, "profile " + profile.name() + " goes from " + volts(profile.min()) + " to " +
@@ -205,11 +234,64 @@ void Service::check(const Profile& profile) const {
                                               volts(limits.min) + " to " + volts(limits.max) +
                                               ". Lower its level, or see reference in the bench file");
   }
-  if (bench_.limits.time && profile.duration() > *bench_.limits.time) {
-    throw Refusal(rpc::code::bad_profile, "profile " + profile.name() + " lasts " + json(profile.duration()).dump() +
-                                              " s, but limits.time of " + bench_.name + " is " +
+  if (bench_.limits.time && experiment.longest() > *bench_.limits.time) {
+    throw Refusal(rpc::code::bad_profile, "profile " + profile.name() + " lasts " + json(experiment.longest()).dump() +
+                                              " s" + (experiment.pauses.empty() ? "" : " with its pauses") +
+                                              ", but limits.time of " + bench_.name + " is " +
                                               json(*bench_.limits.time).dump() + " s");
   }
+}
+
+void Service::refuse_unless_ready(const Experiment& experiment) const {
+  const Needs& needs = experiment.needs;
+  const auto refuse = [&](const char* need, const std::string& why) {
+    throw Refusal(rpc::code::not_ready, "profile " + experiment.profile.name() + " needs " + why, {{"need", need}});
+  };
+  const auto reading = [&](Signal signal) {  // NaN: not measured
+    const bool measured = std::ranges::find(settings_.channels, signal, &Channel::signal) != settings_.channels.end();
+    return measured ? live_.value[index(signal)].load() : std::nan("");
+  };
+  const auto said = [](double value, const char* unit) {
+    return std::isnan(value) ? std::string("which this bench does not measure")
+                             : "but reads " + json(std::round(value * 100) / 100).dump() + " " + unit;
+  };
+  if (needs.at_rest) {
+    constexpr double hardly = 0.02;  // of the largest speed: above a tacho's noise and offset
+    const double rest = bench_.tacho ? bench_.tacho->omega : bench_.limits.omega ? hardly * *bench_.limits.omega : 1.0;
+    const double omega = reading(Signal::omega);
+    if (!(std::abs(omega) <= rest)) {
+      refuse("at_rest", "the motor at rest: omega within " + json(rest).dump() + " rad/s, " + said(omega, "rad/s") +
+                            ". Wait until it stands");
+    }
+  }
+  if (needs.field) {
+    if (!bench_.field_min) refuse("field", "a field that is proved. Write field: {min: ...} in the bench file");
+    const double i_f = reading(Signal::i_f);
+    if (!(std::abs(i_f) >= *bench_.field_min)) {
+      refuse("field", "the field: i_f of " + json(*bench_.field_min).dump() + " A or more, " + said(i_f, "A"));
+    }
+  }
+  if (needs.temperature) {
+    const double temperature = reading(Signal::temperature);
+    if (!(temperature <= *needs.temperature)) {
+      refuse("temperature", "a temperature of " + json(*needs.temperature).dump() + " degC at most, " +
+                                said(temperature, "degC") + ". Let it cool");
+    }
+  }
+  if (needs.idle) {
+    const double idle = minutes_since_the_last_session(settings_.data);
+    if (idle < *needs.idle) {
+      refuse("idle", "a cold motor: " + json(*needs.idle).dump() + " min without a run, but the last one ended " +
+                         json(std::floor(idle * 10) / 10).dump() + " min ago. Wait");
+    }
+  }
+}
+
+json Service::pause() const {
+  const int waiting = live_.pause.load();
+  if (!current_ || waiting < 0 || static_cast<std::size_t>(waiting) >= current_->order->pauses.size()) return nullptr;
+  const Pause& pause = current_->order->pauses[static_cast<std::size_t>(waiting)];
+  return {{"number", waiting + 1}, {"say", pause.say}, {"within", pause.within}};
 }
 
 void Service::refuse_if_busy(const std::string& what, const rpc::Peer& peer) const {
@@ -225,11 +307,11 @@ void Service::refuse_if_busy(const std::string& what, const rpc::Peer& peer) con
 }
 
 json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
-  params.only({"profile", "note", "operator"});
+  params.only({"profile", "note", "operator", "brake"});
   refuse_if_busy("a run", peer);
   const double now = utc_now();
-  auto order = std::make_unique<const Order>(Order{next_run_, find_profile(params.text("profile"))});
-  check(order->profile);
+  Experiment experiment = find_experiment(params.text("profile"));
+  check(experiment);
   if (live_.state.load() != State::armed) {
     const json cause = fault();
     const std::string why = cause.is_null() ? "not armed yet" : cause["text"].get<std::string>();
@@ -237,7 +319,10 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
                   {{"fault", cause}});
   }
 
-  refuse_if_disk_is_full(order->profile);
+  refuse_unless_ready(experiment);
+  refuse_if_disk_is_full(experiment);
+  auto order =
+      std::make_unique<const Order>(Order{next_run_, std::move(experiment.profile), std::move(experiment.pauses)});
 
   SessionWriter::Description description{.channels = settings_.channels,
                                          .attributes = {{"profile", order->profile.name()},
@@ -247,6 +332,8 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
                                                         {"software", std::string("emtbd ") + version},
                                                         {"started_utc", utc_text(now)}},
                                          .config = bench_.text};
+  if (const std::string brake = params.text_or("brake", ""); !brake.empty()) description.attributes["brake"] = brake;
+  if (!settings_.replay_of.empty()) description.attributes["replay_of"] = settings_.replay_of;
   // A read-back is a step of the converter off and a tick late; what drives the model is the command.
   std::erase_if(description.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
   description.channels.push_back({.signal = Signal::u_ref, .period = 1 / bench_.rate, .source = "commanded reference"});
@@ -276,17 +363,18 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   return answer;
 }
 
-void Service::refuse_if_disk_is_full(const Profile& profile) const {
+void Service::refuse_if_disk_is_full(const Experiment& experiment) const {
   if (!settings_.room) return;
   double rate = bench_.rate;  // [1/s] of readings: u_ref
   for (const Channel& channel : settings_.channels) rate += channel.period > 0 ? 1 / channel.period : bench_.rate;
   constexpr double each = 2 * sizeof(double) * 1.1;  // [bytes] time and value, and what HDF5 adds
-  const double needed = rate * profile.duration() * each + static_cast<double>(disk_reserve);
+  const double needed = rate * experiment.longest() * each + static_cast<double>(disk_reserve);
   const auto room = static_cast<double>(settings_.room());
   if (room >= needed) return;
   const auto megabytes = [](double bytes) { return std::to_string(std::llround(bytes / 1e6)) + " MB"; };
   throw Refusal(rpc::code::cannot_record, settings_.data.string() + ": the disk is nearly full: " + megabytes(room) +
-                                              " are free, " + profile.name() + " needs " + megabytes(needed) +
+                                              " are free, " + experiment.profile.name() + " needs " +
+                                              megabytes(needed) +
                                               ". Make room, or start emtbd with another --data DIR");
 }
 
@@ -310,6 +398,19 @@ json Service::stop() {
   if (!current_) return {{"stopped", nullptr}};
   mailbox_.stop = current_->order->id;  // anybody may stop: safety asks for no owner
   return {{"stopped", current_->order->id}};
+}
+
+json Service::confirm(const rpc::Peer& peer) {
+  const std::lock_guard lock(mutex_);
+  const int waiting = live_.pause.load();
+  if (!current_ || waiting < 0) throw Refusal(rpc::code::not_available, "no run waits for anybody");
+  const rpc::Peer& controller = current_->controller;
+  if (peer.id != controller.id && peer.uid != controller.uid) {
+    throw Refusal(rpc::code::busy, "the run is of " + user_name(controller.uid) + ", who confirms",
+                  {{"who", who(controller)}, {"run", current_->order->id}});
+  }
+  mailbox_.confirmed = confirmation(current_->order->id, static_cast<std::size_t>(waiting));
+  return {{"confirmed", waiting + 1}};
 }
 
 json Service::reset(const rpc::Peer& peer) {

@@ -28,6 +28,8 @@ class Service {
     std::vector<Channel> channels;          ///< what the bench measures
     std::string pace;                       ///< `1`, `20`, `max`
     std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions; empty: not asked
+    std::optional<Profile> recorded{};      ///< of a replay: the one profile that there is to run
+    std::string replay_of{};                ///< the session that is replayed
   };
 
   /// What the service wants of the socket. Both only from within a method.
@@ -75,13 +77,16 @@ class Service {
   nlohmann::json status(const rpc::Peer& peer) const;
   nlohmann::json run(const rpc::Params& params, const rpc::Peer& peer);
   nlohmann::json stop();
+  nlohmann::json confirm(const rpc::Peer& peer);
   nlohmann::json reset(const rpc::Peer& peer);
   nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer) const;
   nlohmann::json config() const;
 
-  void refuse_if_disk_is_full(const Profile& profile) const;
-  Profile find_profile(const std::string& text) const;
-  void check(const Profile& profile) const;
+  void refuse_if_disk_is_full(const Experiment& experiment) const;
+  Experiment find_experiment(const std::string& text) const;
+  void check(const Experiment& experiment) const;
+  void refuse_unless_ready(const Experiment& experiment) const;
+  nlohmann::json pause() const;
   nlohmann::json fault() const;
   nlohmann::json signals() const;
   void refuse_if_busy(const std::string& what, const rpc::Peer& peer) const;

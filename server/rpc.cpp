@@ -96,6 +96,12 @@ double Params::number_or(std::string_view key, double fallback, double min, doub
   return number;
 }
 
+std::string Methods::known() const {
+  std::string list;
+  for (const auto& [name, method] : methods_) list += (list.empty() ? ". Known: " : ", ") + name;
+  return list;
+}
+
 std::string Methods::answer(std::string_view line, const Peer& peer) const noexcept {
   try {
     json request;
@@ -114,7 +120,7 @@ std::string Methods::answer(std::string_view line, const Peer& peer) const noexc
     std::string answer;
     try {
       const auto method = methods_.find(name);
-      if (method == methods_.end()) throw Refusal(code::method_not_found, "there is no method " + name);
+      if (method == methods_.end()) throw Refusal(code::method_not_found, "there is no method " + name + known());
       if (params.is_array() && !params.empty()) throw Refusal(code::invalid_params, "params must be named, not a list");
       const json none = json::object();
       answer = result(id, method->second(Params(params.is_array() ? none : params), peer));

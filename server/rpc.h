@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "hal/error.h"
 
@@ -35,6 +37,13 @@ inline constexpr int bad_profile = 3;    ///< not found, malformed, or beyond th
 inline constexpr int cannot_record = 4;  ///< the session's file cannot be created
 inline constexpr int cause_stands = 5;   ///< reset refused; data: fault
 inline constexpr int not_available = 6;  ///< nothing of the kind is there
+inline constexpr int not_ready = 7;      ///< a need of the profile is not met; data: need
+
+/// All of emtb's own, by number.
+inline constexpr std::array names{std::pair{latched, "latched"},           std::pair{busy, "busy"},
+                                  std::pair{bad_profile, "bad_profile"},   std::pair{cannot_record, "cannot_record"},
+                                  std::pair{cause_stands, "cause_stands"}, std::pair{not_available, "not_available"},
+                                  std::pair{not_ready, "not_ready"}};
 }  // namespace code
 
 /// A method's answer is an error.
@@ -78,6 +87,8 @@ class Methods {
   std::string answer(std::string_view line, const Peer& peer) const noexcept;
 
  private:
+  std::string known() const;
+
   std::map<std::string, Method, std::less<>> methods_;
 };
 

@@ -6,6 +6,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
@@ -46,7 +47,23 @@ void bind(Protocol::acceptor& acceptor, const Protocol::endpoint& endpoint) {
 struct UnixSocketServer::Impl {
   struct Client : std::enable_shared_from_this<Client> {
     Client(Impl& server, Protocol::socket from, std::uint64_t id)
-        : owner(server), socket(std::move(from)), peer(credentials(socket, id)), timer(server.context) {}
+        : owner(server),
+          socket(std::move(from)),
+          peer(credentials(socket, id)),
+          timer(server.context),
+          rest(server.context) {}
+
+    /// Reads on, once the client has a request left to spend.
+    void read_on() {
+      const auto now = std::chrono::steady_clock::now();
+      left = std::min(most_requests, left + most_requests * std::chrono::duration<double>(now - counted).count()) - 1;
+      counted = now;
+      if (left >= 0) return read();
+      rest.expires_after(std::chrono::milliseconds(10));
+      rest.async_wait([self = shared_from_this()](const error_code& error) {
+        if (!error && !self->closed) self->read();
+      });
+    }
 
     void read() {
       asio::async_read_until(
@@ -67,8 +84,9 @@ struct UnixSocketServer::Impl {
       if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
       std::string answer = line.empty() ? std::string() : owner.handlers.line(line, peer);
       input.erase(0, size);
+      asked = true;
       if (!answer.empty()) send(std::move(answer));
-      if (!closed) read();
+      if (!closed) read_on();
     }
 
     void send(std::string line) {
@@ -106,6 +124,7 @@ struct UnixSocketServer::Impl {
       closed = true;
       error_code ignored;
       timer.cancel(ignored);
+      rest.cancel(ignored);
       socket.close(ignored);
       const auto self = shared_from_this();  // erase() may hold the last reference
       owner.clients.erase(peer.id);
@@ -116,6 +135,10 @@ struct UnixSocketServer::Impl {
     Protocol::socket socket;
     rpc::Peer peer;
     asio::steady_timer timer;
+    asio::steady_timer rest;
+    double left = most_requests;  // that it may send at once
+    std::chrono::steady_clock::time_point counted = std::chrono::steady_clock::now();
+    bool asked = false;                       // at least one line came
     std::chrono::duration<double> period{0};  // 0: not subscribed
     std::string input;
     std::deque<std::string> queue;
@@ -134,6 +157,7 @@ struct UnixSocketServer::Impl {
         });
         return;
       }
+      if (clients.size() >= most_clients) drop_one_who_never_asked();
       if (clients.size() < most_clients) {
         const auto client = std::make_shared<Client>(*this, std::move(socket), next_id++);
         clients[client->peer.id] = client;
@@ -141,6 +165,12 @@ struct UnixSocketServer::Impl {
       }
       accept();
     });
+  }
+
+  void drop_one_who_never_asked() {
+    for (const auto& [id, client] : clients) {  // by age
+      if (!client->asked) return client->close();
+    }
   }
 
   std::filesystem::path path;

@@ -15,11 +15,14 @@ namespace emtb {
 /// Lines over a Unix socket, many clients, on a thread of its own.
 ///
 /// A client that sends a line of more than 64 KiB, or does not read what it is sent, is dropped; nobody waits for it.
+/// One that asks faster than most_requests is answered at that rate. Where all places are taken, a newcomer gets that
+/// of the oldest client who has never asked anything; where there is none such, it is refused.
 class UnixSocketServer {
  public:
   static constexpr std::size_t longest_line = 64 * 1024;    // [byte]
   static constexpr std::size_t longest_queue = 256 * 1024;  // [byte] unsent to one client; beyond: dropped
   static constexpr std::size_t most_clients = 64;
+  static constexpr double most_requests = 1000;  // [1/s] of one client, which may save up a second's
 
   /// All called on the server's thread.
   struct Handlers {

@@ -58,6 +58,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  int pid() const { return pid_; }
   void signal(int number) const { ::kill(pid_, number); }
   bool running() { return !collect(WNOHANG); }
 

@@ -1,8 +1,11 @@
 #include "tools/bench_run.h"
 
+#include <poll.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <cstdio>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "hal/signal.h"
@@ -21,6 +24,24 @@ std::string tenths(const json& value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f", value.get<double>());
   return text;
+}
+
+/// @return the number of the pause that waits, or 0
+int tell_of_pause(const json& run, int told) {
+  if (run.is_null() || run["pause"].is_null()) return 0;
+  const int number = run["pause"]["number"];
+  if (number == told) return told;
+  std::cerr << "emtb: " << run["pause"]["say"].get<std::string>() << " (within " << run["pause"]["within"].dump()
+            << " s). Then " << (isatty(STDIN_FILENO) == 1 ? "press Enter, or " : "") << "`emtb confirm`" << std::endl;
+  return number;
+}
+
+/// On a terminal only: a pipe's lines are meant for somebody else.
+bool enter_pressed() {
+  pollfd keys{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  if (isatty(STDIN_FILENO) != 1 || poll(&keys, 1, 0) <= 0) return false;
+  std::string line;
+  return static_cast<bool>(std::getline(std::cin, line));
 }
 
 }  // namespace
@@ -56,14 +77,17 @@ json run_on_bench(Client& daemon, const json& wish) {
   const json started = daemon.call("run", wish);
   Progress progress;
   bool stopping = false;
+  int paused = 0;  // the pause that waits for us, from 1
   while (true) {
     if (interrupted() && !stopping) {
       stopping = true;
       daemon.call("stop", json::object());
     }
+    if (paused != 0 && enter_pressed()) daemon.call("confirm", json::object());
     const auto message = daemon.notification(0.2);
     if (!message) continue;
     const json& now = (*message)["params"];
+    if ((*message)["method"] == "live") paused = tell_of_pause(now["run"], paused);
     if ((*message)["method"] == "live" && !now["run"].is_null()) {
       progress.show(now["run"]["t"].get<double>() / now["run"]["duration"].get<double>(),
                     run_in_words(now["run"]) + "  " + signals_in_words(now["signals"]));

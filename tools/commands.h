@@ -22,6 +22,9 @@ void add_bench_command(CommandLine& line, const std::shared_ptr<const std::strin
 /// latency: whether the computer keeps the bench's rate.
 void add_latency_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 
+/// replay: a recorded session through the daemon's loop, in a daemon of its own.
+void add_replay_command(CommandLine& line);
+
 /// calibrate, compare, diagnose, add: a model beside sessions.
 void add_model_commands(CommandLine& line);
 

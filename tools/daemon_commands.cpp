@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "config/profile.h"
 #include "hal/error.h"
 #include "hal/signal.h"
 #include "server/client.h"
@@ -32,6 +33,8 @@ struct Options {
   std::string profile;
   std::string note;
   std::string operator_name;
+  std::string brake;
+  int repeat = 1;
   bool reset = false, plot = false;
   double rate = 10;     // [Hz]
   double seconds = 30;  // shown by --plot
@@ -110,6 +113,8 @@ std::string profile_parameter(const std::string& profile) {
   std::ifstream in(profile);
   std::stringstream text;
   if (!(text << in.rdbuf())) throw ConfigError(profile + ": cannot be read");
+  const YamlMap yaml = YamlMap::parse(text.str(), profile);
+  if (yaml.text_or("kind", "") == "from_csv") return self_contained(YamlMap::load(profile));
   if (text.str().find('\n') == std::string::npos) text << "\n";  // marks it as a text
   return text.str();
 }
@@ -120,10 +125,16 @@ int run(const Options& options) {
   if (options.reset) daemon.call("reset", json::object());
   json wish = {{"profile", profile_parameter(options.profile)}, {"note", options.note}};
   if (!options.operator_name.empty()) wish["operator"] = options.operator_name;
+  if (!options.brake.empty()) wish["brake"] = options.brake;
+  if (options.repeat < 1) throw Error("--repeat: must be 1 or more");
   catch_interrupt();
-  const json ended = run_on_bench(daemon, wish);
+  json ended;
+  for (int i = 0; i < options.repeat; ++i) {
+    ended = run_on_bench(daemon, wish);
+    std::cout << ended["session"].get<std::string>() << std::endl;
+    if (ended["outcome"] != "done") break;
+  }
   write_json(options.json_file, ended);
-  std::cout << ended["session"].get<std::string>() << std::endl;
   if (ended["outcome"] == "done") return 0;
   std::cerr << "emtb: the run ended early: "
             << (ended["fault"].is_null() ? "stopped" : ended["fault"]["text"].get<std::string>()) << "\n";
@@ -144,6 +155,11 @@ int reset(const Options& options) {
     std::cerr << "emtb: " << refusal.what() << "\n";  // no mistake of the caller's: the answer is no
     return 1;
   }
+  return 0;
+}
+
+int confirm(const Options& options) {
+  options.connect().call("confirm", json::object());
   return 0;
 }
 
@@ -175,9 +191,13 @@ void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::str
       .flag("--reset", options->reset, "arms the bench first; see that it is safe")
       .option("--note", options->note, "kept in the session")
       .option("--operator", options->operator_name, "who is responsible, kept in the session [you]")
-      .option("--json", options->json_file, "writes how the run ended to this file; - for standard output")
+      .option("--brake", options->brake, "how the brake is set, kept in the session")
+      .option("--repeat", options->repeat, "so many runs, one after the other, until one ends early")
+      .option("--json", options->json_file, "writes how the (last) run ended to this file; - for standard output")
       .action(act(run));
   line.command("stop", "ends the run that is on; the reference goes to its safe value").action(act(stop));
+  line.command("confirm", "goes on with a run that waits for a person; press Enter in `emtb run` for the same")
+      .action(act(confirm));
   line.command("reset", "arms the bench, where no cause against it stands").action(act(reset));
   line.command("estimates", "the live estimates")
       .option("--json", options->json_file, "writes them to this file; - for standard output")

@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   emtb::add_daemon_commands(line, socket);
   emtb::add_bench_command(line, socket);
   emtb::add_latency_command(line, socket);
+  emtb::add_replay_command(line);
   emtb::add_devices_command(line);
   emtb::add_model_commands(line);
   emtb::add_file_commands(line);

@@ -1,6 +1,11 @@
 #include "config/profile.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <vector>
 
 #include "tests/config/complains.h"
@@ -46,11 +51,95 @@ TEST(ProfileFile, RandomSteps) {
   for (double t = 0; t < 12; t += 0.1) EXPECT_DOUBLE_EQ(r.reference(t), same.reference(t));
 }
 
+TEST(ProfileFile, CoastDownDropsTheReferenceAtOnce) {
+  const Profile c = profile("name: c\nkind: coast_down\nlevel: 6\nrate: 2\nbefore: 1\nhold: 2\nafter: 9\n");
+  EXPECT_DOUBLE_EQ(c.duration(), 1 + 3 + 2 + 9);
+  EXPECT_DOUBLE_EQ(c.reference(2.5), 3);
+  EXPECT_DOUBLE_EQ(c.reference(5.999), 6);
+  EXPECT_DOUBLE_EQ(c.reference(6), 0);
+}
+
+TEST(ProfileFile, ReversalGoesToAndFro) {
+  const Profile r = profile("name: r\nkind: reversal\nlevel: 3\ntimes: 2\nbefore: 1\nhold: 2\nafter: 1\n");
+  EXPECT_DOUBLE_EQ(r.duration(), 1 + 3 * 2 + 1);
+  EXPECT_DOUBLE_EQ(r.reference(2), 3);
+  EXPECT_DOUBLE_EQ(r.reference(4), -3);
+  EXPECT_DOUBLE_EQ(r.reference(6), 3);
+}
+
+TEST(ProfileFile, ChirpIsASineWhoseFrequencyGrows) {
+  const Profile c =
+      profile("name: c\nkind: chirp\noffset: 3\namplitude: 1\nf0: 0.1\nf1: 5\nbefore: 1\ntotal: 30\nafter: 1\n");
+  EXPECT_DOUBLE_EQ(c.duration(), 32);
+  EXPECT_EQ(c.min(), 0) << "the rest";
+  EXPECT_NEAR(c.max(), 4, 0.01);
+  // phi(t) = 2 pi f0 T / ln(f1/f0) (exp(ln(f1/f0) t/T) - 1)
+  const double growth = std::log(50.0);
+  const auto sine = [&](double t) { return 3 + std::sin(2 * M_PI * 0.1 * 30 / growth * std::expm1(growth * t / 30)); };
+  for (double t = 0; t < 30; t += 0.0137) EXPECT_NEAR(c.reference(1 + t), sine(t), 0.004) << t;
+  EXPECT_THAT(bad("name: c\nkind: chirp\noffset: 3\namplitude: 1\nf0: 50\nf1: 50\nbefore: 1\ntotal: 3000\nafter: 1\n"),
+              HasSubstr("150000 periods"));
+}
+
+TEST(ProfileFile, HeatSoakDipsEverySoOften) {
+  const Profile h =
+      profile("name: h\nkind: heat_soak\nlevel: 5\nlow: 2\nevery: 60\ndip: 5\nbefore: 1\ntotal: 200\nafter: 2\n");
+  EXPECT_DOUBLE_EQ(h.duration(), 203);
+  EXPECT_DOUBLE_EQ(h.reference(30), 5);
+  EXPECT_DOUBLE_EQ(h.reference(63), 2);
+  EXPECT_DOUBLE_EQ(h.reference(67), 5);
+  EXPECT_DOUBLE_EQ(h.reference(128), 2);
+  EXPECT_DOUBLE_EQ(h.reference(202), 0);
+}
+
+TEST(ProfileFile, FromCsvHoldsEachValueOrDrawsALine) {
+  const auto folder = std::filesystem::temp_directory_path() / ("emtb_from_csv_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "u.csv") << "t_s,u_ref_V\n0,0\n1,2\n2,2\n3,4\n4,0\n";
+  std::ofstream(folder / "held.yaml") << "name: h\nkind: from_csv\nfile: u.csv\n";
+  std::ofstream(folder / "line.yaml") << "name: l\nkind: from_csv\nfile: u.csv\nline: true\n"
+                                      << "needs: {at_rest: true}\npauses: [{at: 1, say: look}]\n";
+  const Profile h = read_profile(folder / "held.yaml");
+  const Profile l = read_profile(folder / "line.yaml");
+  EXPECT_DOUBLE_EQ(h.reference(0.9), 0);
+  EXPECT_DOUBLE_EQ(h.reference(2.9), 2);
+  EXPECT_DOUBLE_EQ(h.reference(3), 4);
+  EXPECT_DOUBLE_EQ(l.reference(0.5), 1);
+  const Experiment sent = read_experiment(YamlMap::parse(self_contained(YamlMap::load(folder / "line.yaml")), "sent"));
+  EXPECT_DOUBLE_EQ(sent.profile.reference(3.5), 2);
+  EXPECT_TRUE(sent.needs.at_rest);
+  ASSERT_EQ(sent.pauses.size(), 1u);
+  EXPECT_EQ(sent.pauses[0].say, "look");
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ProfileFile, TellsWhatItNeedsAndWhereItWaits) {
+  const Experiment e = read_experiment(
+      YamlMap::parse(step_text + "needs: {at_rest: true, field: true, idle: 20, temperature: 30}\n"
+                                 "pauses: [{at: 1, say: set the brake, within: 120}, {at: 13, say: release it}]\n",
+                     "p.yaml"));
+  EXPECT_TRUE(e.needs.at_rest);
+  EXPECT_TRUE(e.needs.field);
+  EXPECT_EQ(e.needs.idle, 20);
+  EXPECT_EQ(e.needs.temperature, 30);
+  ASSERT_EQ(e.pauses.size(), 2u);
+  EXPECT_EQ(e.pauses[0].say, "set the brake");
+  EXPECT_DOUBLE_EQ(e.longest(), 25 + 120 + 60);
+  const auto wrong = [](const std::string& more) {
+    return complaint([&] { read_experiment(YamlMap::parse(step_text + more, "p.yaml")); });
+  };
+  EXPECT_THAT(wrong("needs: {rest: true}\n"), HasSubstr("p.yaml:7: needs.rest is not known here"));
+  EXPECT_THAT(wrong("pauses: [{at: 26, say: x}]\n"), HasSubstr("at is 26"));
+  EXPECT_THAT(wrong("pauses: [{at: 2, say: x}, {at: 1, say: y}]\n"), HasSubstr("at is 1"));
+}
+
 TEST(ProfileFile, EachMistakeHasItsLine) {
   EXPECT_EQ(bad(step_text + "levle: 6\n"),
-            "p.yaml:7: levle is not known here. Known: name, kind, level, before, hold, after, rest");
+            "p.yaml:7: levle is not known here. Known: name, kind, level, before, hold, after, rest, needs, pauses");
   EXPECT_EQ(bad("name: s\nkind: step\nlevel: 6\nbefore: 1\nafter: 12\n"), "p.yaml:1: hold is missing");
-  EXPECT_EQ(bad("name: s\nkind: sine\n"), "p.yaml:2: kind is `sine`. Known: step, ramp, staircase, random_steps, knots");
+  EXPECT_EQ(bad("name: s\nkind: sine\n"),
+            "p.yaml:2: kind is `sine`. Known: step, ramp, staircase, random_steps, knots, coast_down, reversal, chirp, "
+            "heat_soak, from_csv");
   EXPECT_EQ(bad("name: s\nkind: step\nlevel: six\nbefore: 1\nhold: 12\nafter: 12\n"),
             "p.yaml:3: level must be a number, not `six`");
   EXPECT_EQ(bad("name: s\nkind: step\nlevel: 6\nbefore: -1\nhold: 12\nafter: 12\n"),

@@ -94,6 +94,47 @@ class BenchInService : public Scratch {
   std::unique_ptr<Daemon> daemon_;
 };
 
+TEST_F(BenchInService, WhatAProfileNeedsIsAskedBeforeTheRun) {
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  const auto why = [&](const std::string& needs) {
+    return message_of<rpc::Refusal>([&] { client.call("run", {{"profile", level + needs}}); });
+  };
+  card->set(Signal::omega, 100);
+  ASSERT_TRUE(eventually([&] { return client.call("status", {})["signals"]["omega"]["value"] == 100; }));
+  EXPECT_EQ(refusal(client, "run", {{"profile", level + std::string("needs: {at_rest: true}\n")}}),
+            rpc::code::not_ready);
+  EXPECT_THAT(why("needs: {at_rest: true}\n"), HasSubstr("profile level needs the motor at rest"));
+  EXPECT_THAT(why("needs: {temperature: 30}\n"), HasSubstr("which this bench does not measure"));
+  EXPECT_THAT(why("needs: {field: true}\n"), HasSubstr("field: {min: ...}"));
+  EXPECT_THAT(why("kind: from_csv\n"), HasSubstr("kind"));
+  card->set(Signal::omega, 0.5);
+  ASSERT_TRUE(eventually([&] { return client.call("status", {})["signals"]["omega"]["value"] == 0.5; }));
+  client.call("subscribe", {{"rate", 50}});
+  client.call("run", {{"profile", level + std::string("needs: {at_rest: true, idle: 10}\n")}});
+  EXPECT_EQ(ended(client)["outcome"], "done") << "no run before: cold";
+  EXPECT_THAT(why("needs: {idle: 10}\n"), HasSubstr("10.0 min without a run"));
+}
+
+TEST_F(BenchInService, WaitsForAPersonWhereAProfileSaysSo) {
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  client.call("subscribe", {{"rate", 50}});
+  EXPECT_EQ(refusal(client, "confirm"), rpc::code::not_available);
+  const std::string paused = level + std::string("pauses: [{at: 0.1, say: set the brake, within: 3000}]\n");
+  const json started = client.call("run", {{"profile", paused}, {"brake", "0.2 N m"}});
+  json run;
+  ASSERT_TRUE(eventually([&] { return (run = client.call("status", {})["run"])["pause"].is_object(); }));
+  EXPECT_EQ(run["pause"]["say"], "set the brake");
+  Client(path("sock")).call("confirm", {});  // from another terminal
+  EXPECT_EQ(ended(client)["outcome"], "done");
+  const Session session = read_session(started["session"].get<std::string>());
+  EXPECT_EQ(session.attributes.at("brake"), "0.2 N m");
+  EXPECT_TRUE(std::ranges::any_of(session.events, [](const Event& e) { return e.text == "pause 1: confirmed"; }));
+}
+
 TEST_F(BenchInService, RunsAnExperimentOverTheSocketFromEndToEnd) {
   start();
   Client client(path("sock"));

@@ -105,6 +105,43 @@ TEST_F(LoopTest, StartsLatchedAndSafe) {
   EXPECT_GE(faulty.output->safes, 1);
 }
 
+TEST_F(LoopTest, APauseHoldsTheReferenceUntilSomebodyConfirms) {
+  reset();
+  orders.push_back(
+      std::make_unique<Order>(Order{1, Profile("p", {{0, 1}, {0.1, 1}, {0.1, 3}, {0.3, 3}}), {{0.1, "look", 1}}}));
+  mailbox.run = orders.back().get();
+  tick(500);
+  EXPECT_EQ(live.state, State::running);
+  EXPECT_EQ(live.pause, 0);
+  EXPECT_EQ(faulty.output->volts, 1) << "what stood before the step that comes at this very time";
+  mailbox.confirmed = confirmation(1, 1);  // of another pause
+  tick(100);
+  EXPECT_EQ(live.pause, 0);
+  mailbox.confirmed = confirmation(1, 0);
+  tick(2);
+  EXPECT_EQ(live.pause, -1);
+  EXPECT_EQ(faulty.output->volts, 3);
+  tick(150);
+  EXPECT_EQ(live.state, State::running) << "the profile has its full length yet";
+  tick(60);
+  expect_ended(Outcome::done, Fault::none);
+}
+
+TEST_F(LoopTest, APauseThatNobodyConfirmsEndsTheRun) {
+  reset();
+  orders.push_back(std::make_unique<Order>(Order{1, Profile("p", {{0, 1}, {1, 1}}), {{0.1, "look", 0.5}}}));
+  mailbox.run = orders.back().get();
+  tick(590);
+  EXPECT_EQ(live.state, State::running);
+  tick(20);
+  EXPECT_EQ(live.state, State::armed);
+  EXPECT_EQ(faulty.output->volts, 0);
+  expect_ended(Outcome::stopped, Fault::none);
+  const auto events = of(Record::Kind::event);
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[1].code, event_code::unattended);
+}
+
 TEST_F(LoopTest, ResetArmsWhereNoCauseStands) {
   reset();
   EXPECT_EQ(live.state, State::armed);

@@ -81,17 +81,42 @@ class DaemonAndPlant : public Scratch {
 };
 
 TEST_F(DaemonAndPlant, AKilledDaemonLeavesTheReferenceWhereItWasAndSafeMakesItSafe) {
-  const auto emtbd = launch();
-  auto daemon = client();
-  ASSERT_TRUE(daemon) << emtbd->err();
-  const std::string session = run(*daemon);
-  emtbd->signal(SIGKILL);
-  emtbd->wait();
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_EQ(reference(), 3) << "this is why there is ExecStopPost";
-  Process safe({EMTBD, "--config", bench_, "--safe"}, path("safe"));
-  EXPECT_EQ(safe.wait(), 0) << safe.err();
-  EXPECT_TRUE(eventually([this] { return reference() == 0; }, 5));
+  for (const std::vector<std::string>& program :
+       {std::vector<std::string>{EMTBD, "--config", bench_, "--safe"}, {EMTB_SAFE, "--config", bench_}}) {
+    auto emtbd = launch();
+    auto daemon = client();
+    ASSERT_TRUE(daemon) << emtbd->err();
+    run(*daemon);
+    emtbd->signal(SIGKILL);
+    emtbd->wait();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_EQ(reference(), 3) << "this is why there is ExecStopPost";
+    Process safe(program, path("safe"));
+    EXPECT_EQ(safe.wait(), 0) << safe.err();
+    EXPECT_TRUE(eventually([this] { return reference() == 0; }, 5)) << program[0];
+  }
+}
+
+class EmtbSafe : public Scratch {};
+
+/// What takes the time of a start is the libraries: HDF5 alone brings forty.
+TEST_F(EmtbSafe, LoadsNothingOfTheRecorder) {
+  std::ifstream file(EMTB_SAFE, std::ios::binary);
+  const std::string program{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(program.find("libyaml-cpp"), std::string::npos)
+      << "the names of libraries stand in the program as they are";
+  for (const char* library : {"libhdf5", "libceres", "libspdlog"}) {
+    EXPECT_EQ(program.find(library), std::string::npos) << library;
+  }
+}
+
+TEST_F(EmtbSafe, SaysInOneLineWhatIsWrong) {
+  Process none({EMTB_SAFE, "--config", path("none.yaml")}, path("1"));
+  EXPECT_EQ(none.wait(), 2);
+  EXPECT_THAT(none.err(), testing::StartsWith("emtb-safe: " + path("none.yaml").string() + ": cannot be read"));
+  EXPECT_EQ(std::ranges::count(none.err(), '\n'), 1) << none.err();
+  Process bad({EMTB_SAFE, "--fast"}, path("2"));
+  EXPECT_EQ(bad.wait(), 2);
 }
 
 TEST_F(DaemonAndPlant, ARestartAloneMakesItSafe) {

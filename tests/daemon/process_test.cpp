@@ -215,8 +215,8 @@ TEST_F(ProcessTest, BadUseIsOneLineAndTwo) {
   expect_refusal(bad, "broken.yaml:");
   Process unwritable({EMTBD, "--config", bench, "--socket", socket, "--data", "/proc/sessions"}, path("3"));
   expect_refusal(unwritable, "/proc/sessions: sessions cannot be written there");
-  Process replay({EMTBD, "--config", bench, "--replay", "x.h5"}, path("4"));
-  expect_refusal(replay, "--replay: not available yet");
+  Process replay({EMTBD, "--config", bench, "--socket", socket, "--data", path("data"), "--replay", "x.h5"}, path("4"));
+  expect_refusal(replay, "x.h5: ");
   Process option({EMTBD, "--config", bench, "--fast"}, path("5"));
   expect_refusal(option, "--fast");
   Process no_folder({EMTBD, "--config", bench, "--socket", path("no/s"), "--data", path("data")}, path("6"));

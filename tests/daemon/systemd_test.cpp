@@ -19,9 +19,12 @@ class Unit : public Scratch {
   /// The unit with our program in the place of the installed one, which verify would miss.
   std::filesystem::path unit() const {
     std::string changed = text();
-    const std::string installed = "/usr/bin/emtbd";
-    for (auto at = changed.find(installed); at != std::string::npos; at = changed.find(installed, at + 1)) {
-      changed.replace(at, installed.size(), EMTBD);
+    for (const auto& [installed, built] :
+         {std::pair<std::string, std::string>{"/usr/bin/emtbd", EMTBD}, {"/usr/bin/emtb-safe", EMTB_SAFE}}) {
+      for (auto at = changed.find(installed); at != std::string::npos;
+           at = changed.find(installed, at + built.size())) {
+        changed.replace(at, installed.size(), built);
+      }
     }
     return write("emtbd.service", changed);
   }
@@ -50,6 +53,7 @@ TEST_F(Unit, LeavesRealTimeAndTheBenchsDevicesAlone) {
   for (const char* forbidden : {"RestrictRealtime=yes", "PrivateDevices=yes", "PrivateUsers=yes"}) {
     EXPECT_THAT(unit_text, testing::Not(HasSubstr(forbidden)));
   }
+  EXPECT_THAT(unit_text, HasSubstr("ExecStopPost=-/usr/bin/emtb-safe --config /etc/emtb/bench.yaml\n"));
   EXPECT_THAT(unit_text, HasSubstr("ExecStopPost=/usr/bin/emtbd --config /etc/emtb/bench.yaml --safe"));
 }
 

@@ -10,9 +10,12 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstring>
+#include <thread>
 
 #include "tests/process.h"
+#include "tests/raw_client.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {
@@ -20,48 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A client without manners.
-class Raw {
- public:
-  explicit Raw(const std::filesystem::path& path) : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-    connected = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  }
-  ~Raw() { close(socket_); }
-  bool send(std::string_view text) const {
-    while (!text.empty()) {
-      const ssize_t n = ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
-      if (n <= 0) return false;
-      text.remove_prefix(static_cast<std::size_t>(n));
-    }
-    return true;
-  }
-  /// One line; empty where none comes, or the connection has ended.
-  std::string line(double seconds = 30) {
-    while (input_.find('\n') == std::string::npos) {
-      pollfd readable{.fd = socket_, .events = POLLIN, .revents = 0};
-      if (poll(&readable, 1, static_cast<int>(seconds * 1e3)) <= 0) return "";
-      char chunk[4096];
-      const ssize_t n = recv(socket_, chunk, sizeof chunk, 0);
-      if (n <= 0) {
-        ended = true;
-        return "";
-      }
-      input_.append(chunk, static_cast<std::size_t>(n));
-    }
-    std::string text = input_.substr(0, input_.find('\n'));
-    input_.erase(0, text.size() + 1);
-    return text;
-  }
-  bool connected = false;
-  bool ended = false;
-
- private:
-  int socket_;
-  std::string input_;
-};
+using Raw = RawClient;
 
 class UnixSocketTest : public Scratch {
  protected:
@@ -125,6 +87,32 @@ TEST_F(UnixSocketTest, RefusesMoreClientsThanItCanServe) {
   Raw one_more(path("s"));
   EXPECT_EQ(one_more.line(), "");
   EXPECT_TRUE(one_more.ended);
+}
+
+TEST_F(UnixSocketTest, ThoseWhoNeverAskKeepNobodyOut) {
+  start();
+  std::vector<std::unique_ptr<Raw>> silent;
+  for (int i = 0; i < 200; ++i) silent.push_back(std::make_unique<Raw>(path("s")));
+  Raw one_more(path("s"));
+  one_more.send("x\n");
+  EXPECT_EQ(one_more.line(), "<x>") << "whoever wants to stop a run must get in";
+}
+
+TEST_F(UnixSocketTest, AnswersAFloodAtItsRateAndOthersAtOnce) {
+  start();
+  Raw flood(path("s"));
+  Raw other(path("s"));
+  constexpr int requests = 2000;  // a second's worth saved up, and a second's worth to wait for
+  const auto begin = std::chrono::steady_clock::now();
+  std::thread sender([&] {
+    for (int i = 0; i < requests; ++i) flood.send("x\n");
+  });
+  for (int i = 0; i < requests; ++i) ASSERT_EQ(flood.line(), "<x>");
+  sender.join();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_GT(took.count(), requests / UnixSocketServer::most_requests - 1.1);
+  other.send("y\n");
+  EXPECT_EQ(other.line(), "<y>");
 }
 
 TEST_F(UnixSocketTest, EndsAClientWhoseLineIsTooLong) {

@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "server/client.h"
+#include "session/spec.h"
 #include "tests/process.h"
 #include "tests/session/scratch.h"
 
@@ -44,6 +47,25 @@ class DaemonCommands : public Scratch {
  private:
   int launched_ = 0;
 };
+
+TEST_F(DaemonCommands, ReplayNeedsNoDaemonAndFindsTheBenchInTheSession) {
+  start();
+  EXPECT_EQ(call({"run", "--reset", write("brief.yaml", brief)}), 0) << last->err();
+  const std::string file = last->out().substr(0, last->out().find('\n'));
+  emtbd.reset();
+  EXPECT_EQ(call({"replay", file, "--data", path("again")}), 0) << last->err();
+  const std::string again = last->out().substr(0, last->out().find('\n'));
+  EXPECT_EQ(std::filesystem::path(again).parent_path(), path("again"));
+  EXPECT_EQ(read_session(again).runs.at(0).at(Signal::omega).value,
+            read_session(file).runs.at(0).at(Signal::omega).value);
+
+  const auto strict =
+      write("strict.yaml", std::regex_replace(read(path("bench.yaml")), std::regex("omega: 190"), "omega: 6"));
+  EXPECT_EQ(call({"replay", file, "--config", strict, "--data", path("again")}), 1);
+  EXPECT_THAT(last->err(), HasSubstr("over_speed"));
+  EXPECT_EQ(call({"replay", path("none.h5"), "--config", strict}), 2);
+  EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1) << last->err();
+}
 
 TEST_F(DaemonCommands, RunPrintsTheSessionsPathAndNothingElse) {
   start();
