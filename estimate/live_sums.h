@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace emtb {
+
+/// What is left of a signal's blocks: their scatter, and how much of it each has of the one before it.
+struct Colour {
+  double sigma = 1;  ///< SI
+  double rho = 0;    ///< first-order autocorrelation
+};
+
+/// Residuals r and sensitivities s of the blocks of one signal, as sums of fixed size. With the products of neighbours
+/// among them the least squares can be whitened afterwards, (r_k - ρ r_{k-1}) and (s_k - ρ s_{k-1}), for any ρ:
+///
+///     Σ (s_k - ρ s_{k-1})(s_k - ρ s_{k-1})ᵀ = (1 + ρ²) Σ s sᵀ - ρ Σ (s_k s_{k-1}ᵀ + s_{k-1} s_kᵀ)
+class LagSums {
+ public:
+  explicit LagSums(Eigen::Index parameters);
+
+  void clear();
+  void add(const LagSums& other);
+
+  /// The next block. @param neighbour it follows the one before without a hole
+  void add(const Eigen::VectorXd& s, double r, bool neighbour);
+
+  double blocks() const { return blocks_; }
+
+  /// Scatter and colour of the residuals after a step of the parameters. @param least [SI] that sigma may be
+  Colour colour(const Eigen::VectorXd& step, double least, bool may_be_coloured) const;
+
+  /// Adds this signal's part of the normal equations, H step = g.
+  void weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& colour) const;
+
+  /// The weighed sum of squares as it stands.
+  double cost(const Colour& colour) const;
+
+ private:
+  Eigen::MatrixXd ss_, ss_next_;  ///< Σ s sᵀ, and its neighbours' mean with its transpose
+  Eigen::VectorXd sr_, sr_next_;
+  double rr_ = 0, rr_next_ = 0, blocks_ = 0, pairs_ = 0;
+  Eigen::VectorXd s_before_;
+  double r_before_ = 0;
+};
+
+/// A⁻¹ of a symmetric, positive A whose rows may be of very different sizes.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& a);
+
+/// The step that minimizes ½ stepᵀ H step - gᵀ step within low <= step <= high.
+Eigen::VectorXd bounded_step(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const Eigen::VectorXd& low,
+                             const Eigen::VectorXd& high);
+
+}  // namespace emtb
