@@ -15,6 +15,7 @@ namespace emtb {
 namespace {
 
 constexpr double solve_period = 0.1;    ///< [s] between two solutions
+constexpr std::size_t judge_every = 10;  ///< solutions between two looks at the standard errors
 constexpr double relinearise_at = 0.2;  ///< standard errors from the point about which the equations are linear
 constexpr double excited_at = 0.01;     ///< part of a variance that the last seconds, once more, would take away
 constexpr double late_block = 0.02;     ///< [s] that a card which sends blocks may lag behind the reference
@@ -38,7 +39,8 @@ Model without_periodic(Model model, std::vector<std::string>& left_out) {
   return model;
 }
 
-LivePlan plan_for(const Model& model, const FreeParameters& free, std::span<const Channel> channels, double rate) {
+LivePlan plan_for(const Model& model, const FreeParameters& free, std::span<const Channel> channels, double rate,
+                  double chapter) {
   LivePlan plan;
   plan.structure = model.structure();
   plan.moved = moved_by(free);
@@ -69,7 +71,9 @@ LivePlan plan_for(const Model& model, const FreeParameters& free, std::span<cons
   const double time_constant = model.input == Signal::i_a ? p[4] / std::max(p[3], 1e-12) : by_voltage;  // [s]
   plan.longest_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
   // Short against the shaft's time constant, so that a block's mean says what its readings do.
-  plan.block = static_cast<std::size_t>(std::clamp(time_constant / 8 / plan.period, 2.0, 50.0));
+  plan.block = static_cast<std::size_t>(std::max(2.0, std::clamp(time_constant / 2, 0.0, 0.1) / plan.period));
+  plan.second = static_cast<std::size_t>(std::max(1.0, std::max(1.0, 2 * time_constant) * rate));
+  plan.seconds = static_cast<std::size_t>((chapter + 1) * rate) / plan.second + 1;
   plan.settling = std::clamp(7 * time_constant, 0.05, 20.0);
   return plan;
 }
@@ -89,7 +93,9 @@ struct LiveEstimator::Impl {
   void solve();
   void consider_relinearising();
   void judge_back();
-  std::vector<Colour> colours(const LivePass& pass, const Eigen::VectorXd& step) const;
+  std::vector<Colour> colours(std::span<const LagSums> sums) const;
+  std::vector<LagSums> totals(const LivePass& pass, std::size_t chapters) const;
+  void judge_errors();
   Eigen::VectorXd free_values(const LivePass& pass) const;
   std::size_t complete() const;
 
@@ -114,8 +120,10 @@ struct LiveEstimator::Impl {
   double damping = 0;
 
   // Solution
-  Eigen::VectorXd step;
-  Eigen::MatrixXd information, covariance;
+  Eigen::VectorXd step, gradient;
+  Eigen::MatrixXd information, covariance;  ///< as the weights claim
+  Eigen::VectorXd variance;                 ///< as the residuals show
+  double inflation = 1;                     ///< of the worst parameter's
   std::vector<Colour> colour;
 
   // Intake
@@ -131,7 +139,7 @@ struct LiveEstimator::Impl {
   double torque_sum = 0, torque_before = 0, torque_changes = 0, torque_lsb = 0;
   double loaded_until = -1;
   std::uint64_t samples = 0, skipped = 0, gaps = 0;
-  std::size_t since_solved = 0;
+  std::size_t since_solved = 0, since_judged = 0;
 };
 
 LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_channels, double given_rate,
@@ -141,7 +149,7 @@ LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_cha
       free(model),
       channels(given_channels.begin(), given_channels.end()),
       options(given_options),
-      plan(plan_for(model, free, channels, given_rate)),
+      plan(plan_for(model, free, channels, given_rate, given_options.chapter)),
       capacity(static_cast<std::size_t>(std::max(10.0, options.chapter * given_rate))),
       lag(static_cast<std::size_t>(std::ceil(late_block * given_rate))),
       look_ahead(static_cast<std::size_t>(0.035 * given_rate) + 4),
@@ -170,7 +178,9 @@ LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_cha
   }
   step = Eigen::VectorXd::Zero(n);
   information = known;
+  gradient = step;
   covariance = n > 0 ? inverse_of(known) : known;
+  variance = covariance.diagonal();
   colour.assign(plan.outputs.size(), {});
   front->begin(free.spread(free.pick({})));
   if (const Channel* torque = find(channels, Signal::torque)) torque_lsb = torque->lsb;
@@ -298,22 +308,36 @@ void LiveEstimator::Impl::work() {
   if (++since_solved >= solve_every) {
     since_solved = 0;
     solve();
+    if (++since_judged >= judge_every) {
+      since_judged = 0;
+      judge_errors();
+    }
     consider_relinearising();
   }
   if (history.back().ticks.size() >= capacity && history.back().ticks.size() - hold >= look_ahead + lag) fold();
 }
 
-std::vector<Colour> LiveEstimator::Impl::colours(const LivePass& pass, const Eigen::VectorXd& at) const {
+std::vector<LagSums> LiveEstimator::Impl::totals(const LivePass& pass, std::size_t chapters) const {
+  std::vector<LagSums> sums(plan.outputs.size(), LagSums(static_cast<Eigen::Index>(free.size())));
+  for (std::size_t chapter = 0; chapter < chapters; ++chapter) {
+    for (const auto& second : pass.sums(chapter)) {
+      for (std::size_t o = 0; o < sums.size(); ++o) {
+        if (second[o].blocks() > 0) sums[o].add(second[o]);
+      }
+    }
+  }
+  return sums;
+}
+
+std::vector<Colour> LiveEstimator::Impl::colours(std::span<const LagSums> sums) const {
   std::vector<Colour> all;
   for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
     const auto& output = plan.outputs[o];
-    LagSums sums = pass.sums(0)[o];
-    sums.add(pass.sums(1)[o]);
     const double resolution = std::max(output.declared, output.lsb / std::sqrt(12.0));
     const double least = output.slow ? resolution
                                      : std::max(resolution / std::sqrt(static_cast<double>(plan.block)),
-                                                pass.floor(o).of_mean(plan.block));
-    all.push_back(sums.colour(at, std::max(least, 1e-9), true));
+                                                front->floor(o).sigma());
+    all.push_back(sums[o].colour(step, std::max(least, 1e-9)));
   }
   return all;
 }
@@ -321,20 +345,53 @@ std::vector<Colour> LiveEstimator::Impl::colours(const LivePass& pass, const Eig
 void LiveEstimator::Impl::solve() {
   if (free.size() == 0) return;
   const Eigen::VectorXd at = free_values(*front);
+  const std::vector<LagSums> sums = totals(*front, 2);
   constexpr int rounds = 4;  // weights by what is left, what is left by the weights
   for (int round = 0; round < rounds; ++round) {
-    colour = colours(*front, step);
+    colour = colours(sums);
     Eigen::MatrixXd h = known;
     Eigen::VectorXd g = known_at - known * at;
-    for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
-      for (const std::size_t chapter : {0U, 1U}) front->sums(chapter)[o].weigh_into(h, g, colour[o]);
-    }
+    for (std::size_t o = 0; o < plan.outputs.size(); ++o) sums[o].weigh_into(h, g, colour[o]);
     if (!h.allFinite() || !g.allFinite()) return;
     information = h;
+    gradient = g;
     step = bounded_step(h, g, low - at, high - at);
   }
-  covariance = inverse_of(information);
   front->expect(step);
+}
+
+/// Standard errors that hold whatever the colour of the noise, and where one source of it is in several signals: by
+/// leaving out one second after another (the cluster-robust CR3 of Bell and McCaffrey 2002).
+void LiveEstimator::Impl::judge_errors() {
+  if (free.size() == 0) return;
+  const Eigen::Index n = information.rows();
+  covariance = inverse_of(information);
+  Eigen::MatrixXd meat = known;
+  int seconds = 0;
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+  for (const std::size_t chapter : {0U, 1U}) {
+    for (const auto& second : front->sums(chapter)) {
+      Eigen::MatrixXd h = Eigen::MatrixXd::Zero(n, n);
+      Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
+      for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
+        if (second[o].blocks() > 0) second[o].weigh_into(h, g, colour[o]);
+      }
+      if (h.trace() <= 0) continue;
+      ++seconds;
+      const Eigen::VectorXd left = solve_normal(one - h * covariance, g - h * step);
+      if (left.allFinite()) meat.noalias() += left * left.transpose();
+    }
+  }
+  const Eigen::MatrixXd robust = covariance * meat * covariance;
+  constexpr int few = 20;
+  inflation = 1;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double white = covariance(i, i);
+    // Few seconds tell little of their own scatter.
+    const double least = (seconds < few ? 1 : 0.1) * white;
+    variance[i] = std::max(robust(i, i), least);
+    inflation = std::max(inflation, variance[i] / white);
+  }
 }
 
 void LiveEstimator::Impl::consider_relinearising() {
@@ -351,12 +408,7 @@ void LiveEstimator::Impl::consider_relinearising() {
   }
   Eigen::MatrixXd h = information;
   h.diagonal() *= 1 + damping;
-  Eigen::VectorXd g = known_at - known * at;
-  Eigen::MatrixXd unused = known;
-  for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
-    for (const std::size_t chapter : {0U, 1U}) front->sums(chapter)[o].weigh_into(unused, g, colour[o]);
-  }
-  const Eigen::VectorXd to = at + bounded_step(h, g, least, most);
+  const Eigen::VectorXd to = at + bounded_step(h, gradient, least, most);
   if (!to.allFinite()) return;
   back->begin(free.spread(std::vector<double>(to.data(), to.data() + to.size())));
   following = true;
@@ -366,9 +418,8 @@ void LiveEstimator::Impl::judge_back() {
   following = false;
   const auto cost = [&](const LivePass& pass) {
     double sum = 0;
-    for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
-      for (const std::size_t chapter : {0U, 1U}) sum += pass.sums(chapter)[o].cost(colour[o]);
-    }
+    const std::vector<LagSums> sums = totals(pass, 2);
+    for (std::size_t o = 0; o < plan.outputs.size(); ++o) sum += sums[o].cost(colour[o]);
     const Eigen::VectorXd at = free_values(pass);
     return sum + at.dot(known * at) - 2 * at.dot(known_at);
   };
@@ -381,6 +432,7 @@ void LiveEstimator::Impl::judge_back() {
   std::swap(front, back);
   step.setZero();
   solve();
+  judge_errors();
 }
 
 void LiveEstimator::Impl::fold() {
@@ -388,13 +440,15 @@ void LiveEstimator::Impl::fold() {
   }
   following = false;
   if (free.size() > 0 && !history.front().ticks.empty()) {
-    colour = colours(*front, step);
     const Eigen::VectorXd at = free_values(*front);
+    const std::vector<LagSums> sums = totals(*front, 1);
     Eigen::MatrixXd added = Eigen::MatrixXd::Zero(known.rows(), known.cols());
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(known.rows());
     for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
-      front->sums(0)[o].weigh_into(added, pull, colour[o]);
+      sums[o].weigh_into(added, pull, colour[o]);
     }
+    added /= inflation;
+    pull /= inflation;
     if (added.allFinite() && pull.allFinite()) {
       // In the directions in which the old knowledge is one: as much as is new of each takes its place, half at most.
       const Eigen::VectorXd old_at = inverse_of(known) * known_at;
@@ -469,7 +523,7 @@ LiveEstimates LiveEstimator::estimates() const {
     if (const auto mover = i.free.mover(place)) {
       const auto m = static_cast<Eigen::Index>(*mover);
       live.fixed = false;
-      live.std_error = std::min(std::sqrt(i.covariance(m, m)), (p.max - p.min) / std::sqrt(12.0));
+      live.std_error = std::min(std::sqrt(i.variance[m]), (p.max - p.min) / std::sqrt(12.0));
       live.excited = after[m] < (1 - excited_at) * i.covariance(m, m);
     }
     e.parameters.push_back(std::move(live));
@@ -488,9 +542,8 @@ LiveEstimates LiveEstimator::estimates() const {
       innovation.sigma = floor;
     } else {
       const double resolution = output.lsb / std::sqrt(12.0);
-      innovation.sigma = std::max(output.declared > 0 ? output.declared : i.front->floor(o).sigma(), resolution);
-      floor = std::max(i.front->floor(o).of_mean(i.plan.block),
-                       resolution / std::sqrt(static_cast<double>(i.plan.block)));
+      floor = std::max(i.front->floor(o).sigma(), resolution / std::sqrt(static_cast<double>(i.plan.block)));
+      innovation.sigma = floor;
     }
     innovation.normalised = floor > 0 ? std::sqrt(watch.square / watch.weight) / floor : 0;
     e.innovation.push_back(innovation);

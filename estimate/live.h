@@ -28,7 +28,7 @@ struct LiveInnovation {
   Signal signal{};
   double value = 0;       ///< SI, measured less predicted; of a fast signal the mean over a block
   double normalised = 0;  ///< RMS over the last second in units of the noise floor: 1 where the model is right
-  double sigma = 0;       ///< SI, of a reading: the noise floor
+  double sigma = 0;       ///< SI, the noise floor of `value`
 };
 
 struct LiveEstimates {

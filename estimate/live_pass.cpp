@@ -77,26 +77,22 @@ void DifferenceFloor::add(double r) {
   seen_ = std::min(seen_ + 1, 2);
 }
 
-double DifferenceFloor::rho() const {
-  if (firsts_ < 100 || first_ <= 0) return 0;
-  return std::clamp(second_ / seconds_ / (first_ / firsts_) - 1, 0.0, 0.99);
-}
-
 double DifferenceFloor::sigma() const {
-  return firsts_ > 0 ? std::sqrt(0.5 * first_ / firsts_ / (1 - rho())) : 0;
-}
-
-double DifferenceFloor::of_mean(std::size_t readings) const {
-  const double n = static_cast<double>(readings), colour = rho();
-  double sum = 1, power = 1;
-  for (std::size_t j = 1; j < readings; ++j) sum += 2 * (1 - static_cast<double>(j) / n) * (power *= colour);
-  return sigma() * std::sqrt(sum / n);
+  constexpr double fewest = 20;  // that tell a colour
+  if (firsts_ < 1) return 0;
+  const double first = first_ / firsts_;
+  const double rho = seconds_ < fewest || first <= 0 ? 0 : std::clamp(second_ / seconds_ / first - 1, 0.0, 0.98);
+  return std::sqrt(0.5 * first / (1 - rho));
 }
 
 LivePass::LivePass(const LivePlan& plan)
     : plan_(plan),
       p_((plan.parameters() + lanes - 1) / lanes + (plan.parameters() == 0 ? 1 : 0)),
-      sums_(2, std::vector<LagSums>(plan.outputs.size(), LagSums(static_cast<Eigen::Index>(plan.parameters())))),
+      sums_(2, std::vector(plan.seconds, std::vector<LagSums>(plan.outputs.size(),
+                                                              LagSums(static_cast<Eigen::Index>(plan.parameters()))))),
+      row_before_(plan.outputs.size()),
+      predicted_before_(plan.outputs.size()),
+      read_before_(plan.outputs.size()),
       watch_(plan.outputs.size()),
       floor_(plan.outputs.size()),
       blocks_(plan.outputs.size()),
@@ -105,6 +101,7 @@ LivePass::LivePass(const LivePlan& plan)
   const auto n = static_cast<Eigen::Index>(plan.parameters());
   recent_.assign(plan.outputs.size(), Eigen::MatrixXd::Zero(n, n));
   for (Block& block : blocks_) block.sum.resize(p_.size());
+  for (Row& row : row_before_) row.s = Eigen::VectorXd::Zero(n);
   std::size_t slow = 0;
   for (const auto& output : plan.outputs) slow += output.slow ? 1 : 0;
   if (slow > 0) {
@@ -123,7 +120,9 @@ void LivePass::begin(std::span<const double> values) {
     }
   }
   for (auto& chapter : sums_) {
-    for (LagSums& sums : chapter) sums.clear();
+    for (auto& second : chapter) {
+      for (LagSums& sums : second) sums.clear();
+    }
   }
   for (auto& recent : recent_) recent.setZero();
   for (Watch& watch : watch_) watch = {};
@@ -144,9 +143,10 @@ void LivePass::interrupt() {
   for (Block& block : blocks_) {
     block.residual = 0;
     block.readings = 0;
-    block.neighbour = false;
     for (auto& sum : block.sum) sum = WideSensitive(0.0);
   }
+  for (Row& row : row_before_) row.there = false;
+  std::ranges::fill(predicted_before_, LiveTick::none);
   for (DifferenceFloor& floor : floor_) floor.interrupt();
   in_block_ = 0;
   stored_ = 0;
@@ -158,7 +158,9 @@ void LivePass::forget_chapter() {
     return;
   }
   std::swap(sums_[0], sums_[1]);
-  for (LagSums& sums : sums_[1]) sums.clear();
+  for (auto& second : sums_[1]) {
+    for (LagSums& sums : second) sums.clear();
+  }
   --chapter_;
 }
 
@@ -296,16 +298,12 @@ void LivePass::watch_tick(const LiveTick& now) {
     if (plan_.outputs[o].slow) continue;
     const Signal signal = plan_.outputs[o].signal;
     const double measured = now.at(signal);
-    if (!valid || !std::isfinite(measured)) {
-      floor_[o].interrupt();
-      continue;
-    }
+    if (!valid || !std::isfinite(measured)) continue;
     Block& block = blocks_[o];
     const double r = measured - reading_of(machines_[0], signal).v;
     block.residual += r;
     for (std::size_t g = 0; g < machines_.size(); ++g) block.sum[g] += reading_of(machines_[g], signal);
     ++block.readings;
-    floor_[o].add(r);
   }
   if (++in_block_ >= plan_.block) close_blocks();
 }
@@ -321,9 +319,12 @@ void LivePass::close_blocks() {
       for (std::size_t j = 0; j < plan_.parameters(); ++j) {
         row_.data()[j] = block.sum[j / lanes].d[j % lanes] * each;
       }
-      take_row(o, block.residual * each, block.neighbour, static_cast<double>(plan_.block) * plan_.period);
+      floor_[o].add(block.residual * each);
+      take_row(o, block.residual * each, static_cast<double>(plan_.block) * plan_.period);
+    } else {
+      floor_[o].interrupt();
+      row_before_[o].there = false;
     }
-    block.neighbour = whole;
     block.residual = 0;
     block.readings = 0;
     for (auto& sum : block.sum) sum = WideSensitive(0.0);
@@ -359,11 +360,22 @@ void LivePass::close_slow(const SlowReading& reading) {
     row_.data()[j] = (interpolate(reading.end, 1 + j) - interpolate(reading.begin, 1 + j)) * each;
   }
   const double predicted = (interpolate(reading.end, 0) - interpolate(reading.begin, 0)) * each;
-  take_row(reading.output, reading.value - predicted, true, reading.end - reading.begin);
+  // The same digits for the same current say nothing new: a resolution's error is no noise that averages away.
+  const std::size_t o = reading.output;
+  const bool again = reading.value == read_before_[o] &&
+                     std::abs(predicted - predicted_before_[o]) < 0.5 * plan_.outputs[o].lsb;
+  if (again) return;
+  read_before_[o] = reading.value;
+  predicted_before_[o] = predicted;
+  take_row(o, reading.value - predicted, reading.end - reading.begin);
 }
 
-void LivePass::take_row(std::size_t output, double residual, bool neighbour, double seconds) {
-  if (!std::isfinite(residual) || !row_.allFinite()) return;
+void LivePass::take_row(std::size_t output, double residual, double seconds) {
+  Row& before = row_before_[output];
+  if (!std::isfinite(residual) || !row_.allFinite()) {
+    before.there = false;
+    return;
+  }
   const double left = residual - row_.dot(step_);
   Watch& watch = watch_[output];
   const double kept = std::exp(-seconds / watch_memory);
@@ -373,9 +385,17 @@ void LivePass::take_row(std::size_t output, double residual, bool neighbour, dou
   recent_[output] *= std::exp(-seconds / recent_memory);
   double informs = 0;
   for (Eigen::Index j = 0; j < row_.size(); ++j) informs += std::abs(row_.data()[j]);
-  if (informs == 0) return;  // a motor that stands tells nothing, its noise neither
+  if (informs == 0) {  // a motor that stands tells nothing, its noise neither
+    before.there = false;
+    return;
+  }
   recent_[output].noalias() += row_ * row_.transpose();
-  sums_[chapter_][output].add(row_, residual, neighbour);
+  LagSums& sums = sums_[chapter_][std::min(tick_ / plan_.second, plan_.seconds - 1)][output];
+  sums.add(row_, residual);
+  if (before.there) sums.add_pair(before.s, before.r, row_, residual);
+  before.s = row_;
+  before.r = residual;
+  before.there = true;
 }
 
 double LivePass::simulated(Signal signal) const {

@@ -56,23 +56,22 @@ struct LivePlan {
   double period = 1e-3;         ///< [s] of the ticks
   double longest_step = 1e-2;   ///< [s] of the simulation
   std::size_t block = 10;       ///< ticks whose mean counts as one
+  std::size_t second = 1000;    ///< ticks whose residuals are told apart from others as independent
+  std::size_t seconds = 61;     ///< of them in a chapter
   double settling = 1;          ///< [s] after which a wrong initial state is forgotten
   double longest_window = 1;    ///< [s] of a slow meter, and how late it may come
   std::size_t parameters() const { return moved.size(); }
 };
 
-/// The noise floor of a fast signal from its residuals' differences over one and two ticks, which no slow error of a
-/// model reaches: E(Δ₁²) = 2σ²(1 - ρ), E(Δ₂²) = 2σ²(1 - ρ²).
+/// The noise floor of a fast signal, as the mean of a block has it: from the residuals' differences over one and two
+/// blocks, which no slow error of a model reaches: E(Δ₁²) = 2σ²(1 - ρ), E(Δ₂²) = 2σ²(1 - ρ²).
 class DifferenceFloor {
  public:
   void add(double r);
   void interrupt() { seen_ = 0; }
-  double sigma() const;  ///< SI, of a reading
-  /// SI, of the mean over so many readings
-  double of_mean(std::size_t readings) const;
+  double sigma() const;  ///< SI
 
  private:
-  double rho() const;
   double first_ = 0, second_ = 0, firsts_ = 0, seconds_ = 0;
   double before_ = 0, before_that_ = 0;
   int seen_ = 0;
@@ -99,7 +98,8 @@ class LivePass {
 
   bool at_same_place(const LivePass& other) const { return chapter_ == other.chapter_ && tick_ == other.tick_; }
   const std::vector<double>& values() const { return values_; }
-  const std::vector<LagSums>& sums(std::size_t chapter) const { return sums_[chapter]; }
+  /// By second, then by output.
+  const std::vector<std::vector<LagSums>>& sums(std::size_t chapter) const { return sums_[chapter]; }
   const Eigen::MatrixXd& recent(std::size_t output) const { return recent_[output]; }
   const Watch& watch(std::size_t output) const { return watch_[output]; }
   const DifferenceFloor& floor(std::size_t output) const { return floor_[output]; }
@@ -117,7 +117,11 @@ class LivePass {
     double residual = 0;
     std::vector<WideSensitive> sum;
     std::size_t readings = 0;
-    bool neighbour = false;
+  };
+  struct Row {
+    Eigen::VectorXd s;
+    double r = 0;
+    bool there = false;
   };
 
   void start_run(std::span<const LiveTick> ahead);
@@ -126,7 +130,7 @@ class LivePass {
   void watch_tick(const LiveTick& now);
   void close_blocks();
   void close_slow(const SlowReading& reading);
-  void take_row(std::size_t output, double residual, bool neighbour, double seconds);
+  void take_row(std::size_t output, double residual, double seconds);
   void interrupt();
   void renew_machines();
   std::size_t integral_at(double t) const;
@@ -135,7 +139,9 @@ class LivePass {
   std::vector<double> values_;
   std::vector<std::vector<WideSensitive>> p_;  ///< for each machine: derivatives of its own
   std::vector<Machine<WideSensitive>> machines_;
-  std::vector<std::vector<LagSums>> sums_;  ///< for each chapter and output
+  std::vector<std::vector<std::vector<LagSums>>> sums_;  ///< for each chapter, second and output
+  std::vector<Row> row_before_;                          ///< of each output
+  std::vector<double> predicted_before_, read_before_;   ///< by slow outputs
   std::vector<Eigen::MatrixXd> recent_;
   std::vector<Watch> watch_;
   std::vector<DifferenceFloor> floor_;

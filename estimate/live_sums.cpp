@@ -12,8 +12,7 @@ LagSums::LagSums(Eigen::Index parameters)
     : ss_(parameters, parameters),
       ss_next_(parameters, parameters),
       sr_(parameters),
-      sr_next_(parameters),
-      s_before_(parameters) {
+      sr_next_(parameters) {
   clear();
 }
 
@@ -22,8 +21,7 @@ void LagSums::clear() {
   ss_next_.setZero();
   sr_.setZero();
   sr_next_.setZero();
-  s_before_.setZero();
-  rr_ = rr_next_ = blocks_ = pairs_ = r_before_ = 0;
+  rr_ = rr_next_ = blocks_ = pairs_ = 0;
 }
 
 void LagSums::add(const LagSums& other) {
@@ -37,37 +35,40 @@ void LagSums::add(const LagSums& other) {
   pairs_ += other.pairs_;
 }
 
-void LagSums::add(const Eigen::VectorXd& s, double r, bool neighbour) {
-  // By pointer: Eigen checks every index and size, and this runs with the samples.
+// By pointer: Eigen checks every index and size, and this runs with the samples.
+
+void LagSums::add(const Eigen::VectorXd& s, double r) {
   const auto n = static_cast<std::size_t>(s.size());
-  double *ss = ss_.data(), *next = ss_next_.data();
-  const double *a = s.data(), *b = s_before_.data();
+  double *ss = ss_.data(), *sr = sr_.data();
+  const double* a = s.data();
   for (std::size_t j = 0; j < n; ++j) {
     for (std::size_t i = 0; i < n; ++i) *ss++ += a[i] * a[j];
+    sr[j] += a[j] * r;
   }
-  if (neighbour) {
-    for (std::size_t j = 0; j < n; ++j) {
-      for (std::size_t i = 0; i < n; ++i) *next++ += 0.5 * (a[i] * b[j] + b[i] * a[j]);
-      sr_next_.data()[j] += 0.5 * (a[j] * r_before_ + b[j] * r);
-    }
-    rr_next_ += r * r_before_;
-    ++pairs_;
-  }
-  for (std::size_t j = 0; j < n; ++j) sr_.data()[j] += a[j] * r;
   rr_ += r * r;
   ++blocks_;
-  s_before_ = s;
-  r_before_ = r;
 }
 
-Colour LagSums::colour(const Eigen::VectorXd& step, double least, bool may_be_coloured) const {
+void LagSums::add_pair(const Eigen::VectorXd& s_before, double r_before, const Eigen::VectorXd& s, double r) {
+  const auto n = static_cast<std::size_t>(s.size());
+  double *ss = ss_next_.data(), *sr = sr_next_.data();
+  const double *a = s.data(), *b = s_before.data();
+  for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t i = 0; i < n; ++i) *ss++ += 0.5 * (a[i] * b[j] + b[i] * a[j]);
+    sr[j] += 0.5 * (a[j] * r_before + b[j] * r);
+  }
+  rr_next_ += r * r_before;
+  ++pairs_;
+}
+
+Colour LagSums::colour(const Eigen::VectorXd& step, double least) const {
   constexpr double fewest = 30;  // pairs that tell a colour
   const double squares = std::max(0.0, rr_ - 2 * sr_.dot(step) + step.dot(ss_ * step));
   Colour colour;
   colour.sigma = std::max(least, std::sqrt(squares / std::max(1.0, blocks_ - 1)));
-  if (may_be_coloured && pairs_ >= fewest && squares > 0) {
+  if (pairs_ >= fewest && squares > 0) {
     const double products = rr_next_ - 2 * sr_next_.dot(step) + step.dot(ss_next_ * step);
-    colour.rho = std::clamp(products / squares * blocks_ / pairs_, 0.0, 0.98);
+    colour.rho = std::clamp(products / squares * blocks_ / pairs_, -0.5, 0.98);
   }
   return colour;
 }

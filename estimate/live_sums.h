@@ -21,13 +21,15 @@ class LagSums {
   void clear();
   void add(const LagSums& other);
 
-  /// The next block. @param neighbour it follows the one before without a hole
-  void add(const Eigen::VectorXd& s, double r, bool neighbour);
+  /// A block.
+  void add(const Eigen::VectorXd& s, double r);
+  /// Two blocks that follow each other without a hole.
+  void add_pair(const Eigen::VectorXd& s_before, double r_before, const Eigen::VectorXd& s, double r);
 
   double blocks() const { return blocks_; }
 
   /// Scatter and colour of the residuals after a step of the parameters. @param least [SI] that sigma may be
-  Colour colour(const Eigen::VectorXd& step, double least, bool may_be_coloured) const;
+  Colour colour(const Eigen::VectorXd& step, double least) const;
 
   /// Adds this signal's part of the normal equations, H step = g.
   void weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& colour) const;
@@ -39,8 +41,6 @@ class LagSums {
   Eigen::MatrixXd ss_, ss_next_;  ///< Σ s sᵀ, and its neighbours' mean with its transpose
   Eigen::VectorXd sr_, sr_next_;
   double rr_ = 0, rr_next_ = 0, blocks_ = 0, pairs_ = 0;
-  Eigen::VectorXd s_before_;
-  double r_before_ = 0;
 };
 
 /// A⁻¹ of a symmetric, positive A whose rows may be of very different sizes.
