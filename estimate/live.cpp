@@ -7,6 +7,7 @@
 
 #include "estimate/linear_algebra.h"
 #include "estimate/live_pass.h"
+#include "estimate/live_voltage.h"
 #include "estimate/residuals.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -20,7 +21,30 @@ constexpr double relinearise_at = 0.2;  ///< standard errors from the point abou
 constexpr double excited_at = 0.01;     ///< part of a variance that the last seconds, once more, would take away
 constexpr double late_block = 0.02;     ///< [s] that a card which sends blocks may lag behind the reference
 constexpr double gap_ticks = 5.5;       ///< without a tick: what happened meanwhile is not known
+constexpr double settle_first = 0.5;    ///< [s] of data before the first step
 constexpr std::size_t load_mean = 32;   ///< readings of the torque that tell a load from noise
+
+/// The scatter of a slow meter, from the median change between its readings: most of them see a motor that is settled.
+class SlowChanges {
+ public:
+  void add(double value) {
+    if (count_ > 0) changes_[(count_ - 1) % changes_.size()] = std::abs(value - before_);
+    before_ = value;
+    ++count_;
+  }
+  double scatter() const {
+    auto sorted = changes_;
+    const std::size_t n = std::min(count_ > 0 ? count_ - 1 : 0, sorted.size());
+    if (n == 0) return 0;
+    std::nth_element(sorted.begin(), sorted.begin() + n / 2, sorted.begin() + n);
+    return 1.4826 / std::sqrt(2.0) * sorted[n / 2];
+  }
+
+ private:
+  std::array<double, 64> changes_{};
+  std::size_t count_ = 0;
+  double before_ = 0;
+};
 
 bool fast(const Channel& channel, double period) { return channel.window <= 0 && channel.period < 2 * period; }
 
@@ -63,6 +87,9 @@ LivePlan plan_for(const Model& model, const FreeParameters& free, std::span<cons
     plan.outputs.push_back({signal, slow, channel->lsb, declared == model.noise.end() ? 0 : declared->second});
     if (slow) plan.longest_window = std::max(plan.longest_window, 2 * std::max(channel->window, channel->period) + 1);
   }
+  for (auto& output : plan.outputs) {
+    if (output.slow) output.offset = plan.moved.size() + plan.offsets++;
+  }
   if (!find(channels, Signal::omega) && !(find(channels, Signal::i_a) && model.input != Signal::i_a)) {
     throw ModelError("model `" + model.name + "` has nothing to be compared with: the bench measures neither omega nor i_a");
   }
@@ -93,10 +120,10 @@ struct LiveEstimator::Impl {
   void solve();
   void consider_relinearising();
   void judge_back();
-  std::vector<Colour> colours(std::span<const LagSums> sums) const;
+  std::vector<Colour> colours() const;
   std::vector<LagSums> totals(const LivePass& pass, std::size_t chapters) const;
   void judge_errors();
-  Eigen::VectorXd free_values(const LivePass& pass) const;
+  Eigen::VectorXd unknowns(const LivePass& pass) const;
   std::size_t complete() const;
 
   const Model whole;               ///< as given
@@ -133,11 +160,13 @@ struct LiveEstimator::Impl {
   };
   std::vector<Pending> pending;
   std::array<double, signal_count> last_slow{};
+  std::array<SlowChanges, signal_count> slow_changes;
   double last_t = 0;
   std::array<double, load_mean> torques{};
   std::size_t torque_count = 0;
   double torque_sum = 0, torque_before = 0, torque_changes = 0, torque_lsb = 0;
   double loaded_until = -1;
+  LiveVoltage voltage;
   std::uint64_t samples = 0, skipped = 0, gaps = 0;
   std::size_t since_solved = 0, since_judged = 0;
 };
@@ -156,18 +185,28 @@ LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_cha
       solve_every(static_cast<std::size_t>(std::max(1.0, solve_period * given_rate))),
       history(2),
       front(std::make_unique<LivePass>(plan)),
-      back(std::make_unique<LivePass>(plan)) {
+      back(std::make_unique<LivePass>(plan)),
+      voltage(plan.structure, model.driver.has_value()) {
   for (LiveChapter& chapter : history) {
     chapter.ticks.reserve(capacity + look_ahead + lag + 2);
     chapter.readings.reserve(capacity / 2 + 16);
   }
   pending.reserve(1024);
-  const auto n = static_cast<Eigen::Index>(free.size());
+  const auto n = static_cast<Eigen::Index>(plan.unknowns()), p_count = static_cast<Eigen::Index>(free.size());
   low.resize(n);
   high.resize(n);
   known = Eigen::MatrixXd::Zero(n, n);
   known_at = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (const auto& output : plan.outputs) {
+    if (!output.slow) continue;
+    // A current that stands still is read with the same rounding all the time.
+    const auto i = static_cast<Eigen::Index>(output.offset);
+    const double digit = std::max(output.lsb, 1e-9);
+    high[i] = digit;
+    low[i] = -digit;
+    known(i, i) = 12 / (digit * digit);
+  }
+  for (Eigen::Index i = 0; i < p_count; ++i) {
     const Parameter& p = model.at(free.places()[static_cast<std::size_t>(i)]);
     low[i] = p.min;
     high[i] = p.max;
@@ -186,9 +225,12 @@ LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_cha
   if (const Channel* torque = find(channels, Signal::torque)) torque_lsb = torque->lsb;
 }
 
-Eigen::VectorXd LiveEstimator::Impl::free_values(const LivePass& pass) const {
+/// The point about which the equations of a pass are linear; they are linear in offsets anyway.
+Eigen::VectorXd LiveEstimator::Impl::unknowns(const LivePass& pass) const {
   const std::vector<double> values = free.pick(pass.values());
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  Eigen::VectorXd at = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(plan.unknowns()));
+  std::ranges::copy(values, at.data());
+  return at;
 }
 
 void LiveEstimator::Impl::take(Signal signal, double t, double value) {
@@ -211,6 +253,7 @@ void LiveEstimator::Impl::take(Signal signal, double t, double value) {
 
 void LiveEstimator::Impl::take_slow(std::size_t output, double t, double value) {
   const Channel& channel = *find(channels, plan.outputs[output].signal);
+  slow_changes[index(channel.signal)].add(value);
   double& before = last_slow[index(channel.signal)];
   const double begin = channel.window > 0 ? t - channel.window : before;
   before = t;
@@ -257,11 +300,18 @@ void LiveEstimator::Impl::close_tick(double t, double u_ref) {
     hold = current.ticks.size();
     ++gaps;
   }
+  const double before = last_t;
   last_t = t;
   ++samples;
   current.ticks.push_back(tick);
   attach_pending(t);
   LiveTick& newest = current.ticks.back();
+  if (newest.kind == LiveTick::Kind::next) {
+    newest.drive = voltage.next(t - before, u_ref, newest.e_a);
+  } else {
+    voltage.start(u_ref, newest.e_a);
+    newest.drive = newest.e_a;
+  }
   if (plan.structure.measured_load) newest.load = load_of(newest.torque);
   work();
 }
@@ -318,7 +368,7 @@ void LiveEstimator::Impl::work() {
 }
 
 std::vector<LagSums> LiveEstimator::Impl::totals(const LivePass& pass, std::size_t chapters) const {
-  std::vector<LagSums> sums(plan.outputs.size(), LagSums(static_cast<Eigen::Index>(free.size())));
+  std::vector<LagSums> sums(plan.outputs.size(), LagSums(static_cast<Eigen::Index>(plan.unknowns())));
   for (std::size_t chapter = 0; chapter < chapters; ++chapter) {
     for (const auto& second : pass.sums(chapter)) {
       for (std::size_t o = 0; o < sums.size(); ++o) {
@@ -329,34 +379,35 @@ std::vector<LagSums> LiveEstimator::Impl::totals(const LivePass& pass, std::size
   return sums;
 }
 
-std::vector<Colour> LiveEstimator::Impl::colours(std::span<const LagSums> sums) const {
+/// Weights by the noise floor alone: by what is left, a signal that the model still misses would count for nothing, and
+/// the fit could rest in a valley where it never catches up with it.
+std::vector<Colour> LiveEstimator::Impl::colours() const {
   std::vector<Colour> all;
   for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
     const auto& output = plan.outputs[o];
-    const double resolution = std::max(output.declared, output.lsb / std::sqrt(12.0));
-    const double least = output.slow ? resolution
-                                     : std::max(resolution / std::sqrt(static_cast<double>(plan.block)),
-                                                front->floor(o).sigma());
-    all.push_back(sums[o].colour(step, std::max(least, 1e-9)));
+    const double readings = output.slow ? 1 : static_cast<double>(plan.block);
+    const double resolution = output.lsb / std::sqrt(12.0 * readings);
+    Colour c = front->floor(o).colour();
+    if (output.slow) c = {.sigma = slow_changes[index(output.signal)].scatter(), .rho = 0};
+    if (output.declared > 0) c.sigma = output.declared / std::sqrt(readings) * std::sqrt((1 + c.rho) / (1 - c.rho));
+    c.sigma = std::max({c.sigma, resolution, 1e-9});
+    all.push_back(c);
   }
   return all;
 }
 
 void LiveEstimator::Impl::solve() {
   if (free.size() == 0) return;
-  const Eigen::VectorXd at = free_values(*front);
+  const Eigen::VectorXd at = unknowns(*front);
   const std::vector<LagSums> sums = totals(*front, 2);
-  constexpr int rounds = 4;  // weights by what is left, what is left by the weights
-  for (int round = 0; round < rounds; ++round) {
-    colour = colours(sums);
-    Eigen::MatrixXd h = known;
-    Eigen::VectorXd g = known_at - known * at;
-    for (std::size_t o = 0; o < plan.outputs.size(); ++o) sums[o].weigh_into(h, g, colour[o]);
-    if (!h.allFinite() || !g.allFinite()) return;
-    information = h;
-    gradient = g;
-    step = bounded_step(h, g, low - at, high - at);
-  }
+  colour = colours();
+  Eigen::MatrixXd h = known;
+  Eigen::VectorXd g = known_at - known * at;
+  for (std::size_t o = 0; o < plan.outputs.size(); ++o) sums[o].weigh_into(h, g, colour[o]);
+  if (!h.allFinite() || !g.allFinite()) return;
+  information = h;
+  gradient = g;
+  step = bounded_step(h, g, low - at, high - at);
   front->expect(step);
 }
 
@@ -395,13 +446,15 @@ void LiveEstimator::Impl::judge_errors() {
 }
 
 void LiveEstimator::Impl::consider_relinearising() {
-  if (following || free.size() == 0) return;
-  const double distance = std::sqrt(std::max(0.0, step.dot(information * step)));
+  if (following || free.size() == 0 || static_cast<double>(samples) * plan.period < settle_first) return;
+  const auto p = static_cast<Eigen::Index>(free.size());
+  const Eigen::MatrixXd uncertain = inverse_of(information).topLeftCorner(p, p);
+  const double distance = std::sqrt(std::max(0.0, step.head(p).dot(inverse_of(uncertain) * step.head(p))));
   if (distance < relinearise_at) return;
-  const Eigen::VectorXd at = free_values(*front);
+  const Eigen::VectorXd at = unknowns(*front);
   // No further than the linear equations can be trusted: a factor of three, a third of the bounds from zero.
   Eigen::VectorXd least = low - at, most = high - at;
-  for (Eigen::Index i = 0; i < at.size(); ++i) {
+  for (Eigen::Index i = 0; i < p; ++i) {
     const double reach = std::max(2.0 / 3 * std::abs(at[i]), low[i] > 0 ? 0.0 : (high[i] - low[i]) / 3);
     least[i] = std::max(least[i], -reach);
     most[i] = std::min(most[i], low[i] > 0 ? 3 * reach : reach);
@@ -410,17 +463,19 @@ void LiveEstimator::Impl::consider_relinearising() {
   h.diagonal() *= 1 + damping;
   const Eigen::VectorXd to = at + bounded_step(h, gradient, least, most);
   if (!to.allFinite()) return;
-  back->begin(free.spread(std::vector<double>(to.data(), to.data() + to.size())));
+  back->begin(free.spread(std::vector<double>(to.data(), to.data() + p)));
   following = true;
 }
 
 void LiveEstimator::Impl::judge_back() {
   following = false;
+  Eigen::VectorXd offsets = step;
+  offsets.head(static_cast<Eigen::Index>(free.size())).setZero();
   const auto cost = [&](const LivePass& pass) {
     double sum = 0;
     const std::vector<LagSums> sums = totals(pass, 2);
-    for (std::size_t o = 0; o < plan.outputs.size(); ++o) sum += sums[o].cost(colour[o]);
-    const Eigen::VectorXd at = free_values(pass);
+    for (std::size_t o = 0; o < plan.outputs.size(); ++o) sum += sums[o].cost(offsets, colour[o]);
+    const Eigen::VectorXd at = unknowns(pass) + offsets;
     return sum + at.dot(known * at) - 2 * at.dot(known_at);
   };
   const double now = cost(*front), then = cost(*back);
@@ -440,7 +495,7 @@ void LiveEstimator::Impl::fold() {
   }
   following = false;
   if (free.size() > 0 && !history.front().ticks.empty()) {
-    const Eigen::VectorXd at = free_values(*front);
+    const Eigen::VectorXd at = unknowns(*front);
     const std::vector<LagSums> sums = totals(*front, 1);
     Eigen::MatrixXd added = Eigen::MatrixXd::Zero(known.rows(), known.cols());
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(known.rows());
@@ -504,8 +559,8 @@ LiveEstimates LiveEstimator::estimates() const {
   e.skipped = i.skipped;
   e.gaps = i.gaps;
   e.left_out = i.left_out;
-  const Eigen::VectorXd at = i.free_values(*i.front) + i.step;
-  const std::vector<double> values = i.free.spread(std::vector<double>(at.data(), at.data() + at.size()));
+  const Eigen::VectorXd at = i.unknowns(*i.front) + i.step;
+  const std::vector<double> values = i.free.spread(std::vector<double>(at.data(), at.data() + i.free.size()));
   // What the last seconds, once more, would add.
   Eigen::VectorXd after = i.covariance.diagonal();
   if (i.free.size() > 0) {
@@ -536,15 +591,7 @@ LiveEstimates LiveEstimator::estimates() const {
     const auto& watch = i.front->watch(o);
     if (watch.weight <= 0) continue;
     LiveInnovation innovation{.signal = output.signal, .value = watch.value};
-    double floor = 0;  // of what is watched: blocks of a fast signal, readings of a slow one
-    if (output.slow) {
-      floor = output.declared > 0 ? output.declared : i.colour[o].sigma;
-      innovation.sigma = floor;
-    } else {
-      const double resolution = output.lsb / std::sqrt(12.0);
-      floor = std::max(i.front->floor(o).sigma(), resolution / std::sqrt(static_cast<double>(i.plan.block)));
-      innovation.sigma = floor;
-    }
+    const double floor = innovation.sigma = i.colour[o].sigma;
     innovation.normalised = floor > 0 ? std::sqrt(watch.square / watch.weight) / floor : 0;
     e.innovation.push_back(innovation);
   }

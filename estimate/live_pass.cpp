@@ -77,28 +77,30 @@ void DifferenceFloor::add(double r) {
   seen_ = std::min(seen_ + 1, 2);
 }
 
-double DifferenceFloor::sigma() const {
-  constexpr double fewest = 20;  // that tell a colour
-  if (firsts_ < 1) return 0;
+Colour DifferenceFloor::colour() const {
+  constexpr double fewest = 20;   // differences that tell a colour
+  constexpr double longest = 0.7; // beyond that it is an error of the model that lasts
+  if (firsts_ < 1 || first_ <= 0) return {.sigma = 0, .rho = 0};
   const double first = first_ / firsts_;
-  const double rho = seconds_ < fewest || first <= 0 ? 0 : std::clamp(second_ / seconds_ / first - 1, 0.0, 0.98);
-  return std::sqrt(0.5 * first / (1 - rho));
+  const double rho = seconds_ < fewest ? 0 : std::clamp(second_ / seconds_ / first - 1, -0.5, longest);
+  const double doubt = 1 + fewest / firsts_;  // the first few may all be small
+  return {.sigma = std::sqrt(0.5 * first / (1 - rho) * doubt), .rho = rho};
 }
 
 LivePass::LivePass(const LivePlan& plan)
     : plan_(plan),
-      p_((plan.parameters() + lanes - 1) / lanes + (plan.parameters() == 0 ? 1 : 0)),
+      p_((plan.moved.size() + lanes - 1) / lanes + (plan.moved.empty() ? 1 : 0)),
       sums_(2, std::vector(plan.seconds, std::vector<LagSums>(plan.outputs.size(),
-                                                              LagSums(static_cast<Eigen::Index>(plan.parameters()))))),
+                                                              LagSums(static_cast<Eigen::Index>(plan.unknowns()))))),
       row_before_(plan.outputs.size()),
       predicted_before_(plan.outputs.size()),
       read_before_(plan.outputs.size()),
       watch_(plan.outputs.size()),
       floor_(plan.outputs.size()),
       blocks_(plan.outputs.size()),
-      row_(static_cast<Eigen::Index>(plan.parameters())),
-      step_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(plan.parameters()))) {
-  const auto n = static_cast<Eigen::Index>(plan.parameters());
+      row_(static_cast<Eigen::Index>(plan.unknowns())),
+      step_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(plan.unknowns()))) {
+  const auto n = static_cast<Eigen::Index>(plan.unknowns());
   recent_.assign(plan.outputs.size(), Eigen::MatrixXd::Zero(n, n));
   for (Block& block : blocks_) block.sum.resize(p_.size());
   for (Row& row : row_before_) row.s = Eigen::VectorXd::Zero(n);
@@ -106,7 +108,7 @@ LivePass::LivePass(const LivePlan& plan)
   for (const auto& output : plan.outputs) slow += output.slow ? 1 : 0;
   if (slow > 0) {
     integrals_.resize(static_cast<std::size_t>(plan.longest_window / plan.period) + 16);
-    for (Integral& integral : integrals_) integral.value.assign(slow * (1 + plan.parameters()), 0.0);
+    for (Integral& integral : integrals_) integral.value.assign(slow * 2 * (1 + plan.moved.size()), 0.0);
   }
   machines_.reserve(p_.size());
 }
@@ -115,7 +117,7 @@ void LivePass::begin(std::span<const double> values) {
   values_.assign(values.begin(), values.end());
   for (std::size_t g = 0; g < p_.size(); ++g) {
     p_[g].assign(values.begin(), values.end());
-    for (std::size_t j = g * lanes; j < std::min(plan_.parameters(), (g + 1) * lanes); ++j) {
+    for (std::size_t j = g * lanes; j < std::min(plan_.moved.size(), (g + 1) * lanes); ++j) {
       for (const std::size_t place : plan_.moved[j]) p_[g][place].d[j - g * lanes] = 1;
     }
   }
@@ -188,7 +190,7 @@ bool LivePass::advance(const std::vector<LiveChapter>& history, std::size_t end)
       start_run(ahead);
     } else {
       before_ = now;
-      e_a_ = std::isfinite(now.e_a) ? now.e_a : e_a_;
+      e_a_ = std::isfinite(now.drive) ? now.drive : e_a_;
       bridge_gap(ahead);
     }
   } else if (now.kind == LiveTick::Kind::gap) {
@@ -211,7 +213,7 @@ void LivePass::start_run(std::span<const LiveTick> ahead) {
   const FirstSpeed speed = first_speed(ahead);
   interrupt();
   renew_machines();
-  e_a_ = std::isfinite(now.e_a) ? now.e_a : 0;
+  e_a_ = std::isfinite(now.drive) ? now.drive : 0;
   unmeasured_ = 0;
   StepInput in{.u_ref = now.u_ref, .e_a_start = e_a_, .e_a_end = e_a_, .angle_middle = {}, .angle_end = {}};
   in.i_a = std::isfinite(now.i_a) ? now.i_a : 0;
@@ -235,7 +237,7 @@ void LivePass::bridge_gap(std::span<const LiveTick> ahead) {
   const FirstSpeed speed = first_speed(ahead);
   for (auto& machine : machines_) machine.omega = machine.omega_reading = WideSensitive(speed.value);
   interrupt();
-  e_a_ = std::isfinite(ahead.front().e_a) ? ahead.front().e_a : e_a_;
+  e_a_ = std::isfinite(ahead.front().drive) ? ahead.front().drive : e_a_;
   valid_from_ = until + plan_.settling;
 }
 
@@ -244,8 +246,8 @@ void LivePass::step_to(const LiveTick& now) {
   if (std::abs(interval - plan_.period) < 1e-6 * plan_.period) interval = plan_.period;  // rounding of even ticks
   const double e_a_before = e_a_;
   if (plan_.structure.measured_voltage) {
-    if (std::isfinite(now.e_a)) {
-      e_a_ = now.e_a;
+    if (std::isfinite(now.drive)) {
+      e_a_ = now.drive;
       unmeasured_ = 0;
     } else if (++unmeasured_ == 6) {
       valid_from_ = now.t + plan_.settling;
@@ -271,7 +273,7 @@ void LivePass::step_to(const LiveTick& now) {
 void LivePass::watch_tick(const LiveTick& now) {
   const bool valid = now.t >= valid_from_;
   std::size_t slow = 0;
-  const std::size_t n = plan_.parameters();
+  const std::size_t n = plan_.moved.size();
   if (!integrals_.empty()) {
     const Integral& last = integrals_[newest_];
     const std::size_t next = (newest_ + 1) % integrals_.size();
@@ -279,14 +281,15 @@ void LivePass::watch_tick(const LiveTick& now) {
     integrals_[next].t = now.t;
     for (std::size_t o = 0; o < plan_.outputs.size(); ++o) {
       if (!plan_.outputs[o].slow) continue;
-      // By the rectangle of the step's end: half a tick of a window of hundreds.
-      double* to = integrals_[next].value.data() + slow * (1 + n);
-      const double* from = last.value.data() + slow * (1 + n);
-      const bool first = stored_ == 0;
-      to[0] = (first ? 0 : from[0]) + h * reading_of(machines_[0], plan_.outputs[o].signal).v;
+      double* to = integrals_[next].value.data() + slow * 2 * (1 + n);
+      const double* from = last.value.data() + slow * 2 * (1 + n);
+      const auto integrate = [&](std::size_t entry, double x) {
+        to[2 * entry] = stored_ == 0 ? 0 : from[2 * entry] + 0.5 * h * (from[2 * entry + 1] + x);
+        to[2 * entry + 1] = x;
+      };
+      integrate(0, reading_of(machines_[0], plan_.outputs[o].signal).v);
       for (std::size_t j = 0; j < n; ++j) {
-        const auto& d = reading_of(machines_[j / lanes], plan_.outputs[o].signal).d;
-        to[1 + j] = (first ? 0 : from[1 + j]) + h * d[j % lanes];
+        integrate(1 + j, reading_of(machines_[j / lanes], plan_.outputs[o].signal).d[j % lanes]);
       }
       ++slow;
     }
@@ -316,7 +319,8 @@ void LivePass::close_blocks() {
     const bool whole = 2 * block.readings > plan_.block;
     if (whole) {
       const double each = 1 / static_cast<double>(block.readings);
-      for (std::size_t j = 0; j < plan_.parameters(); ++j) {
+      row_.setZero();
+      for (std::size_t j = 0; j < plan_.moved.size(); ++j) {
         row_.data()[j] = block.sum[j / lanes].d[j % lanes] * each;
       }
       floor_[o].add(block.residual * each);
@@ -346,16 +350,17 @@ void LivePass::close_slow(const SlowReading& reading) {
   if (reading.end > integrals_[newest_].t + 1.5 * plan_.period) return;
   std::size_t slow = 0;
   for (std::size_t o = 0; o < reading.output; ++o) slow += plan_.outputs[o].slow ? 1 : 0;
-  const std::size_t n = plan_.parameters(), offset = slow * (1 + n);
+  const std::size_t n = plan_.moved.size(), offset = slow * 2 * (1 + n);
   // Linear between ticks.
   const auto interpolate = [&](double t, std::size_t entry) {
     const std::size_t low = integral_at(t), high = low == newest_ ? low : (low + 1) % integrals_.size();
     const double a = integrals_[low].t, b = integrals_[high].t;
     const double share = b > a ? std::clamp((t - a) / (b - a), 0.0, 1.0) : 0.0;
-    const double from = integrals_[low].value[offset + entry], to = integrals_[high].value[offset + entry];
+    const double from = integrals_[low].value[offset + 2 * entry], to = integrals_[high].value[offset + 2 * entry];
     return from + share * (to - from);
   };
   const double each = 1 / (reading.end - reading.begin);
+  row_.setZero();
   for (std::size_t j = 0; j < n; ++j) {
     row_.data()[j] = (interpolate(reading.end, 1 + j) - interpolate(reading.begin, 1 + j)) * each;
   }
@@ -365,6 +370,8 @@ void LivePass::close_slow(const SlowReading& reading) {
   const bool again = reading.value == read_before_[o] &&
                      std::abs(predicted - predicted_before_[o]) < 0.5 * plan_.outputs[o].lsb;
   if (again) return;
+  // What moves is rounded now up, now down; what stands, always alike.
+  if (std::abs(predicted - predicted_before_[o]) < plan_.outputs[o].lsb) row_.data()[plan_.outputs[o].offset] = 1;
   read_before_[o] = reading.value;
   predicted_before_[o] = predicted;
   take_row(o, reading.value - predicted, reading.end - reading.begin);
@@ -384,7 +391,7 @@ void LivePass::take_row(std::size_t output, double residual, double seconds) {
   watch.weight = kept * watch.weight + 1;
   recent_[output] *= std::exp(-seconds / recent_memory);
   double informs = 0;
-  for (Eigen::Index j = 0; j < row_.size(); ++j) informs += std::abs(row_.data()[j]);
+  for (std::size_t j = 0; j < plan_.moved.size(); ++j) informs += std::abs(row_.data()[j]);
   if (informs == 0) {  // a motor that stands tells nothing, its noise neither
     before.there = false;
     return;
@@ -401,7 +408,7 @@ void LivePass::take_row(std::size_t output, double residual, double seconds) {
 double LivePass::simulated(Signal signal) const {
   if (machines_.empty()) return 0;
   double value = reading_of(machines_[0], signal).v;
-  for (std::size_t j = 0; j < plan_.parameters(); ++j) {
+  for (std::size_t j = 0; j < plan_.moved.size(); ++j) {
     value += reading_of(machines_[j / lanes], signal).d[j % lanes] * step_[static_cast<Eigen::Index>(j)];
   }
   return value;

@@ -19,7 +19,8 @@ struct LiveTick {
   double t = 0;      ///< [s] from the start of the run
   double u_ref = 0;  ///< [V] from now on
   double e_a = none, i_a = none, omega = none, torque = none, temperature = none;
-  double load = 0;  ///< [N m] of the torque, where that is more than noise
+  double drive = none;  ///< [V] across the motor, of e_a
+  double load = 0;      ///< [N m] of the torque, where that is more than noise
   Kind kind = Kind::next;
 
   double* place(Signal signal);
@@ -48,6 +49,7 @@ struct LivePlan {
     bool slow = false;
     double lsb = 0;
     double declared = 0;  ///< [SI] sigma; 0: not declared
+    std::size_t offset = 0;  ///< of a slow output: its place among the unknowns
   };
 
   ModelStructure structure;
@@ -60,7 +62,10 @@ struct LivePlan {
   std::size_t seconds = 61;     ///< of them in a chapter
   double settling = 1;          ///< [s] after which a wrong initial state is forgotten
   double longest_window = 1;    ///< [s] of a slow meter, and how late it may come
-  std::size_t parameters() const { return moved.size(); }
+
+  /// Unknowns: the free parameters, then what each slow meter's rounding does to a value that stands still.
+  std::size_t unknowns() const { return moved.size() + offsets; }
+  std::size_t offsets = 0;
 };
 
 /// The noise floor of a fast signal, as the mean of a block has it: from the residuals' differences over one and two
@@ -69,7 +74,7 @@ class DifferenceFloor {
  public:
   void add(double r);
   void interrupt() { seen_ = 0; }
-  double sigma() const;  ///< SI
+  Colour colour() const;  ///< rho: from block to block
 
  private:
   double first_ = 0, second_ = 0, firsts_ = 0, seconds_ = 0;
@@ -152,14 +157,14 @@ class LivePass {
   std::size_t chapter_ = 0, tick_ = 0, reading_ = 0;
   bool begun_ = false;
   LiveTick before_;
-  double e_a_ = 0;            ///< [V] the last that was measured
+  double e_a_ = 0;            ///< [V] across the motor, the last that was known
   std::size_t unmeasured_ = 0;  ///< ticks since
   double valid_from_ = 0;     ///< [s] from then on the simulated states are right
 
   // The integral of each slow output over time, for the means of windows: a ring.
   struct Integral {
     double t = 0;
-    std::vector<double> value;  ///< for each slow output: integral, then its derivatives
+    std::vector<double> value;  ///< for each slow output: integral and value, then those of its derivatives
   };
   std::vector<Integral> integrals_;
   std::size_t newest_ = 0, stored_ = 0;

@@ -61,16 +61,12 @@ void LagSums::add_pair(const Eigen::VectorXd& s_before, double r_before, const E
   ++pairs_;
 }
 
-Colour LagSums::colour(const Eigen::VectorXd& step, double least) const {
-  constexpr double fewest = 30;  // pairs that tell a colour
-  const double squares = std::max(0.0, rr_ - 2 * sr_.dot(step) + step.dot(ss_ * step));
-  Colour colour;
-  colour.sigma = std::max(least, std::sqrt(squares / std::max(1.0, blocks_ - 1)));
-  if (pairs_ >= fewest && squares > 0) {
-    const double products = rr_next_ - 2 * sr_next_.dot(step) + step.dot(ss_next_ * step);
-    colour.rho = std::clamp(products / squares * blocks_ / pairs_, -0.5, 0.98);
-  }
-  return colour;
+double LagSums::squares(const Eigen::VectorXd& step) const {
+  return std::max(0.0, rr_ - 2 * sr_.dot(step) + step.dot(ss_ * step));
+}
+
+double LagSums::products(const Eigen::VectorXd& step) const {
+  return rr_next_ - 2 * sr_next_.dot(step) + step.dot(ss_next_ * step);
 }
 
 void LagSums::weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& c) const {
@@ -79,8 +75,9 @@ void LagSums::weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& c
   g += weight * ((1 + c.rho * c.rho) * sr_ - 2 * c.rho * sr_next_);
 }
 
-double LagSums::cost(const Colour& c) const {
-  return ((1 + c.rho * c.rho) * rr_ - 2 * c.rho * rr_next_) / (c.sigma * c.sigma * (1 - c.rho * c.rho));
+double LagSums::cost(const Eigen::VectorXd& step, const Colour& c) const {
+  const double whitened = (1 + c.rho * c.rho) * squares(step) - 2 * c.rho * products(step);
+  return whitened / (c.sigma * c.sigma * (1 - c.rho * c.rho));
 }
 
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& a) {

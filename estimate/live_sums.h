@@ -4,7 +4,7 @@
 
 namespace emtb {
 
-/// What is left of a signal's blocks: their scatter, and how much of it each has of the one before it.
+/// The noise of a signal's blocks: their scatter, and how much of it each has of the one before it.
 struct Colour {
   double sigma = 1;  ///< SI
   double rho = 0;    ///< first-order autocorrelation
@@ -28,16 +28,16 @@ class LagSums {
 
   double blocks() const { return blocks_; }
 
-  /// Scatter and colour of the residuals after a step of the parameters. @param least [SI] that sigma may be
-  Colour colour(const Eigen::VectorXd& step, double least) const;
-
   /// Adds this signal's part of the normal equations, H step = g.
   void weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& colour) const;
 
-  /// The weighed sum of squares as it stands.
-  double cost(const Colour& colour) const;
+  /// The weighed sum of squares after a step of the parameters.
+  double cost(const Eigen::VectorXd& step, const Colour& colour) const;
 
  private:
+  double squares(const Eigen::VectorXd& step) const;
+  double products(const Eigen::VectorXd& step) const;
+
   Eigen::MatrixXd ss_, ss_next_;  ///< Σ s sᵀ, and its neighbours' mean with its transpose
   Eigen::VectorXd sr_, sr_next_;
   double rr_ = 0, rr_next_ = 0, blocks_ = 0, pairs_ = 0;

@@ -39,6 +39,9 @@ void table(const char* name, LiveBench bench, int seeds, double rho) {
       row.error += (p.value - truth) / seeds;
       row.squares += (p.value - truth) * (p.value - truth) / seeds;
       row.claimed += p.std_error / seeds;
+      if (std::abs(p.value - truth) > 6 * p.std_error) {
+        std::printf("    seed %d: %s %.6g +- %.2g (true %.6g)\n", seed, parameter_name.c_str(), p.value, p.std_error, truth);
+      }
       if (seeds == 1) std::printf("    %s %.6g +- %.2g (true %.6g)\n", parameter_name.c_str(), p.value, p.std_error, truth);
     }
     if (seeds == 1) {
