@@ -32,7 +32,7 @@ for what in "$@"; do
   case "$what" in
     format) echo "== format" && sources | xargs clang-format --dry-run -Werror ;;
     release) build_and_test release "^$" ;;
-    asan) build_and_test asan "$longest_diagnoses" hal experiment session config model drivers estimate diagnose report server daemon ;;
+    asan) build_and_test asan "$longest_diagnoses" hal experiment session config model drivers usb estimate diagnose report server daemon ;;
     tsan) build_and_test tsan "^$" hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, release, asan, tsan, tidy" >&2; exit 2 ;;

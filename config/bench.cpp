@@ -72,19 +72,73 @@ BenchConfig::SafetyLimits read_limits(const YamlMap& yaml) {
   return limits;
 }
 
+std::optional<double> read_field(const YamlMap& yaml) {
+  const auto entry = yaml.map_if("field");
+  if (!entry) return {};
+  entry->only({"min"});
+  return entry->positive("min");
+}
+
+BenchConfig::Nameplate read_motor(const YamlMap& yaml) {
+  const auto entry = yaml.map_if("motor");
+  if (!entry) return {};
+  entry->only({"R_a", "K_b", "driver_gain"});
+  const auto read = [&](std::string_view key) {
+    return entry->has(key) ? std::optional{entry->positive(key)} : std::nullopt;
+  };
+  return {.R_a = read("R_a"), .K_b = read("K_b"), .driver_gain = read("driver_gain")};
+}
+
+std::optional<BenchConfig::Tacho> read_tacho(const YamlMap& yaml, const BenchConfig::Nameplate& motor) {
+  const auto entry = yaml.map_if("tacho");
+  if (!entry) return {};
+  entry->only({"emf", "omega", "time"});
+  if (!motor.R_a)
+    entry->fail("", "needs the armature's resistance. Write motor: {R_a: ...} with what an ohmmeter says");
+  const BenchConfig::Tacho tacho{
+      .emf = entry->positive("emf"), .omega = entry->positive("omega"), .time = entry->within_or("time", 0.1, 10, 1)};
+  if (motor.K_b && *motor.K_b * tacho.omega > tacho.emf / 2) {
+    std::ostringstream most;
+    most << tacho.emf / 2 / *motor.K_b;
+    entry->fail("omega",
+                "is so high that a healthy motor could give emf below it. Write " + most.str() + " rad/s or less");
+  }
+  return tacho;
+}
+
+BenchConfig::Spin read_spin(const YamlMap& yaml, const Limits& limits) {
+  BenchConfig::Spin spin;
+  spin.u_ref = limits.max / 6;
+  const auto entry = yaml.map_if("spin");
+  if (!entry) return spin;
+  entry->only({"u_ref", "hold", "tolerance"});
+  spin.u_ref = entry->within_or("u_ref", 0, limits.max, spin.u_ref);
+  spin.hold = entry->within_or("hold", 1, 60, spin.hold);
+  spin.tolerance = entry->within_or("tolerance", 0.01, 1, spin.tolerance);
+  return spin;
+}
+
 }  // namespace
 
-BenchConfig read_bench(const std::filesystem::path& path) {
-  std::string text = YamlMap::read_text(path);
+BenchConfig read_bench(const std::filesystem::path& path) { return parse_bench(YamlMap::read_text(path), path); }
+
+BenchConfig parse_bench(std::string text, const std::filesystem::path& path) {
   const YamlMap yaml = YamlMap::parse(text, path.string());
-  yaml.only({"name", "rate", "realtime", "reference", "limits", "devices", "simulation"});
+  yaml.only(
+      {"name", "rate", "realtime", "reference", "limits", "field", "motor", "tacho", "spin", "devices", "simulation"});
   std::vector<BenchConfig::Device> devices = read_devices(yaml);
   BenchConfig::Reference reference = read_reference(yaml, devices);
+  const BenchConfig::Nameplate motor = read_motor(yaml);
+  const BenchConfig::Spin spin = read_spin(yaml, reference.limits);
   return {.name = yaml.text("name"),
           .rate = yaml.within_or("rate", lowest_rate, highest_rate, 1000),
           .realtime = read_realtime(yaml),
           .reference = std::move(reference),
           .limits = read_limits(yaml),
+          .field_min = read_field(yaml),
+          .motor = motor,
+          .tacho = read_tacho(yaml, motor),
+          .spin = spin,
           .devices = std::move(devices),
           .simulation = yaml.map_if("simulation"),
           .text = std::move(text),

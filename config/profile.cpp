@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
 
 namespace emtb {
 namespace {
@@ -52,9 +53,27 @@ Profile read_random_steps(const std::string& name, const YamlMap& yaml) {
                       level);
 }
 
+Profile read_knots(const std::string& name, const YamlMap& yaml) {
+  yaml.only({"name", "kind", "times", "values"});
+  const std::vector<double> times = yaml.numbers("times"), values = yaml.numbers("values");
+  if (times.empty() || times.size() != values.size()) {
+    yaml.fail("values", "has " + std::to_string(values.size()) + " entries, but times has " +
+                            std::to_string(times.size()) + ". Give one value in V for each time in s");
+  }
+  std::vector<Knot> knots;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (times[i] < (i > 0 ? times[i - 1] : 0)) yaml.fail("times", "runs backwards, or begins before 0 s");
+    knots.push_back({times[i], values[i]});
+  }
+  return {name, std::move(knots)};
+}
+
 using Reader = Profile (*)(const std::string&, const YamlMap&);
-constexpr std::array<std::pair<std::string_view, Reader>, 4> kinds{
-    {{"step", read_step}, {"ramp", read_ramp}, {"staircase", read_staircase}, {"random_steps", read_random_steps}}};
+constexpr std::array<std::pair<std::string_view, Reader>, 5> kinds{{{"step", read_step},
+                                                                    {"ramp", read_ramp},
+                                                                    {"staircase", read_staircase},
+                                                                    {"random_steps", read_random_steps},
+                                                                    {"knots", read_knots}}};
 
 }  // namespace
 
@@ -73,7 +92,20 @@ Profile read_profile(const YamlMap& yaml) {
   for (const auto& [word, read] : kinds) {
     if (word == kind) return read(name, yaml);
   }
-  yaml.fail("kind", "is `" + kind + "`. Known: step, ramp, staircase, random_steps");
+  yaml.fail("kind", "is `" + kind + "`. Known: step, ramp, staircase, random_steps, knots");
+}
+
+std::string to_yaml(const Profile& profile) {
+  std::ostringstream times, values;
+  times.precision(17);
+  values.precision(17);
+  for (const Knot& knot : profile.knots()) {
+    const char* const comma = &knot == profile.knots().data() ? "" : ", ";
+    times << comma << knot.t;
+    values << comma << knot.value;
+  }
+  return "name: " + profile.name() + "\nkind: knots\ntimes: [" + times.str() + "]   # [s]\nvalues: [" + values.str() +
+         "]  # [V]\n";
 }
 
 }  // namespace emtb

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
+
+#include "daemon/version.h"
 
 namespace emtb {
 namespace {
@@ -24,13 +27,24 @@ std::size_t ring_size(const BenchConfig& config, const Bench& bench) {
   return static_cast<std::size_t>(std::clamp(per_second * ring_seconds, 4096.0, 4e6));
 }
 
+/// Of what a session holds: the command in the place of a read-back.
+std::vector<Channel> recorded(std::vector<Channel> all, double period) {
+  std::erase_if(all, [](const Channel& c) { return c.signal == Signal::u_ref; });
+  all.push_back({.signal = Signal::u_ref, .period = period, .source = "commanded reference"});
+  return all;
+}
+
 }  // namespace
 
 Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server, Settings settings)
     : config_(config),
       bench_{std::move(bench)},
       server_(server),
-      settings_(std::move(settings)),
+      channels_(channels(bench_)),
+      settings_([&] {
+        if (!settings.room) settings.room = [data = settings.data] { return free_space(data); };
+        return std::move(settings);
+      }()),
       ring_(ring_size(config_, bench_)),
       recorder_(ring_, mailbox_.recorder_failed, settings_.open_sink,
                 {.closed =
@@ -41,13 +55,26 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                                                                            : closed.text));
                        service_.closed(closed);
                      },
-                 .happened = [this](const std::string& text) { settings_.log(text); }}),
-      service_(config_, {.data = settings_.data, .channels = channels(bench_), .pace = settings_.pace}, mailbox_, live_,
-               recorder_),
+                 .happened = [this](const std::string& text) { settings_.log(text); },
+                 .figures = [this] { return service_.figures(); },
+                 .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); }},
+                {.disk_low = &mailbox_.disk_low,
+                 .room = settings_.room,
+                 .black_box =
+                     BlackBox({.folder = settings_.data,
+                               .channels = recorded(channels_, 1 / config_.rate),
+                               .period = 1 / config_.rate,
+                               .attributes = {{"bench", config_.name}, {"software", std::string("emtbd ") + version}},
+                               .config = config_.text})}),
+      service_(config_, {.data = settings_.data, .channels = channels_, .pace = settings_.pace, .room = settings_.room},
+               mailbox_, live_, recorder_),
       loop_(bench_,
             {.limits = config_.limits,
              .reference = config_.reference.limits,
              .rate = config_.reference.rate,
+             .field_min = config_.field_min,
+             .tacho = config_.tacho,
+             .R_a = config_.motor.R_a.value_or(0),
              .period = 1 / config_.rate,
              .real_time = !settings_.set_pace},
             mailbox_, live_, ring_) {
@@ -79,6 +106,7 @@ Daemon::~Daemon() {
   bench_.reference->make_safe();
   quit_ = true;
   recorder_thread_.join();
+  recorder_.finish();
 }
 
 void Daemon::terminate() {

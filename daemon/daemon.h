@@ -26,6 +26,7 @@ class Daemon {
     Realtime realtime = Realtime::off;
     std::function<void(const std::string&)> log;
     OpenSink open_sink = open_session;
+    std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions; empty: free_space(data)
   };
 
   /// Starts everything. @param server already holds its path
@@ -49,6 +50,7 @@ class Daemon {
   const BenchConfig& config_;
   GuardedBench bench_;
   UnixSocketServer& server_;
+  const std::vector<Channel> channels_;  // of all devices
   Settings settings_;
   Mailbox mailbox_;
   Live live_;

@@ -63,10 +63,9 @@ void repair_sessions(const std::filesystem::path& data) {
   }
 }
 
-int make_safe(BenchConfig config) {
-  std::erase_if(config.devices, [&](const auto& device) { return device.name != config.reference.device; });
+int make_safe(const BenchConfig& config) {
   try {
-    const Bench bench = open_bench(config);
+    const Bench bench = open_reference(config);
     if (const Fault fault = bench.reference->make_safe(); fault != Fault::none) {
       throw DeviceError(config.reference.device + ": " + std::string(text(fault)));
     }

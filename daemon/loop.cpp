@@ -19,6 +19,7 @@ constexpr double late_memory = 1;     // [s] over which missed deadlines are for
 constexpr double rounding = 1e-6;     // [s] of the clock: a run of 1 s at 1 kHz has 1000 ticks, not 1001
 constexpr std::size_t buffer_size = 1024;  // readings a call; some blocks of eight channels
 constexpr int reads_per_tick = 8;          // so that one device cannot keep the loop
+constexpr double clock_error = 0.1;        // [s] that a device's time stamps may be off
 
 bool is_fault(std::uint16_t code) noexcept { return code >= 100; }
 
@@ -33,6 +34,7 @@ Loop::Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live,
       safety_(settings.limits, settings.reference, settings.rate),
       buffer_(buffer_size),
       u_(settings.reference.safe) {
+  if (settings_.tacho) tacho_.emplace(*settings_.tacho, settings_.R_a);
   std::array<bool, signal_count> taken{};
   double slowest = 0;
   for (const auto& device : bench_.inputs) {
@@ -48,11 +50,22 @@ Loop::Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live,
       taken[index(channel.signal)] = true;
       const double period = std::max(channel.period, settings_.period);
       watched_.push_back({.signal = channel.signal,
-                          .patience = std::max(shortest_patience, missed_periods * period + channel.window)});
+                          .patience = std::max(shortest_patience, missed_periods * period + channel.window),
+                          .window = channel.window});
       slowest = std::max(slowest, std::max(period, channel.window));
     }
   }
+  if (settings_.field_min) need(Signal::i_f, "field.min");
+  if (tacho_) {
+    for (const Signal signal : {Signal::omega, Signal::e_a, Signal::i_a}) need(signal, "tacho");
+  }
   linger_ = std::min(2.0, 0.05 + 1.5 * slowest);  // a slow meter's last reading, but no run hangs on for a dead one
+}
+
+void Loop::need(Signal signal, const char* key) const {
+  if (std::ranges::find(watched_, signal, &Watched::signal) != watched_.end()) return;
+  throw ConfigError(std::string(key) + " needs " + std::string(info(signal).name) +
+                    ", which no device of this bench measures. Add a channel for it, or remove the check");
 }
 
 void Loop::start() noexcept {
@@ -73,6 +86,7 @@ bool Loop::start_devices() noexcept {
     }
   }
   now_ = bench_.clock->now();
+  if (tacho_) tacho_->restart();
   for (Watched& watched : watched_) {
     watched.last = now_;
     watched.next = 0;
@@ -92,7 +106,7 @@ void Loop::prepare() noexcept {
     if (state_ == State::latched) {
       safety_.clear();
       late_ = 0;
-      state_ = State::arming;
+      enter(State::arming);
       if (const Fault fault = make_safe(); fault != Fault::none) trip({fault, {}, 0});
       start_devices();
     }
@@ -111,12 +125,12 @@ void Loop::begin(const Order& order) noexcept {
   if (state_ != State::armed) {  // it latched between the question and the order
     const Fault cause = safety_.cause() ? safety_.cause().fault : Fault::terminated;
     if (is_fault(static_cast<std::uint16_t>(cause))) {
-      push_surely({.kind = Record::Kind::event, .code = static_cast<std::uint16_t>(cause)});
+      push_surely({.kind = Record::Kind::event, .code = static_cast<std::uint16_t>(cause), .at = now_});
     }
     end(Outcome::fault, cause);
     return;
   }
-  state_ = State::running;
+  enter(State::running);
   t0_ = std::nan("");
   late_ = 0;
   start_devices();
@@ -141,11 +155,16 @@ void Loop::check(double now, std::uint64_t missed) noexcept {
 
   late_ = late_ * std::max(0.0, 1 - settings_.period / late_memory) + static_cast<double>(missed) * settings_.period;
   if (missed > 0 && state_ == State::running && settings_.real_time) {
-    push({.kind = Record::Kind::event, .code = event_code::gap, .t = now - t0_, .value = static_cast<double>(missed)});
+    push({.kind = Record::Kind::event,
+          .code = event_code::gap,
+          .t = now - t0_,
+          .value = static_cast<double>(missed),
+          .at = now});
   }
   if (settings_.real_time && late_ > settings_.late_limit) trip({Fault::overrun, {}, static_cast<double>(missed)});
 
   if (state_ != State::running) return;
+  if (mailbox_.disk_low.load(std::memory_order_relaxed)) return trip({Fault::disk_nearly_full, {}, 0});
   if (mailbox_.lost.load(std::memory_order_relaxed) == order_->id) return trip({Fault::client_lost, {}, 0});
   if (mailbox_.stop.load(std::memory_order_relaxed) == order_->id) return end(Outcome::stopped, Fault::none);
   trip(safety_.judge_run_time(now - t0_));
@@ -177,32 +196,46 @@ void Loop::take(Port& port, const Reading& reading) noexcept {
   if (watched == last) return;  // a signal that the device never announced
   const bool newer = reading.time > live_.time[index(reading.signal)].load(std::memory_order_relaxed);
   const std::uint64_t gap = watched->seen && reading.sequence > watched->next ? reading.sequence - watched->next : 0;
+  watch(*watched, reading);
   watched->next = reading.sequence + 1;
+  watched->stamp = reading.time;
   if (!newer) return;
   watched->last = std::min(reading.time, now_);  // a time ahead of ours must not hide a device that falls silent
   watched->seen = true;
   live_.value[index(reading.signal)].store(reading.value, std::memory_order_relaxed);
   live_.time[index(reading.signal)].store(reading.time, std::memory_order_relaxed);
 
-  if (order_ == nullptr || std::isnan(t0_)) return;
   if (reading.signal == Signal::u_ref) return;  // the command itself is recorded: exact, and of the same instant
   const double t = reading.time - t0_;
-  if (t < 0 || (ended_ && t > end_.t)) return;
+  const bool in_run = order_ != nullptr && t >= 0 && !(ended_ && t > end_.t);  // NaN before the first tick: no
+  if (!in_run) return glimpse(reading.signal, reading.time, reading.value);
   if (gap > 0) {
     push({.kind = Record::Kind::event,
           .code = event_code::gap,
           .signal = reading.signal,
           .t = t,
-          .value = static_cast<double>(gap)});
+          .value = static_cast<double>(gap),
+          .at = reading.time});
   }
-  push({.signal = reading.signal, .t = t, .value = reading.value});
+  push({.signal = reading.signal, .t = t, .value = reading.value, .at = reading.time});
+}
+
+void Loop::watch(const Watched& watched, const Reading& reading) noexcept {
+  if (state_ == State::latched) return;
+  const bool ahead = reading.time > now_ + clock_error && reading.time > bench_.clock->now() + clock_error;
+  const bool back = watched.seen && reading.time < watched.stamp - clock_error;
+  if (ahead || back) trip({Fault::device_clock, reading.signal, reading.time - (ahead ? now_ : watched.stamp)});
+  if (reading.signal == Signal::i_f && settings_.field_min && std::abs(reading.value) < *settings_.field_min) {
+    trip({Fault::field_lost, Signal::i_f, reading.value});
+  }
+  if (tacho_) trip(tacho_->take(reading, watched.window));
 }
 
 void Loop::arm_if_all_is_well() noexcept {
   if (state_ != State::arming) return;
   if (!std::ranges::all_of(watched_, &Watched::seen)) return;  // stale_signal ends the wait
   safety_.arm();
-  state_ = State::armed;
+  enter(State::armed);
 }
 
 void Loop::drive(double now) noexcept {
@@ -210,6 +243,7 @@ void Loop::drive(double now) noexcept {
   switch (state_) {
     case State::latched:
     case State::arming:
+      glimpse(Signal::u_ref, now, u_);
       if (now < safe_again_ && now > safe_again_ - 2 * safe_repeat) break;
       safe_again_ = now + safe_repeat;
       fault = make_safe();
@@ -217,6 +251,7 @@ void Loop::drive(double now) noexcept {
     case State::armed:
       u_ = safety_.safe();
       fault = bench_.reference->set(u_);
+      glimpse(Signal::u_ref, now, u_);
       break;
     case State::running: {
       const double t = now - t0_;
@@ -228,7 +263,7 @@ void Loop::drive(double now) noexcept {
       fault = bench_.reference->set(u);
       if (fault != Fault::none) break;
       u_ = u;
-      push({.signal = Signal::u_ref, .t = t, .value = u});
+      push({.signal = Signal::u_ref, .t = t, .value = u, .at = now});
       break;
     }
   }
@@ -245,7 +280,7 @@ void Loop::trip(const Trip& trip) noexcept {
   const bool first = safety_.trip(trip);
   const bool running = state_ == State::running;
   const bool moved = state_ != State::latched;
-  state_ = State::latched;
+  enter(State::latched);
   if (moved) {  // at once, not at the end of the tick
     safe_again_ = make_safe() == Fault::none ? now_ + safe_repeat : now_;
   }
@@ -254,7 +289,8 @@ void Loop::trip(const Trip& trip) noexcept {
                  .code = static_cast<std::uint16_t>(trip.fault),
                  .signal = trip.signal,
                  .t = order_ != nullptr && !std::isnan(t0_) ? now_ - t0_ : 0,
-                 .value = trip.value});
+                 .value = trip.value,
+                 .at = now_});
   }
   if (running) end(Outcome::fault, trip.fault);
 }
@@ -267,7 +303,8 @@ Fault Loop::make_safe() noexcept {
                  .code = static_cast<std::uint16_t>(fault),
                  .signal = Signal::u_ref,
                  .t = order_ != nullptr && !std::isnan(t0_) ? now_ - t0_ : 0,
-                 .value = u_});
+                 .value = u_,
+                 .at = now_});
   }
   output_broken_ = fault != Fault::none;
   return fault;
@@ -276,18 +313,29 @@ Fault Loop::make_safe() noexcept {
 void Loop::end(Outcome outcome, Fault fault) noexcept {
   if (std::isnan(t0_)) t0_ = now_;  // it ended before its first tick
   const double t = now_ - t0_;
-  if (state_ == State::running) state_ = State::armed;
+  if (state_ == State::running) enter(State::armed);
   Fault broken = Fault::none;
   if (outcome != Outcome::fault) broken = make_safe();  // after a fault, trip() did it
   ended_ = true;
-  end_ = {.kind = Record::Kind::end, .outcome = outcome, .code = static_cast<std::uint16_t>(fault), .t = t};
-  push({.signal = Signal::u_ref, .t = t, .value = u_});
+  end_ = {.kind = Record::Kind::end, .outcome = outcome, .code = static_cast<std::uint16_t>(fault), .t = t, .at = now_};
+  push({.signal = Signal::u_ref, .t = t, .value = u_, .at = now_});
   live_.run_time.store(t, std::memory_order_relaxed);
   if (broken != Fault::none) {
     end_.outcome = Outcome::fault;
     end_.code = static_cast<std::uint16_t>(broken);
     trip({broken, {}, u_});
   }
+}
+
+void Loop::enter(State state) noexcept {
+  if (state == state_) return;
+  state_ = state;
+  ring_.push({.kind = Record::Kind::state, .value = static_cast<double>(state), .at = now_});
+}
+
+/// Where the ring is full, the black box has a gap; a run has a fault.
+void Loop::glimpse(Signal signal, double at, double value) noexcept {
+  ring_.push({.kind = Record::Kind::glimpse, .signal = signal, .value = value, .at = at});
 }
 
 void Loop::push(const Record& record) noexcept {

@@ -10,6 +10,7 @@
 #include "daemon/lateness.h"
 #include "daemon/ring.h"
 #include "daemon/safety.h"
+#include "daemon/tacho_watch.h"
 #include "experiment/profile.h"
 #include "hal/bench.h"
 
@@ -29,9 +30,8 @@ struct Mailbox {
   std::atomic<std::uint64_t> resets{0};  ///< counts wishes to arm; answered in Live::resets
   std::atomic<bool> terminate{false};    ///< the process ends; never taken back
   std::atomic<bool> recorder_failed{false};
+  std::atomic<bool> disk_low{false};  ///< the recorder still writes, but not for long
 };
-
-enum class State : std::uint8_t { latched, arming, armed, running };
 
 /// What the loop shows to other threads, each value by itself: good for eyes, not for computing.
 struct Live {
@@ -50,7 +50,8 @@ struct Live {
   std::atomic<std::uint64_t> resets{0};  ///< the last wish to arm that is decided
   std::array<std::atomic<double>, signal_count> value{};
   std::array<std::atomic<double>, signal_count> time{};  ///< [s] on the loop's clock; `never`: no reading yet
-  Lateness lateness;
+  Lateness lateness;                                     ///< of waking, after the deadline
+  Lateness work;                                         ///< of a tick, from waking to its end
 
   Live() {
     for (auto& t : time) t = never;
@@ -65,15 +66,18 @@ struct Live {
 class Loop {
  public:
   struct Settings {
-    BenchConfig::SafetyLimits limits;
-    Limits reference;         ///< [V]
-    double rate = 0;          ///< [V/s]
+    BenchConfig::SafetyLimits limits{};
+    Limits reference{};                 ///< [V]
+    double rate = 0;                    ///< [V/s]
+    std::optional<double> field_min{};  ///< [A] of i_f
+    std::optional<BenchConfig::Tacho> tacho{};
+    double R_a = 0;           ///< [ohm] for tacho
     double period = 1e-3;     ///< [s]
     bool real_time = true;    ///< false: simulated time; waits for the recorder instead of faulting
     double late_limit = 0.5;  ///< [s] of missed deadlines within about a second: overrun
   };
 
-  /// @throws ConfigError where two channels measure one signal.
+  /// @throws ConfigError where two channels measure one signal, or a check needs one that none measures.
   Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring);
 
   /// Starts the devices. Not real-time. A device that refuses is a fault, not an exception.
@@ -95,7 +99,9 @@ class Loop {
   struct Watched {  // one channel
     Signal signal{};
     double patience = 0;  // [s] without a reading: stale
+    double window = 0;    // [s]
     double last = 0;      // [s] time of the last reading, or when waiting for one began
+    double stamp = 0;     // [s] of the last reading, as the device has it
     std::uint64_t next = 0;
     bool seen = false;  // since the device was started
   };
@@ -110,12 +116,16 @@ class Loop {
   void begin(const Order& order) noexcept;
   void read(double now) noexcept;
   void take(Port& port, const Reading& reading) noexcept;
+  void watch(const Watched& watched, const Reading& reading) noexcept;
   void check(double now, std::uint64_t missed) noexcept;
   void arm_if_all_is_well() noexcept;
   void drive(double now) noexcept;
   void trip(const Trip& trip) noexcept;
   Fault make_safe() noexcept;
   void end(Outcome outcome, Fault fault) noexcept;
+  void enter(State state) noexcept;
+  void need(Signal signal, const char* key) const;
+  void glimpse(Signal signal, double at, double value) noexcept;
   void push(const Record& record) noexcept;
   void push_surely(const Record& record) noexcept;
   void flush_pending() noexcept;
@@ -127,6 +137,7 @@ class Loop {
   Live& live_;
   Ring& ring_;
   Safety safety_;
+  std::optional<TachoWatch> tacho_;
 
   std::vector<Port> ports_;
   std::vector<Watched> watched_;

@@ -3,7 +3,7 @@
 #include <exception>
 #include <future>
 
-#include "daemon/deadline.h"
+#include "hal/deadline.h"
 
 namespace emtb {
 
@@ -49,8 +49,10 @@ void LoopThread::run() {
     }
     clock_.sleep_until(deadline.next());
     const double now = clock_.now();
-    if (!busy || !settings_.pace) live_.lateness.add(now - deadline.next());
+    const bool real_time = !busy || !settings_.pace;
+    if (real_time) live_.lateness.add(now - deadline.next());
     loop_.tick(now, deadline.woke(now));
+    if (real_time) live_.work.add(clock_.now() - now);
   }
 }
 

@@ -43,7 +43,7 @@ double parse_pace(const std::string& text) {
 }  // namespace
 
 Options parse_options(int argc, char** argv) {
-  enum { config = 1, socket, data, replay, safe, pace, help, version };
+  enum { config = 1, socket, data, replay, safe, pace, help, tell_version };
   const option known[] = {{"config", required_argument, nullptr, config},
                           {"socket", required_argument, nullptr, socket},
                           {"data", required_argument, nullptr, data},
@@ -51,7 +51,7 @@ Options parse_options(int argc, char** argv) {
                           {"safe", no_argument, nullptr, safe},
                           {"pace", required_argument, nullptr, pace},
                           {"help", no_argument, nullptr, help},
-                          {"version", no_argument, nullptr, version},
+                          {"version", no_argument, nullptr, tell_version},
                           {nullptr, 0, nullptr, 0}};
   Options options;
   optind = 1;
@@ -82,7 +82,7 @@ Options parse_options(int argc, char** argv) {
       case help:
         options.help = true;
         return options;
-      case version:
+      case tell_version:
         options.version = true;
         return options;
       case ':':

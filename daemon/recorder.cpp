@@ -7,12 +7,16 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <limits>
+#include <utility>
 
 #include "hal/error.h"
 
 namespace emtb {
 namespace {
 
+constexpr double aftermath = 0.5;    // [s] that a black box shows of what followed the fault
+constexpr double disk_every = 0.5;   // [s] between looks at the disk
 constexpr double flush_every = 0.1;  // [s]; the promise is 0.25 s, and a flush was seen to take 0.1 s
 
 class WriterSink final : public SessionSink {
@@ -36,12 +40,31 @@ std::string number(double value) {
   return text.data();
 }
 
-std::string describe_gap(const Record& record) {
+}  // namespace
+
+std::string describe(const Record& record) {
+  if (record.code != event_code::gap) return describe(static_cast<Fault>(record.code), record.signal, record.value);
   if (!record.signal) return "the loop missed " + number(record.value) + " deadlines";
   return std::string(info(*record.signal).name) + ": " + number(record.value) + " readings are missing before this";
 }
 
-}  // namespace
+std::string utc_text(double utc) {
+  const double whole = std::floor(utc);
+  const auto seconds = static_cast<std::time_t>(whole);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  std::array<char, 64> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
+  std::array<char, 8> fraction{};
+  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>((utc - whole) * 1000));
+  return std::string(text.data()) + fraction.data();
+}
+
+std::uint64_t free_space(const std::filesystem::path& folder) {
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  return error ? std::numeric_limits<std::uint64_t>::max() : space.available;
+}
 
 std::unique_ptr<SessionSink> open_session(const std::filesystem::path& path,
                                           const SessionWriter::Description& description) {
@@ -56,14 +79,28 @@ std::string describe(Fault fault, std::optional<Signal> signal, double value) {
   if (fault == Fault::stale_signal) {
     words += ": nothing for " + number(value) + " s";
   } else if (fault == Fault::over_speed || fault == Fault::over_current || fault == Fault::over_torque ||
-             fault == Fault::non_finite || fault == Fault::output_failed) {
+             fault == Fault::non_finite || fault == Fault::output_failed || fault == Fault::field_lost) {
     words += " = " + number(value) + " " + std::string(about.unit);
   }
+  if (fault == Fault::dead_tacho || fault == Fault::reversed_tacho) words += " - R_a i_a = " + number(value) + " V";
+  if (fault == Fault::device_clock) words += ": off by " + number(value) + " s";
   return words + ")";
 }
 
 Recorder::Recorder(Ring& ring, std::atomic<bool>& failed, OpenSink open, Listeners listeners)
-    : ring_(ring), failed_(failed), open_(std::move(open)), listeners_(std::move(listeners)) {}
+    : Recorder(ring, failed, std::move(open), std::move(listeners), {}) {}
+
+Recorder::Recorder(Ring& ring, std::atomic<bool>& failed, OpenSink open, Listeners listeners, Surroundings surroundings)
+    : ring_(ring),
+      failed_(failed),
+      open_(std::move(open)),
+      listeners_(std::move(listeners)),
+      surroundings_(std::move(surroundings)) {}
+
+void Recorder::finish() {
+  const std::lock_guard lock(mutex_);
+  if (!latched_by_.empty()) dump();
+}
 
 void Recorder::open(const std::filesystem::path& path, const SessionWriter::Description& description,
                     const std::string& profile) {
@@ -77,6 +114,7 @@ void Recorder::open(const std::filesystem::path& path, const SessionWriter::Desc
   problem_.clear();
   fault_text_.clear();
   failed_ = false;
+  if (surroundings_.disk_low != nullptr) *surroundings_.disk_low = false;
 }
 
 bool Recorder::recording() const {
@@ -89,20 +127,48 @@ std::size_t Recorder::work(double now) {
   std::size_t count = 0;
   {
     const std::lock_guard lock(mutex_);
+    now_ = now;
     count = ring_.consume_all([this](const Record& record) { take(record); });
     write_batches();
     if (sink_ && (now - flushed_ >= flush_every || now < flushed_)) {
       attempt([this] { sink_->flush(); });
       flushed_ = now;
     }
+    look_at_disk(now);
+    if (!latched_by_.empty() && now >= dump_at_) dump();
     closed.swap(closed_);
   }
   if (listeners_.closed) std::ranges::for_each(closed, listeners_.closed);  // unlocked: it may want to open() the next
   return count;
 }
 
+void Recorder::look_at_disk(double now) {
+  if (surroundings_.disk_low == nullptr || !surroundings_.room || !open_run_) return;
+  if (now >= disk_seen_ && now - disk_seen_ < disk_every) return;
+  disk_seen_ = now;
+  *surroundings_.disk_low = surroundings_.room() < disk_reserve;
+}
+
+void Recorder::dump() {
+  const std::string why = std::exchange(latched_by_, {});
+  std::string words;
+  try {
+    const auto path = surroundings_.black_box->dump(std::time(nullptr), why);
+    if (path.empty()) return;
+    if (listeners_.dumped) listeners_.dumped(path);
+    words = path.string() + ": the last seconds before " + why;
+  } catch (const std::exception& e) {  // the run's own session is worth more than its black box
+    words = std::string("no black box: ") + e.what();
+  }
+  if (listeners_.happened) listeners_.happened(words);
+}
+
 void Recorder::take(const Record& record) {
+  if (surroundings_.black_box) surroundings_.black_box->take(record);
   switch (record.kind) {
+    case Record::Kind::glimpse:
+    case Record::Kind::state:
+      return;
     case Record::Kind::sample: {
       if (!sink_) return;
       Batch& batch = batches_[*record.signal];
@@ -112,8 +178,12 @@ void Recorder::take(const Record& record) {
     }
     case Record::Kind::event: {
       const bool gap = record.code == event_code::gap;
-      const std::string words =
-          gap ? describe_gap(record) : describe(static_cast<Fault>(record.code), record.signal, record.value);
+      const std::string words = describe(record);
+      const bool merely_ended = record.code == static_cast<int>(Fault::terminated) && !open_run_;
+      if (surroundings_.black_box && !gap && !merely_ended && latched_by_.empty()) {
+        latched_by_ = words;
+        dump_at_ = now_ + aftermath;
+      }
       if (listeners_.happened) listeners_.happened(words);
       if (!gap && fault_text_.empty()) fault_text_ = words;
       if (sink_) attempt([&] { sink_->append(Event{record.t, record.code, words}); });
@@ -129,7 +199,9 @@ void Recorder::close(const Record& end) {
   write_batches();
   Closed closed{.path = path_, .outcome = end.outcome, .fault = static_cast<Fault>(end.code), .text = {}, .t = end.t};
   if (sink_) {
+    const std::string figures = listeners_.figures ? listeners_.figures() : std::string();
     attempt([&] {
+      if (!figures.empty()) sink_->append(Event{end.t, event_code::figures, figures});
       if (end.outcome == Outcome::done) sink_->append(Event{end.t, event_code::run_ended, "the run ended as planned"});
       if (end.outcome == Outcome::stopped) sink_->append(Event{end.t, event_code::run_ended, "the run was stopped"});
       sink_->finish();

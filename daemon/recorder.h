@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/black_box.h"
 #include "daemon/ring.h"
 #include "session/writer.h"
 
@@ -44,18 +45,43 @@ struct Closed {
 /// What a fault record says, with signal and value: `over_speed: ... (omega = 210.3 rad/s)`.
 std::string describe(Fault fault, std::optional<Signal> signal, double value);
 
+/// What an event record says: of a fault or of a gap.
+std::string describe(const Record& record);
+
+/// `2011-04-01T12:00:00.000Z`. @param utc [s] since 1970
+std::string utc_text(double utc);
+
+/// Below this a session that is on is ended while it still can be ended well.
+inline constexpr std::uint64_t disk_reserve = 64 * 1024 * 1024;  // [bytes]
+
+/// What the folder's disk has room for [bytes]; all where nobody can tell.
+std::uint64_t free_space(const std::filesystem::path& folder);
+
 /// Empties the loop's ring into a session, one file a run; what work() has written survives the process after 100 ms.
 ///
 /// open() from any thread, work() from the recorder's; both may wait for the disk.
 class Recorder {
  public:
   struct Listeners {
-    std::function<void(const Closed&)> closed;              ///< after each run; on work()'s thread
-    std::function<void(const std::string& text)> happened;  ///< faults and gaps, for the log
+    std::function<void(const Closed&)> closed{};              ///< after each run; on work()'s thread
+    std::function<void(const std::string& text)> happened{};  ///< faults and gaps, for the log
+    std::function<std::string()> figures{};  ///< how punctual the loop was in the run that ends; empty: not known
+    std::function<void(const std::filesystem::path&)> dumped{};  ///< where a black box was written
+  };
+
+  /// What surrounds the recordings.
+  struct Surroundings {
+    std::atomic<bool>* disk_low = nullptr;  ///< set while a session is recorded and room() is below disk_reserve
+    std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions
+    std::optional<BlackBox> black_box{};
   };
 
   /// @param failed set while the session cannot be written: the loop looks at it
+  Recorder(Ring& ring, std::atomic<bool>& failed, OpenSink open, Listeners listeners, Surroundings surroundings);
   Recorder(Ring& ring, std::atomic<bool>& failed, OpenSink open, Listeners listeners);
+
+  /// Writes the black box that is due, if one is; for the end of the process.
+  void finish();
 
   /// Begins a session. @throws SessionError where the file cannot be created.
   void open(const std::filesystem::path& path, const SessionWriter::Description& description,
@@ -76,11 +102,14 @@ class Recorder {
   void close(const Record& end);
   void write_batches();
   void attempt(const std::function<void()>& write);
+  void look_at_disk(double now);
+  void dump();
 
   Ring& ring_;
   std::atomic<bool>& failed_;
   const OpenSink open_;
   const Listeners listeners_;
+  Surroundings surroundings_;
 
   mutable std::mutex mutex_;  // between open() and work()
   std::unique_ptr<SessionSink> sink_;
@@ -89,6 +118,10 @@ class Recorder {
   std::string problem_;    // why the sink failed
   std::string fault_text_;
   double flushed_ = 0;          // [s]
+  double disk_seen_ = 0;        // [s]
+  std::string latched_by_;      // why a black box is due; empty: none is
+  double dump_at_ = 0;          // [s]
+  double now_ = 0;              // [s]
   std::vector<Closed> closed_;  // not yet told
   std::map<Signal, Batch> batches_;
 };

@@ -23,11 +23,6 @@ constexpr double default_rate = 20;                      // [Hz] of live lines
 constexpr double highest_rate = 50;                      // [Hz]
 constexpr auto reset_within = std::chrono::seconds(15);  // the slowest meter's patience
 
-std::string_view word(State state) {
-  constexpr std::array<std::string_view, 4> words{"latched", "arming", "armed", "running"};
-  return words[static_cast<std::size_t>(state)];
-}
-
 std::string_view word(Outcome outcome) {
   constexpr std::array<std::string_view, 3> words{"done", "stopped", "fault"};
   return words[static_cast<std::size_t>(outcome)];
@@ -54,17 +49,31 @@ json who(const rpc::Peer& peer) {
 /// NaN has no JSON; null says `nothing`.
 json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
-std::string utc_text(std::chrono::system_clock::time_point now) {
-  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count();
-  const std::time_t seconds = ms / 1000;
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  std::array<char, 64> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
-  std::array<char, 8> fraction{};
-  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(ms % 1000));
-  return std::string(text.data()) + fraction.data();
+json percentiles(const Durations& durations) {
+  return {{"p50", durations.percentile(0.5) * 1e6},
+          {"p99", durations.percentile(0.99) * 1e6},
+          {"p999", durations.percentile(0.999) * 1e6},
+          {"max", durations.max * 1e6}};
 }
+
+/// `[[8, 120], [9, 3]]`: 120 times up to 8 us, three times up to 9; bins in which there is something.
+json histogram(const Durations& durations) {
+  json bins = json::array();
+  for (std::size_t i = 0; i < Durations::bins; ++i) {
+    if (durations.count[i] > 0) bins.push_back({std::llround(Durations::upper_edge(i) * 1e6), durations.count[i]});
+  }
+  return bins;
+}
+
+std::string figures_text(const char* what, const Durations& durations) {
+  std::array<char, 120> words{};
+  std::snprintf(words.data(), words.size(), "%s %.0f us (50 %%), %.0f (99 %%), %.0f (99.9 %%), %.0f at most", what,
+                durations.percentile(0.5) * 1e6, durations.percentile(0.99) * 1e6, durations.percentile(0.999) * 1e6,
+                durations.max * 1e6);
+  return words.data();
+}
+
+double utc_now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
 
 bool is_inline(const std::string& profile) {
   return profile.find('\n') != std::string::npos || profile.find(": ") != std::string::npos;
@@ -128,7 +137,8 @@ json Service::status(const rpc::Peer& peer) const {
   for (const RealtimeStep& step : realtime_) {
     steps.push_back({{"what", step.what}, {"ok", step.ok}, {"why", step.why}});
   }
-  const Lateness& late = live_.lateness;
+  const Durations late = live_.lateness.durations();
+  const Durations work = live_.work.durations();
   json answer = {{"version", version},
                  {"bench", bench_.name},
                  {"state", word(live_.state.load())},
@@ -140,15 +150,15 @@ json Service::status(const rpc::Peer& peer) const {
                   {{"rate", bench_.rate},
                    {"ticks", live_.ticks.load()},
                    {"missed", live_.missed.load()},
-                   {"late_us",
-                    {{"p50", late.percentile(0.5) * 1e6},
-                     {"p99", late.percentile(0.99) * 1e6},
-                     {"p999", late.percentile(0.999) * 1e6},
-                     {"max", late.max() * 1e6}}}}},
+                   {"late_us", percentiles(late)},
+                   {"work_us", percentiles(work)},
+                   {"late_histogram", histogram(late)},
+                   {"work_histogram", histogram(work)}}},
                  {"realtime", steps},
                  {"clients", clients},
                  {"run", nullptr},
-                 {"last_run", nullptr}};
+                 {"last_run", nullptr},
+                 {"black_box", nullptr}};
   const std::lock_guard lock(mutex_);
   if (current_) {
     answer["run"] = {{"id", current_->order->id},          {"profile", current_->order->profile.name()},
@@ -156,6 +166,7 @@ json Service::status(const rpc::Peer& peer) const {
                      {"session", current_->path.string()}, {"controller", who(current_->controller)}};
   }
   if (last_) answer["last_run"] = *last_;
+  if (!black_box_.empty()) answer["black_box"] = black_box_.string();
   return answer;
 }
 
@@ -216,7 +227,7 @@ void Service::refuse_if_busy(const std::string& what, const rpc::Peer& peer) con
 json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   params.only({"profile", "note", "operator"});
   refuse_if_busy("a run", peer);
-  const auto now = std::chrono::system_clock::now();
+  const double now = utc_now();
   auto order = std::make_unique<const Order>(Order{next_run_, find_profile(params.text("profile"))});
   check(order->profile);
   if (live_.state.load() != State::armed) {
@@ -225,6 +236,8 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
     throw Refusal(rpc::code::latched, "the bench is latched (" + why + "). See that it is safe, then `emtb reset`",
                   {{"fault", cause}});
   }
+
+  refuse_if_disk_is_full(order->profile);
 
   SessionWriter::Description description{.channels = settings_.channels,
                                          .attributes = {{"profile", order->profile.name()},
@@ -237,7 +250,7 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   // A read-back is a step of the converter off and a tick late; what drives the model is the command.
   std::erase_if(description.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
   description.channels.push_back({.signal = Signal::u_ref, .period = 1 / bench_.rate, .source = "commanded reference"});
-  const auto path = session_path(settings_.data, std::chrono::system_clock::to_time_t(now), order->profile.name());
+  const auto path = session_path(settings_.data, static_cast<std::int64_t>(now), order->profile.name());
   try {
     recorder_.open(path, description, order->profile.name());
   } catch (const SessionError& e) {
@@ -251,11 +264,45 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
                  {"session", path.string()}};
   {
     const std::lock_guard lock(mutex_);
-    current_ = Current{std::move(order), path, peer};
+    current_ = Current{.order = std::move(order),
+                       .path = path,
+                       .controller = peer,
+                       .late = live_.lateness.durations(),
+                       .work = live_.work.durations(),
+                       .missed = live_.missed.load()};
     ++next_run_;
   }
   mailbox_.run = wish;
   return answer;
+}
+
+void Service::refuse_if_disk_is_full(const Profile& profile) const {
+  if (!settings_.room) return;
+  double rate = bench_.rate;  // [1/s] of readings: u_ref
+  for (const Channel& channel : settings_.channels) rate += channel.period > 0 ? 1 / channel.period : bench_.rate;
+  constexpr double each = 2 * sizeof(double) * 1.1;  // [bytes] time and value, and what HDF5 adds
+  const double needed = rate * profile.duration() * each + static_cast<double>(disk_reserve);
+  const auto room = static_cast<double>(settings_.room());
+  if (room >= needed) return;
+  const auto megabytes = [](double bytes) { return std::to_string(std::llround(bytes / 1e6)) + " MB"; };
+  throw Refusal(rpc::code::cannot_record, settings_.data.string() + ": the disk is nearly full: " + megabytes(room) +
+                                              " are free, " + profile.name() + " needs " + megabytes(needed) +
+                                              ". Make room, or start emtbd with another --data DIR");
+}
+
+std::string Service::figures() const {
+  const std::lock_guard lock(mutex_);
+  if (!current_) return {};
+  const Durations late = live_.lateness.durations().since(current_->late);
+  if (late.total() == 0 || settings_.pace != "1") return {};
+  return figures_text("woke late by", late) + "; " +
+         figures_text("worked", live_.work.durations().since(current_->work)) + "; " +
+         std::to_string(live_.missed.load() - current_->missed) + " deadlines missed";
+}
+
+void Service::dumped(const std::filesystem::path& path) {
+  const std::lock_guard lock(mutex_);
+  black_box_ = path;
 }
 
 json Service::stop() {

@@ -24,9 +24,10 @@ namespace emtb {
 class Service {
  public:
   struct Settings {
-    std::filesystem::path data;     ///< where sessions go
-    std::vector<Channel> channels;  ///< what the bench measures
-    std::string pace;               ///< `1`, `20`, `max`
+    std::filesystem::path data;             ///< where sessions go
+    std::vector<Channel> channels;          ///< what the bench measures
+    std::string pace;                       ///< `1`, `20`, `max`
+    std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions; empty: not asked
   };
 
   /// What the service wants of the socket. Both only from within a method.
@@ -53,6 +54,12 @@ class Service {
   /// A run's file is closed: subscribers are told with `ended`.
   void closed(const Closed& closed);
 
+  /// How punctual the loop was since the run began, for its session; empty in simulated time, which knows no lateness.
+  std::string figures() const;
+
+  /// Where a black box was written.
+  void dumped(const std::filesystem::path& path);
+
   /// Whether a run is on or its file still open.
   bool busy() const;
 
@@ -61,6 +68,8 @@ class Service {
     std::unique_ptr<const Order> order;
     std::filesystem::path path;
     rpc::Peer controller;
+    Durations late{}, work{};  ///< before it
+    std::uint64_t missed = 0;
   };
 
   nlohmann::json status(const rpc::Peer& peer) const;
@@ -70,6 +79,7 @@ class Service {
   nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer) const;
   nlohmann::json config() const;
 
+  void refuse_if_disk_is_full(const Profile& profile) const;
   Profile find_profile(const std::string& text) const;
   void check(const Profile& profile) const;
   nlohmann::json fault() const;
@@ -88,6 +98,7 @@ class Service {
   mutable std::mutex mutex_;
   std::optional<Current> current_;
   std::unique_ptr<nlohmann::json> last_;  // how the run before ended; null: none yet
+  std::filesystem::path black_box_;       // the last one; empty: none yet
   std::uint64_t next_run_ = 1;
 };
 

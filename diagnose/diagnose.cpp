@@ -371,7 +371,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       m.tied_with.push_back(rival);
       rival_models.push_back(fitted);
     }
-    if (d.next.empty() && !rival_models.empty()) d.next = next_experiments(train, data, d.final, rival_models);
+    if (d.next.empty() && !rival_models.empty())
+      d.next = next_experiments(train, data, d.final, rival_models, options.reach);
     m.parameters = d.final.parameters_of(effect);
     d.missing.push_back(std::move(m));
   }

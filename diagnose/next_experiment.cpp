@@ -29,7 +29,7 @@ struct Instrument {
 std::vector<Instrument> instruments_of(const Run& run) {
   std::vector<Instrument> all;
   for (const auto& [signal, series] : run.signals) {
-    if (signal != Signal::omega && signal != Signal::i_a && signal != Signal::e_a) continue;
+    if (signal != Signal::omega && signal != Signal::i_a && signal != Signal::e_a && signal != Signal::torque) continue;
     if (series.t.size() < 2) continue;
     const double interval = (series.t.back() - series.t.front()) / static_cast<double>(series.t.size() - 1);
     const bool slow = is_sparse(run, signal);
@@ -43,7 +43,7 @@ struct Experiment {
   std::string what;
 };
 
-/// What can be run between these references [V], which the data have shown to be safe.
+/// What can be run between these references [V].
 std::vector<Experiment> menu(double low, double high) {
   const double most = std::max(high, -low);
   std::vector<Experiment> all;
@@ -85,9 +85,10 @@ std::optional<Run> simulated(const Profile& profile, const Model& model, std::ve
   run.name = profile.name();
   run.signals[Signal::u_ref] = {.t = x.t, .value = x.u_ref, .window = 0, .lsb = 0, .source = {}};
   for (const Instrument& instrument : instruments) {
-    const std::vector<double>& signal = instrument.signal == Signal::omega ? y.omega
-                                        : instrument.signal == Signal::i_a ? y.i_a
-                                                                           : y.e_a;
+    const std::vector<double>& signal = instrument.signal == Signal::omega    ? y.omega
+                                        : instrument.signal == Signal::i_a    ? y.i_a
+                                        : instrument.signal == Signal::torque ? y.torque
+                                                                              : y.e_a;
     Series series;
     series.window = instrument.window;
     series.lsb = instrument.lsb;
@@ -154,9 +155,9 @@ double separation(const Run& run, const Noise& noise, const Eigen::MatrixXd& kno
 }  // namespace
 
 std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset& data, const Model& one,
-                                       std::span<const Model> others) {
+                                       std::span<const Model> others, const Reach& reach) {
   if (runs.empty() || others.empty() || one.input != Signal::u_ref || !one.driver) return {};
-  double low = 0, high = 0;
+  double low = reach.low, high = reach.high;
   for (const Run& run : runs) {
     for (const double u : run.at(Signal::u_ref).value) {
       low = std::min(low, u);
@@ -177,6 +178,7 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
   }
   std::vector<Proposal> proposals;
   for (const Experiment& experiment : menu(low, high)) {
+    if (experiment.profile.duration() > reach.longest) continue;
     for (const std::vector<Signal>& added : additions) {
       proposals.push_back({experiment.profile, experiment.what, added, 0});
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,9 +19,15 @@ struct Proposal {
   double separation = 0;       ///< see next_experiments()
 };
 
+/// What a bench allows. As it stands: as far as the data went, however long it takes.
+struct Reach {
+  double low = 0, high = 0;                                  ///< [V] references that may be set besides
+  double longest = std::numeric_limits<double>::infinity();  ///< [s] a run may take
+};
+
 /// The menu, best first: staircase, ramp, coast-down, reversal, small steps, a random sequence, a heat soak; each as
 /// the data were recorded and with a fast current or the armature voltage beside, where they lack it. References stay
-/// within what the data have already shown to be safe.
+/// within what the data have already shown to be safe, or what the bench is said to allow.
 ///
 /// Each is simulated with the one model and predicted by each of the others, whose parameters first adapt as far as the
 /// data at hand and the new run together let them (a Gauss-Newton step). What is left, as root mean square in multiples
@@ -30,7 +37,7 @@ struct Proposal {
 /// @param runs as recorded: their instruments, rates and ranges are those of the experiment
 /// @param noise of the signals in them; for a signal that they lack, a thousandth of its range is assumed
 std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset& data, const Model& one,
-                                       std::span<const Model> others);
+                                       std::span<const Model> others, const Reach& reach = {});
 
 /// A separation that an experiment should promise before anybody runs it.
 inline constexpr double worth_an_experiment = 0.3;

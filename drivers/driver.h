@@ -27,6 +27,7 @@ struct OpenRequest {
   const BenchConfig::Device& device;        ///< the entry to open; its keys are the driver's to check, with only()
   std::shared_ptr<Clock> clock;             ///< time stamps are on this one
   std::shared_ptr<simulated::World> world;  ///< the plant of a simulated bench, or nothing
+  bool output_only = false;                 ///< to be made safe: whatever else the device has may be left alone
 
   /// The reference goes out through this device: then the driver opens the output and checks the keys of `reference`.
   bool drives_reference() const { return bench.reference.device == device.name; }

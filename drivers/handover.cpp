@@ -10,7 +10,7 @@ constexpr double late = 1.5;  // periods; meters keep theirs to some 10 %
 
 }  // namespace
 
-Handover::Handover(std::span<const Channel> channels) noexcept {
+Handover::Handover(std::span<const Channel> channels, std::size_t capacity) : queue_(capacity) {
   for (const Channel& channel : channels) counters_[index(channel.signal)].period = channel.period;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <boost/lockfree/spsc_queue.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -17,7 +18,8 @@ namespace emtb {
 class Handover {
  public:
   /// @param channels what the device measures; looked at here only
-  explicit Handover(std::span<const Channel> channels) noexcept;
+  /// @param capacity [readings] that wait for the loop at most
+  explicit Handover(std::span<const Channel> channels, std::size_t capacity = 256);
 
   /// Of the device's thread. @param time [s] on the loop's clock, later than the one before
   void deliver(Signal signal, double time, double value) noexcept;
@@ -41,7 +43,7 @@ class Handover {
   };
 
   std::array<Counter, signal_count> counters_;
-  boost::lockfree::spsc_queue<Reading, boost::lockfree::capacity<256>> queue_;
+  boost::lockfree::spsc_queue<Reading> queue_;
   std::atomic<Fault> standing_ = Fault::none;
   std::atomic<Fault> unseen_ = Fault::none;
 };

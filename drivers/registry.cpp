@@ -6,19 +6,26 @@
 
 #include "drivers/driver.h"
 #include "drivers/modbus_meter/open.h"
+#include "drivers/serial_daq/open.h"
 #include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
+#include "drivers/simulated/plant_port.h"
+#include "drivers/usb1608g/open.h"
 
 namespace emtb {
 namespace {
 
 /// Every driver there is: one line each, and a folder.
+// clang-format off
 constexpr std::array drivers{
     Driver{"modbus_meter", modbus_meter::open_meter},
+    Driver{"serial_daq", serial_daq::open_board},
     Driver{"serial_meter", serial_meter::open_meter},
     Driver{"simulated_daq", simulated::open_daq},
     Driver{"simulated_meter", simulated::open_meter},
+    Driver{"usb1608g", usb1608g::open_card},
 };
+// clang-format on
 
 const Driver& driver_of(const BenchConfig::Device& device) {
   const auto found = std::ranges::find(drivers, device.driver, &Driver::name);
@@ -42,20 +49,22 @@ void refuse_twins(const Bench& bench, const InputDevice& input, const BenchConfi
   }
 }
 
-}  // namespace
-
-Bench open_bench(const BenchConfig& config) {
+Bench open(const BenchConfig& config, bool output_only) {
   Bench bench;
   std::shared_ptr<simulated::World> world;
-  if (config.simulation) {
+  if (config.simulation && simulated::plant_process_name(*config.simulation)) {
+    bench.clock = std::make_shared<MonotonicClock>();
+    simulated::read_plant(*config.simulation);  // for its complaints; the plant itself is in its own process
+  } else if (config.simulation) {
     bench.clock = simulated::open_clock(*config.simulation);
     world = simulated::open_world(*config.simulation, bench.clock);
   } else {
     bench.clock = std::make_shared<MonotonicClock>();
   }
   for (const BenchConfig::Device& device : config.devices) {
-    OpenedDevice opened =
-        driver_of(device).open({.bench = config, .device = device, .clock = bench.clock, .world = world});
+    if (output_only && device.name != config.reference.device) continue;
+    OpenedDevice opened = driver_of(device).open(
+        {.bench = config, .device = device, .clock = bench.clock, .world = world, .output_only = output_only});
     if (opened.input) {
       refuse_twins(bench, *opened.input, device);
       bench.inputs.push_back(std::move(opened.input));
@@ -67,5 +76,11 @@ Bench open_bench(const BenchConfig& config) {
   }
   return bench;
 }
+
+}  // namespace
+
+Bench open_bench(const BenchConfig& config) { return open(config, false); }
+
+Bench open_reference(const BenchConfig& config) { return open(config, true); }
 
 }  // namespace emtb

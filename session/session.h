@@ -31,6 +31,8 @@ inline constexpr int run = 1;        ///< a run of that name begins
 inline constexpr int gap = 2;        ///< samples are missing here
 inline constexpr int repaired = 3;   ///< the recording ended abruptly and was repaired
 inline constexpr int run_ended = 4;  ///< the run ended as planned
+inline constexpr int state = 5;      ///< the loop's state changed, as a black box tells
+inline constexpr int figures = 6;    ///< how punctual the loop was in this run
 }  // namespace event_code
 
 /// One experiment with an initial state of its own.

@@ -27,11 +27,15 @@ class FakeClock final : public Clock {
 /// What a fake device does wrong.
 enum class Failure {
   none,
-  error,  ///< the call returns a fault
-  nan,    ///< a reading that is no number
+  error,     ///< the call returns a fault
+  time_out,  ///< the driver reports that the device did not answer in time
+  nan,       ///< a reading that is no number
   infinity,
-  stall,  ///< nothing comes any more, and no fault is reported
-  gone,   ///< the device disappeared: every call fails, start() throws
+  stall,    ///< nothing comes any more, and no fault is reported
+  gone,     ///< the device disappeared: every call fails, start() throws
+  refused,  ///< start() throws; what runs goes on
+  ahead,    ///< time stamps of a clock that is a second ahead
+  behind,   ///< and a second behind
 };
 
 /// An input device that reads `value` on each of its signals at each call, and fails on request.
@@ -44,21 +48,23 @@ class FaultyInput final : public InputDevice {
 
   void start() override {
     ++starts;
-    if (failure == Failure::gone) throw DeviceError("fake: gone");
+    if (failure == Failure::gone || failure == Failure::refused) throw DeviceError("fake: gone");
     sequence_ = 0;
   }
 
   Readings read(std::span<Reading> out) noexcept override {
     if (failure == Failure::gone) return {0, Fault::device_lost};
     if (failure == Failure::error) return {0, Fault::device_lost};
+    if (failure == Failure::time_out) return {0, Fault::stale_signal};
     if (failure == Failure::stall) return {};
+    const double error = failure == Failure::ahead ? 1 : failure == Failure::behind ? -1 : 0;  // [s]
     sequence_ += skip.exchange(0);
     std::size_t count = 0;
     for (; count < channels_.size() && count < out.size(); ++count) {
       double value = values_[count];
       if (failure == Failure::nan) value = std::nan("");
       if (failure == Failure::infinity) value = std::numeric_limits<double>::infinity();
-      out[count] = {channels_[count].signal, clock_->now() - latency, value, sequence_};
+      out[count] = {channels_[count].signal, clock_->now() - latency + error, value, sequence_};
     }
     ++sequence_;
     return {count, Fault::none};

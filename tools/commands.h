@@ -1,5 +1,8 @@
 #pragma once
 
+#include <memory>
+#include <string>
+
 #include "tools/command_line.h"
 
 namespace emtb {
@@ -7,7 +10,17 @@ namespace emtb {
 /// Each group of commands adds itself to the command line: one function and one file a group.
 
 /// status, watch, run, stop, reset, estimates: those that talk to the daemon.
-void add_daemon_commands(CommandLine& line);
+/// @param socket where the daemon listens; empty: where it usually does
+void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::string>& socket);
+
+/// investigate: daemon and diagnosis together.
+void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
+
+/// bench spin: the guided first turn.
+void add_bench_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
+
+/// latency: whether the computer keeps the bench's rate.
+void add_latency_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 
 /// calibrate, compare, diagnose, add: a model beside sessions.
 void add_model_commands(CommandLine& line);
@@ -23,5 +36,8 @@ void add_paper_command(CommandLine& line);
 
 /// report: the diagnosis as a page. @param argv the command line, for those who repeat it
 void add_report_command(CommandLine& line, int argc, const char* const* argv);
+
+/// devices: what is connected to this machine.
+void add_devices_command(CommandLine& line);
 
 }  // namespace emtb

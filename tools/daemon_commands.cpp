@@ -1,4 +1,3 @@
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,56 +13,21 @@
 #include "hal/error.h"
 #include "hal/signal.h"
 #include "server/client.h"
+#include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/live_plot.h"
-#include "tools/progress.h"
 #include "tools/result_json.h"
+#include "tools/text.h"
 
 namespace emtb {
 namespace {
 
 using nlohmann::json;
 
-volatile sig_atomic_t interrupted = 0;
-
-/// Ctrl-C becomes a wish that the command obeys in its own time. The second one ends the process: the daemon then sees
-/// its client gone.
-void catch_interrupt() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { interrupted = 1; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // and no SA_RESTART: poll() shall return
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
-std::string format(const char* pattern, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, pattern, value);
-  return text;
-}
-
-std::string number(const json& value) { return value.is_number() ? format("%.4g", value.get<double>()) : "-"; }
-
-/// `omega 102.3 rad/s  i_a 0.41 A`, in the order of the signals.
-std::string values(const json& signals) {
-  std::string line;
-  for (const Signal signal : all_signals()) {
-    const auto found = signals.find(info(signal).name);
-    if (found == signals.end()) continue;
-    const json& value = found->is_object() ? (*found)["value"] : *found;
-    line += (line.empty() ? "" : "  ") + std::string(info(signal).name) + " " + number(value) + " " +
-            std::string(info(signal).unit == "1" ? "" : info(signal).unit);
-  }
-  return line;
-}
-
-std::string run_text(const json& run) {
-  return run["profile"].get<std::string>() + " " + format("%.1f", run["t"].get<double>()) + "/" +
-         format("%.1f s", run["duration"].get<double>());
-}
+std::string number(const json& value) { return value.is_number() ? pretty(value.get<double>()) : "-"; }
 
 struct Options {
-  std::string socket;
+  std::shared_ptr<const std::string> socket;
   std::string json_file;
   std::string profile;
   std::string note;
@@ -72,7 +36,7 @@ struct Options {
   double rate = 10;     // [Hz]
   double seconds = 30;  // shown by --plot
 
-  Client connect() const { return Client(socket.empty() ? socket_to_call() : std::filesystem::path(socket)); }
+  Client connect() const { return Client(socket->empty() ? socket_to_call() : std::filesystem::path(*socket)); }
 };
 
 int status(const Options& options) {
@@ -82,11 +46,11 @@ int status(const Options& options) {
   if (options.json_file == "-") return 0;
   std::cout << now["bench"].get<std::string>() << ": " << now["state"].get<std::string>();
   if (!now["fault"].is_null()) std::cout << ": " << now["fault"]["text"].get<std::string>();
-  std::cout << "\n" << values(now["signals"]) << "\n";
+  std::cout << "\n" << signals_in_words(now["signals"]) << "\n";
   if (!now["reference_safe"].get<bool>()) std::cout << "THE REFERENCE DOES NOT GO SAFE: switch the driver off\n";
   if (!now["run"].is_null()) {
     const json& who = now["run"]["controller"];
-    std::cout << "run " << run_text(now["run"]) << " by " << who["user"].get<std::string>() << ", process "
+    std::cout << "run " << run_in_words(now["run"]) << " by " << who["user"].get<std::string>() << ", process "
               << who["pid"].dump() << ": " << now["run"]["session"].get<std::string>() << "\n";
   }
   if (!now["last_run"].is_null()) {
@@ -98,7 +62,8 @@ int status(const Options& options) {
   const json& late = now["loop"]["late_us"];
   std::cout << "loop: " << number(now["loop"]["rate"]) << " Hz, late " << number(late["p50"]) << " us typically, "
             << number(late["p99"]) << " us in 1 % of the ticks, " << now["loop"]["missed"].dump()
-            << " deadlines missed\n";
+            << " deadlines missed; works for " << number(now["loop"]["work_us"]["p50"]) << " us typically\n";
+  if (!now["black_box"].is_null()) std::cout << "black box: " << now["black_box"].get<std::string>() << "\n";
   return 0;
 }
 
@@ -111,7 +76,7 @@ int watch(const Options& options) {
   LivePlot plot(options.seconds);
   std::ptrdiff_t lines = 0;  // of the plot that is on the screen
   const auto start = std::chrono::steady_clock::now();
-  while (interrupted == 0) {
+  while (!interrupted()) {
     const auto message = daemon.notification(0.5);
     if (!message || (*message)["method"] != "live") continue;
     const json& now = (*message)["params"];
@@ -128,8 +93,8 @@ int watch(const Options& options) {
       lines = std::ranges::count(text, '\n');
     }
     std::string line = now["state"].get<std::string>();
-    if (!now["run"].is_null()) line += " " + run_text(now["run"]);
-    line += "  " + values(now["signals"]);
+    if (!now["run"].is_null()) line += " " + run_in_words(now["run"]);
+    line += "  " + signals_in_words(now["signals"]);
     if (!now["fault"].is_null()) line += "  " + now["fault"]["text"].get<std::string>();
     std::cout << (terminal ? "\r\033[K" : "") << line << (terminal ? "" : "\n") << std::flush;
     if (!std::cout) break;  // nobody listens any more
@@ -156,31 +121,13 @@ int run(const Options& options) {
   json wish = {{"profile", profile_parameter(options.profile)}, {"note", options.note}};
   if (!options.operator_name.empty()) wish["operator"] = options.operator_name;
   catch_interrupt();
-  const json started = daemon.call("run", wish);
-
-  Progress progress;
-  bool stopping = false;
-  while (true) {
-    if (interrupted != 0 && !stopping) {
-      stopping = true;
-      daemon.call("stop", json::object());
-    }
-    const auto message = daemon.notification(0.2);
-    if (!message) continue;
-    const json& now = (*message)["params"];
-    if ((*message)["method"] == "live" && !now["run"].is_null()) {
-      progress.show(now["run"]["t"].get<double>() / now["run"]["duration"].get<double>(),
-                    run_text(now["run"]) + "  " + values(now["signals"]));
-    }
-    if ((*message)["method"] != "ended" || now["run"] != started["run"]) continue;
-    progress.show(1, "");
-    write_json(options.json_file, now);
-    std::cout << now["session"].get<std::string>() << std::endl;
-    if (now["outcome"] == "done") return 0;
-    std::cerr << "emtb: the run ended early: "
-              << (now["fault"].is_null() ? "stopped" : now["fault"]["text"].get<std::string>()) << "\n";
-    return 1;
-  }
+  const json ended = run_on_bench(daemon, wish);
+  write_json(options.json_file, ended);
+  std::cout << ended["session"].get<std::string>() << std::endl;
+  if (ended["outcome"] == "done") return 0;
+  std::cerr << "emtb: the run ended early: "
+            << (ended["fault"].is_null() ? "stopped" : ended["fault"]["text"].get<std::string>()) << "\n";
+  return 1;
 }
 
 int stop(const Options& options) {
@@ -208,10 +155,9 @@ int estimates(const Options& options) {
 
 }  // namespace
 
-void add_daemon_commands(CommandLine& line) {
+void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
   const auto options = std::make_shared<Options>();
-  line.global().option("--socket", options->socket,
-                       "where the daemon listens [$XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock]");
+  options->socket = socket;
   const auto act = [&options](int (*command)(const Options&)) {
     return [options, command] { return command(*options); };
   };

@@ -13,6 +13,7 @@
 #include "model/simulation.h"
 #include "session/spec.h"
 #include "tools/commands.h"
+#include "tools/prediction.h"
 #include "tools/result_json.h"
 #include "tools/text.h"
 
@@ -62,41 +63,10 @@ int effects_command(const Options& o) {
 /// The reference of a profile, sampled as the loop would set it, through driver, motor and sensors in a row.
 int simulate_command(const Options& o) {
   const Model model = read_model(o.model);
-  if (model.input != Signal::u_ref)
-    throw Error(o.model + " is driven by " + std::string(info(model.input).name) +
-                ": a profile is a driver reference, u_ref");
   const Profile profile = read_profile(profile_path(o.profile));
   if (!(o.rate >= 10 && o.rate <= 1e5)) throw Error("--rate must be 10 to 100000 Hz");
-  Excitation x;
-  const auto n = static_cast<std::size_t>(std::floor(profile.duration() * o.rate)) + 1;
-  for (std::size_t k = 0; k < n; ++k) {
-    x.t.push_back(static_cast<double>(k) / o.rate);
-    x.u_ref.push_back(profile.reference(x.t.back()));
-  }
-  Trajectory<double> y;
-  const std::vector<double> values = model.values();
-  simulate<double>(model.structure(), values, x, y);
-  if (!std::ranges::all_of(y.omega, [](double w) { return std::isfinite(w); })) {
-    throw ModelError(o.model + ": the simulation is not finite. Look at J, R_a and the effects' parameters");
-  }
-  Run run;
-  run.name = profile.name();
-  const auto put = [&](Signal signal, const std::vector<double>& values_of) {
-    run.signals[signal] = {
-        .t = x.t, .value = values_of, .window = 0, .lsb = 0, .source = "simulated by model " + model.name};
-  };
-  put(Signal::u_ref, x.u_ref);
-  put(Signal::e_a, y.e_a);
-  put(Signal::i_a, y.i_a);
-  put(Signal::omega, y.omega);
-  put(Signal::theta, y.theta);
-  put(Signal::torque, y.torque);
-  Session session;
-  session.runs.push_back(std::move(run));
-  session.attributes = {{"profile", profile.name()}, {"note", "simulated by model " + model.name}};
-  session.config = to_yaml(model);
   if (o.out.empty()) throw Error("simulate needs --out FILE, .csv or .h5: where the simulated session goes");
-  write_session(o.out, session);
+  write_session(o.out, prediction(model, profile, o.rate));
   std::cout << o.out << "\n";
   return 0;
 }

@@ -24,6 +24,7 @@
 #include "tools/result_json.h"
 #include "tools/symbols.h"
 #include "tools/text.h"
+#include "tools/verdict.h"
 
 namespace emtb {
 namespace {
@@ -296,38 +297,6 @@ int compare_command(const Options& o) {
   return 0;
 }
 
-void print_verdict(const Diagnosis& d) {
-  switch (d.verdict) {
-    case Verdict::found:
-    case Verdict::tied:
-      std::cout << (d.verdict == Verdict::found ? "found:" : "found, but tied with others that do as well:");
-      break;
-    case Verdict::unknown_effect:
-      std::cout << "unknown_effect: something is missing that nothing in the library explains; "
-                << pretty(d.final_held_out, 3) << " times the noise floor remains"
-                << (d.missing.empty() ? "." : ", even with");
-      break;
-    case Verdict::nothing_missing:
-      std::cout << "nothing_missing: what is left is noise, or too little to matter.";
-      break;
-    case Verdict::cannot_tell:
-      std::cout << "cannot_tell: nothing in these runs moves enough to inform the model.";
-      break;
-  }
-  std::cout << "\n";
-  for (const MissingEffect& m : d.missing) {
-    std::cout << "  " << d.about(m.effect).id << " (" << d.about(m.effect).equation << ")";
-    for (const Parameter& p : m.parameters) {
-      std::cout << "  " << p.symbol << " = "
-                << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
-    }
-    std::cout << "\n";
-    for (const std::size_t rival : m.tied_with)
-      std::cout << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";
-  }
-  if (!d.next.empty()) std::cout << "  " << in_words(d.next.front()) << "\n";
-}
-
 int diagnose_command(const Options& o) {
   const Model model = o.model_with_candidates();
   const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
@@ -355,7 +324,7 @@ int diagnose_command(const Options& o) {
         {s.action, pretty(s.train), pretty(s.held_out), std::string(length, '#') + std::string(50 - length, ' ')});
   }
   std::cout << steps.text() << "\n";
-  print_verdict(d);
+  std::cout << verdict_text(d);
   std::cout << "\n";
   Table candidates(
       {"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "drivers/serial_meter/measurement.h"
-#include "drivers/serial_meter/serial_port.h"
+#include "drivers/serial_port.h"
 #include "hal/clock.h"
 
 namespace emtb::serial_meter {

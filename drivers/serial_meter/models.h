@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drivers/serial_meter/measurement.h"
-#include "drivers/serial_meter/serial_port.h"
+#include "drivers/serial_port.h"
 
 namespace emtb::serial_meter {
 

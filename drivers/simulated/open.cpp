@@ -6,6 +6,8 @@
 #include "drivers/simulated/meter.h"
 #include "drivers/simulated/output.h"
 #include "drivers/simulated/paced_clock.h"
+#include "drivers/simulated/plant_port.h"
+#include "drivers/simulated/remote.h"
 #include "hal/error.h"
 
 namespace emtb::simulated {
@@ -185,6 +187,12 @@ DaqChannel read_channel(Signal signal, int bits, const YamlMap& yaml) {
   return channel;
 }
 
+/// The plant's process, where the plant is not in this one.
+std::optional<std::string> process_of(const OpenRequest& request) {
+  if (request.world || !request.bench.simulation) return {};
+  return plant_process_name(*request.bench.simulation);
+}
+
 const std::shared_ptr<World>& need_world(const OpenRequest& request) {
   if (!request.world) {
     request.device.yaml.fail(
@@ -197,7 +205,7 @@ const std::shared_ptr<World>& need_world(const OpenRequest& request) {
 }  // namespace
 
 PlantParameters read_plant(const YamlMap& simulation) {
-  simulation.only({"pace", "seed", "laws", "driver", "motor", "friction", "shaft", "load", "sensors"});
+  simulation.only({"pace", "process", "seed", "laws", "driver", "motor", "friction", "shaft", "load", "sensors"});
   PlantParameters plant;
   plant.laws = read_laws(simulation);
   if (const auto driver = simulation.map_if("driver")) plant.driver = read_driver(*driver);
@@ -256,20 +264,35 @@ MeterSettings read_meter(const YamlMap& device) {
 }
 
 OpenedDevice open_daq(const OpenRequest& request) {
-  const std::shared_ptr<World>& world = need_world(request);
   OpenedDevice opened;
+  if (request.drives_reference()) request.bench.reference.yaml.only({"device", "min", "max", "safe", "rate"});
+  if (const auto process = process_of(request)) {
+    std::vector<Signal> signals;
+    for (const DaqChannel& channel : read_channels(request.device.yaml)) signals.push_back(channel.signal);
+    opened.input = std::make_unique<RemoteInput>(*process, request.device.name, signals, request.clock);
+    if (request.drives_reference()) {
+      opened.output = std::make_unique<RemoteOutput>(*process, request.bench.reference.limits, request.clock);
+    }
+    return opened;
+  }
+  const std::shared_ptr<World>& world = need_world(request);
   opened.input =
       std::make_unique<Daq>(request.device.name, world, read_channels(request.device.yaml), 1 / request.bench.rate);
   if (request.drives_reference()) {
-    request.bench.reference.yaml.only({"device", "min", "max", "safe", "rate"});
     opened.output = std::make_unique<Output>(world, request.bench.reference.limits);
   }
   return opened;
 }
 
 OpenedDevice open_meter(const OpenRequest& request) {
-  const std::shared_ptr<World>& world = need_world(request);
   OpenedDevice opened;
+  if (const auto process = process_of(request)) {
+    read_meter(request.device.yaml);  // complains of what the plant would complain of
+    opened.input =
+        std::make_unique<RemoteInput>(*process, request.device.name, std::vector{Signal::i_a}, request.clock);
+    return opened;
+  }
+  const std::shared_ptr<World>& world = need_world(request);
   opened.input = std::make_unique<Meter>(request.device.name, world, read_meter(request.device.yaml));
   return opened;
 }

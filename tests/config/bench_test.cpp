@@ -69,7 +69,8 @@ TEST(BenchFile, KnowsUsualValues) {
 
 TEST(BenchFile, EachMistakeHasItsLine) {
   EXPECT_EQ(bad("rate: 2000", "rat: 2000"),
-            "b.yaml:2: rat is not known here. Known: name, rate, realtime, reference, limits, devices, simulation");
+            "b.yaml:2: rat is not known here. Known: name, rate, realtime, reference, limits, field, motor, tacho, "
+            "spin, devices, simulation");
   EXPECT_EQ(bad("rate: 2000", "rate: fast"), "b.yaml:2: rate must be a number, not `fast`");
   EXPECT_EQ(bad("rate: 2000", "rate: 20000"), "b.yaml:2: rate is 20000, but must be 100 to 10000");
   EXPECT_EQ(bad("rate: 2000", "rate: 50"), "b.yaml:2: rate is 50, but must be 100 to 10000");
@@ -95,6 +96,29 @@ TEST(BenchFile, TheReferenceMakesSense) {
   EXPECT_EQ(bad("max: 6", "max: -1"), "b.yaml:4: reference.max is -1 V, but min is -1 V. Write a max above min");
   EXPECT_EQ(bad("safe: 0, ", ""), "b.yaml:4: reference.safe is missing");
   EXPECT_EQ(bad("rate: 3}", "rate: -3}"), "b.yaml:4: reference.rate is -3, but must be 0 or more");
+}
+
+TEST(BenchFile, WhatGuardsFieldAndTachoIsOptionalAndChecked) {
+  const BenchConfig none = bench(good);
+  EXPECT_FALSE(none.field_min);
+  EXPECT_FALSE(none.tacho);
+  EXPECT_DOUBLE_EQ(none.spin.u_ref, 1) << "a sixth of 6 V";
+  const std::string guards =
+      "field: {min: 0.2}\nmotor: {R_a: 32, K_b: 0.67, driver_gain: 18}\ntacho: {emf: 20, omega: 5}\n"
+      "spin: {u_ref: 0.5}\n";
+  const BenchConfig b = bench(good + guards);
+  EXPECT_EQ(b.field_min, 0.2);
+  EXPECT_EQ(b.motor.R_a, 32);
+  EXPECT_EQ(b.motor.driver_gain, 18);
+  ASSERT_TRUE(b.tacho);
+  EXPECT_EQ(b.tacho->emf, 20);
+  EXPECT_EQ(b.tacho->time, 1);
+  EXPECT_EQ(b.spin.u_ref, 0.5);
+  EXPECT_THAT(complaint([&] { bench(good + "tacho: {emf: 20, omega: 5}\n"); }),
+              HasSubstr("tacho needs the armature's resistance"));
+  EXPECT_THAT(complaint([&] { bench(good + "motor: {R_a: 32, K_b: 1}\ntacho: {emf: 20, omega: 15}\n"); }),
+              HasSubstr("Write 10 rad/s or less"));
+  EXPECT_THAT(complaint([&] { bench(good + "spin: {u_ref: 7}\n"); }), HasSubstr("spin.u_ref is 7"));
 }
 
 TEST(BenchFile, WithoutDevicesThereIsNoBench) {

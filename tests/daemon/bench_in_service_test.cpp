@@ -62,7 +62,8 @@ class BenchInService : public Scratch {
                                                         .set_pace = [this](bool busy) { clock->idle = !busy || slow; },
                                                         .realtime = Realtime::off,
                                                         .log = [](const std::string&) {},
-                                                        .open_sink = open_session});
+                                                        .open_sink = open_session,
+                                                        .room = [this] { return room.load(); }});
   }
 
   static json ended(Client& client) {
@@ -84,7 +85,8 @@ class BenchInService : public Scratch {
   }
 
   std::shared_ptr<HastyClock> clock = std::make_shared<HastyClock>();
-  bool slow = false;  // runs take their time too
+  bool slow = false;                            // runs take their time too
+  std::atomic<std::uint64_t> room{1ull << 40};  // [bytes] on the disk
   FaultyInput* card = nullptr;
   FaultyOutput* output = nullptr;
   const BenchConfig config_ = read_bench(write("bench.yaml", bench));
@@ -117,6 +119,39 @@ TEST_F(BenchInService, RunsAnExperimentOverTheSocketFromEndToEnd) {
   EXPECT_NEAR(static_cast<double>(u.t.size()), 701, 1);
   EXPECT_NEAR(u.t.back(), 0.7, 2e-3);
   EXPECT_EQ(*std::ranges::max_element(u.value), 3);
+}
+
+TEST_F(BenchInService, ANearlyFullDiskRefusesARunAndEndsOneWell) {
+  slow = true;
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  room = disk_reserve + 1000;
+  EXPECT_EQ(refusal(client, "run", {{"profile", level}}), rpc::code::cannot_record);
+  room = 1ull << 40;
+  client.call("subscribe", {{"rate", 1}});
+  client.call("run", {{"profile", endless}});
+  room = disk_reserve - 1;
+  const json end = ended(client);
+  EXPECT_EQ(end["fault"]["code"], 503) << end;
+  EXPECT_TRUE(end["complete"]);
+  EXPECT_TRUE(read_session(end["session"].get<std::string>()).complete);
+  EXPECT_EQ(client.call("status", {})["fault"]["name"], "disk_nearly_full");
+}
+
+TEST_F(BenchInService, AFaultLeavesABlackBoxBesideTheSessions) {
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  EXPECT_TRUE(client.call("status", {})["black_box"].is_null());
+  card->set(Signal::omega, 200);
+  ASSERT_TRUE(eventually([&] { return client.call("status", {})["black_box"].is_string(); }));
+  const std::string file = client.call("status", {})["black_box"];
+  EXPECT_THAT(file, testing::EndsWith("-blackbox.h5"));
+  const Session session = read_session(file);
+  EXPECT_THAT(session.attributes.at("note"), HasSubstr("over_speed"));
+  EXPECT_EQ(session.runs.at(0).at(Signal::omega).value.back(), 200);
+  EXPECT_TRUE(session.runs.at(0).has(Signal::u_ref));
 }
 
 TEST_F(BenchInService, OneControlsOthersReadAndAnybodyStops) {

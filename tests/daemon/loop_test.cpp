@@ -247,6 +247,11 @@ TEST_F(LoopTest, ABriefStallOfTheMachineIsNoOverrunButALongOneIs) {
   loop.tick(faulty.clock->now(), 49);
   EXPECT_EQ(live.state, State::running);
   EXPECT_EQ(live.missed, 49u);
+  const auto gaps = of(Record::Kind::event);
+  ASSERT_EQ(gaps.size(), 1u) << "recorded in its place";
+  EXPECT_EQ(gaps[0].code, event_code::gap);
+  EXPECT_EQ(gaps[0].value, 49);
+  EXPECT_NEAR(gaps[0].t, 0.149, 2e-3);
   loop.tick(faulty.clock->now() + 1e-3, 600);
   expect_latched_by(Fault::overrun);
 }
@@ -327,6 +332,111 @@ TEST_F(LoopTest, TheCommandedReferenceIsRecordedAndNotItsReadBack) {
   const auto u = samples(Signal::u_ref);
   ASSERT_GT(u.size(), 30u);
   for (const Record& sample : u) EXPECT_EQ(sample.value, 3) << "the read-back of the fake reads 0";
+}
+
+/// A bench with a field current, which somebody has to prove.
+class FieldTest : public testing::Test {
+ protected:
+  FieldTest() {
+    auto input = std::make_unique<FaultyInput>(
+        faulty.clock,
+        std::vector<Channel>{{.signal = Signal::i_f, .period = 1e-3, .window = 0, .lsb = 0, .source = "field"}});
+    field = input.get();
+    field->set(Signal::i_f, 0.3);
+    faulty.bench.inputs.push_back(std::move(input));
+    loop = std::make_unique<Loop>(faulty.bench,
+                                  Loop::Settings{.reference = {.min = 0, .max = 6, .safe = 0}, .field_min = 0.2},
+                                  mailbox, live, ring);
+    loop->start();
+  }
+  void tick(int times = 1) {
+    for (; times > 0; --times) {
+      if (loop->wanted()) loop->prepare();
+      faulty.clock->sleep_until(faulty.clock->now() + 1e-3);
+      loop->tick(faulty.clock->now());
+    }
+  }
+  FaultyBench faulty;
+  FaultyInput* field = nullptr;
+  Mailbox mailbox;
+  Live live;
+  Ring ring{1 << 14};
+  std::unique_ptr<Loop> loop;
+  const Order order{1, Profile("level", {{0, 3}, {1, 3}})};
+};
+
+TEST_F(FieldTest, AHealthyFieldOfEitherSignNeverTrips) {
+  for (const double i_f : {0.3, -0.3}) {
+    field->set(Signal::i_f, i_f);
+    ++mailbox.resets;
+    tick(3);
+    mailbox.run = &order;
+    tick(1200);
+    EXPECT_EQ(live.state, State::armed);
+    EXPECT_EQ(faulty.output->highest, 3) << "it ran";
+  }
+}
+
+TEST_F(FieldTest, WithoutAFieldNothingIsArmed) {
+  field->set(Signal::i_f, 0.05);
+  ++mailbox.resets;
+  tick(3);
+  EXPECT_EQ(live.state, State::latched);
+  EXPECT_EQ(live.fault, Fault::field_lost);
+  EXPECT_EQ(faulty.output->sets, 0);
+}
+
+TEST_F(FieldTest, AFieldThatIsLostInARunEndsItInTheSamePeriod) {
+  ++mailbox.resets;
+  tick(3);
+  mailbox.run = &order;
+  tick(100);
+  ASSERT_EQ(faulty.output->volts, 3);
+  field->set(Signal::i_f, 0);
+  tick();
+  EXPECT_EQ(live.fault, Fault::field_lost);
+  EXPECT_EQ(faulty.output->volts, 0);
+}
+
+TEST_F(LoopTest, AFieldOrATachoThatNobodyMeasuresIsAMistake) {
+  EXPECT_THROW(Loop(faulty.bench, {.field_min = 0.2}, mailbox, live, ring), ConfigError);
+  FaultyBench other;
+  other.bench.inputs.pop_back();  // the meter
+  EXPECT_THROW(Loop(other.bench, {.tacho = BenchConfig::Tacho{.emf = 20, .omega = 5}, .R_a = 32}, mailbox, live, ring),
+               ConfigError);
+}
+
+/// With a tacho that is watched.
+class TachoLoopTest : public LoopTest {
+ protected:
+  TachoLoopTest() : LoopTest(1 << 16, {.tacho = BenchConfig::Tacho{.emf = 20, .omega = 5}, .R_a = 32}) {}
+};
+
+TEST_F(TachoLoopTest, ADeadTachoEndsTheRun) {
+  run();
+  faulty.card->set(Signal::e_a, 55);
+  faulty.meter->set(Signal::i_a, 0.1);
+  tick(900);
+  EXPECT_EQ(live.state, State::running) << "not long enough yet to be sure";
+  tick(200);
+  EXPECT_EQ(live.fault, Fault::dead_tacho) << text(live.fault);
+  EXPECT_EQ(faulty.output->volts, 0);
+}
+
+TEST_F(LoopTest, ADiskThatFillsEndsTheRunWhileTheSessionCanStillEndWell) {
+  run();
+  mailbox.disk_low = true;
+  tick();
+  expect_latched_by(Fault::disk_nearly_full);
+  reset();
+  EXPECT_EQ(live.state, State::armed) << "without a run there is nothing to record";
+}
+
+TEST_F(LoopTest, AClockThatRunsBackwardsIsAFault) {
+  run();
+  faulty.card->failure = Failure::behind;
+  tick();
+  expect_latched_by(Fault::device_clock);
 }
 
 TEST_F(LoopTest, TwoChannelsOfOneSignalAreAMistake) {

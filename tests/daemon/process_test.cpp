@@ -146,6 +146,26 @@ TEST_F(ProcessTest, SigtermInMidRunMakesSafeAndCompletesTheSession) {
   }
 }
 
+TEST_F(ProcessTest, TellsHowPunctualTheLoopIsLiveAndInTheSession) {
+  const auto emtbd = launch();
+  const auto daemon = client();
+  ASSERT_TRUE(daemon) << emtbd->err();
+  const std::string file = run_for(*daemon, 0.3);
+  const json loop = daemon->call("status", {})["loop"];
+  EXPECT_GT(loop["work_us"]["p50"], 0);
+  EXPECT_LE(loop["late_us"]["p50"], loop["late_us"]["p999"]);
+  double counted = 0;
+  for (const json& bin : loop["late_histogram"]) counted += bin[1].get<double>();
+  EXPECT_NEAR(counted, loop["ticks"].get<double>(), 200);
+  daemon->call("stop", {});
+  ASSERT_TRUE(eventually([&] { return daemon->call("status", {})["run"].is_null(); }));
+  const Session session = read_session(file);
+  const auto figures = std::ranges::find(session.events, event_code::figures, &Event::code);
+  ASSERT_NE(figures, session.events.end());
+  EXPECT_THAT(figures->text, HasSubstr("woke late by"));
+  EXPECT_THAT(figures->text, HasSubstr("deadlines missed"));
+}
+
 TEST_F(ProcessTest, MalformedJsonGetsErrorsAndTheDaemonLives) {
   const auto emtbd = launch();
   const auto daemon = client();

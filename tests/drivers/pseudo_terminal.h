@@ -28,6 +28,7 @@ class PseudoTerminal {
     cfmakeraw(&raw);
     if (openpty(&near_, &far_, name.data(), &raw, nullptr) != 0) throw std::runtime_error("openpty");
     for (const int end : {near_, far_}) fcntl(end, F_SETFD, FD_CLOEXEC);  // or a child would hold the line
+    fcntl(near_, F_SETFL, O_NONBLOCK);                                    // what nobody reads is lost, as on a wire
     path_ = name.data();
   }
   ~PseudoTerminal() { hang_up(); }

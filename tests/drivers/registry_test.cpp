@@ -65,9 +65,10 @@ TEST(Registry, OpensWhatTheFileNames) {
 }
 
 TEST(Registry, EachMistakeHasItsLine) {
-  EXPECT_EQ(bad("driver: simulated_daq", "driver: simulated_dac"),
-            "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: modbus_meter, serial_meter, simulated_daq, "
-            "simulated_meter");
+  EXPECT_EQ(
+      bad("driver: simulated_daq", "driver: simulated_dac"),
+      "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: modbus_meter, serial_daq, serial_meter, simulated_daq, "
+      "simulated_meter, usb1608g");
   EXPECT_EQ(bad("device: daq", "device: meter"), "b.yaml:2: reference.device is `meter`, which has no analog output");
   EXPECT_EQ(bad("safe: 0", "safe: 0, channel: 1"),
             "b.yaml:2: reference.channel is not known here. Known: device, min, max, safe, rate");
@@ -94,8 +95,8 @@ TEST(Registry, TheSimulationIsCheckedStrictly) {
   EXPECT_EQ(bad("pace: max", "pace: fast"), "b.yaml:10: simulation.pace must be a number, not `fast`");
   EXPECT_EQ(
       bad("pace: max", "pase: max"),
-      "b.yaml:10: simulation.pase is not known here. Known: pace, seed, laws, driver, motor, friction, shaft, load, "
-      "sensors");
+      "b.yaml:10: simulation.pase is not known here. Known: pace, process, seed, laws, driver, motor, friction, shaft, "
+      "load, sensors");
   EXPECT_EQ(bad("  friction:", "  driver: {min: 3, max: 2}\n  friction:"),
             "b.yaml:12: simulation.driver.max leaves no voltage. Write a max above min");
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -19,7 +20,9 @@ class Scratch : public testing::Test {
 
   Scratch() {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    std::string pattern = std::filesystem::temp_directory_path() / (std::string("emtb_") + test->name() + "_XXXXXX");
+    std::string name = test->name();
+    std::ranges::replace(name, '/', '_');  // of a test with parameters
+    std::string pattern = std::filesystem::temp_directory_path() / ("emtb_" + name + "_XXXXXX");
     if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
     folder_ = pattern;
   }

@@ -66,7 +66,7 @@ struct ShaftCompliance {
 
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
-    for (const double share : {0.2, 0.5}) {                  // of the inertia
+    for (const double share : {0.2, 0.5}) {                        // of the inertia
       for (const double frequency : {10.0, 30.0, 100.0, 300.0}) {  // [rad/s]
         const double J_2 = share * seen.inertia, k = frequency * frequency * J_2 * (1 - share);
         all.push_back({k, 0.05 * k / frequency, J_2});

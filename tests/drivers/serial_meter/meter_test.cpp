@@ -503,7 +503,7 @@ TEST(SerialMeterFile, APortThatIsNotThereIsSaid) {
     return "";
   };
   EXPECT_EQ(why("/dev/no_such_port"),
-            "/dev/no_such_port: No such file or directory. Plug the meter's adapter in, or see /dev/serial/by-id for "
+            "/dev/no_such_port: No such file or directory. Plug its adapter in, or see /dev/serial/by-id for "
             "its name");
   EXPECT_THAT(why("/dev/null"), HasSubstr("/dev/null: is not a serial port"));
 }

@@ -1,8 +1,7 @@
-#include "daemon/deadline.h"
+#include "hal/deadline.h"
 
 #include <gtest/gtest.h>
 
-#include "daemon/lateness.h"
 #include "tests/faulty_device.h"
 
 namespace emtb {
@@ -47,18 +46,6 @@ TEST(Deadline, BeginsAnewAfterARestart) {
   deadline.restart(5);
   EXPECT_NEAR(deadline.next(), 5.01, 1e-12);
   EXPECT_EQ(deadline.woke(5.0101), 0u);
-}
-
-TEST(Lateness, TellsPercentilesWithinAnEighthOfAnOctave) {
-  Lateness lateness;
-  EXPECT_EQ(lateness.percentile(0.5), 0);
-  for (int us = 1; us <= 1000; ++us) lateness.add(us * 1e-6);
-  EXPECT_NEAR(lateness.percentile(0.5), 500e-6, 0.13 * 500e-6);
-  EXPECT_NEAR(lateness.percentile(0.99), 990e-6, 0.13 * 990e-6);
-  EXPECT_DOUBLE_EQ(lateness.max(), 1000e-6);
-  lateness.add(-1);  // woken early
-  lateness.add(1e9);
-  EXPECT_LE(lateness.percentile(1), 1e9);
 }
 
 }  // namespace

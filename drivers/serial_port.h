@@ -6,7 +6,7 @@
 
 #include "drivers/line_settings.h"
 
-namespace emtb::serial_meter {
+namespace emtb {
 
 /// A serial port, ours alone while it is open.
 ///
@@ -40,4 +40,4 @@ class SerialPort {
   int file_ = -1;
 };
 
-}  // namespace emtb::serial_meter
+}  // namespace emtb

@@ -1,4 +1,4 @@
-#include "drivers/serial_meter/serial_port.h"
+#include "drivers/serial_port.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -16,7 +16,7 @@
 
 #include "hal/error.h"
 
-namespace emtb::serial_meter {
+namespace emtb {
 namespace {
 
 constexpr std::array<std::pair<int, speed_t>, 9> speeds{{{600, B600},
@@ -45,7 +45,7 @@ SerialPort::SerialPort(const std::string& path, const LineSettings& settings)
     const int error = errno;
     const std::string what = error == EBUSY ? "is in use by another program. Close that one" : reason(error);
     throw DeviceError(path + ": " + what +
-                      (error == ENOENT   ? ". Plug the meter's adapter in, or see /dev/serial/by-id for its name"
+                      (error == ENOENT   ? ". Plug its adapter in, or see /dev/serial/by-id for its name"
                        : error == EACCES ? ". Add the user of emtbd to the group dialout"
                                          : ""));
   }
@@ -129,4 +129,4 @@ std::string_view SerialPort::read(std::span<char> buffer) {
 
 void SerialPort::flush() noexcept { tcflush(file_, TCIFLUSH); }
 
-}  // namespace emtb::serial_meter
+}  // namespace emtb

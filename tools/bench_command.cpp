@@ -1,0 +1,85 @@
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "config/bench.h"
+#include "estimate/first_spin.h"
+#include "hal/error.h"
+#include "server/client.h"
+#include "session/spec.h"
+#include "tools/bench_run.h"
+#include "tools/commands.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+
+constexpr double rest = 2;     // [s] before and after each level: five readings of a slow meter
+constexpr double first = 0.5;  // of spin.u_ref: the level of the first attempt
+
+struct Options {
+  std::string what;
+  std::shared_ptr<const std::string> socket;
+  bool reset = false;
+};
+
+/// One level, held. @return the session's path
+std::string turn(Client& daemon, const BenchConfig& bench, double level) {
+  const double at_rest = bench.reference.limits.safe;
+  json profile = {{"name", "spin"},          {"kind", "step"}, {"level", level}, {"before", rest},
+                  {"hold", bench.spin.hold}, {"after", rest},  {"rest", at_rest}};
+  const json ended = run_on_bench(daemon, {{"profile", profile.dump(1)}, {"note", "first spin"}});
+  if (ended["outcome"] == "done") return ended["session"];
+  throw Error("the spin ended early: " +
+              (ended["fault"].is_null() ? std::string("stopped") : ended["fault"]["text"].get<std::string>()));
+}
+
+int spin(Client& daemon) {
+  const json config = daemon.call("config", json::object());
+  const BenchConfig bench = parse_bench(config["text"], config["file"].get<std::string>());
+  daemon.call("subscribe", {{"rate", 10}});
+  catch_interrupt();
+  for (const double share : {first, 1.0}) {
+    const double level = share * bench.spin.u_ref;
+    std::cout << "u_ref " << json(level).dump() << " V:" << std::endl;
+    const Session session = read_session(turn(daemon, bench, level));
+    const SpinVerdict verdict = judge_first_spin(session.runs.at(0), {.u_ref = level,
+                                                                      .from = rest,
+                                                                      .to = rest + bench.spin.hold,
+                                                                      .R_a = bench.motor.R_a,
+                                                                      .K_b = bench.motor.K_b,
+                                                                      .driver_gain = bench.motor.driver_gain,
+                                                                      .tolerance = bench.spin.tolerance});
+    for (const std::string& line : verdict.measured) std::cout << "  " << line << "\n";
+    for (const std::string& line : verdict.unknown) std::cout << "  not checked: " << line << "\n";
+    for (const std::string& line : verdict.wrong) std::cout << "  WRONG: " << line << "\n";
+    if (!verdict.wrong.empty()) {
+      std::cout << "Nothing larger was tried. Switch the driver off before you touch a wire, then spin again.\n";
+      return 1;
+    }
+  }
+  std::cout << "Signs and scales agree with the bench file.\n";
+  return 0;
+}
+
+int bench_command(const Options& options) {
+  if (options.what != "spin") throw Error("emtb bench " + options.what + ": not known. Known: spin");
+  Client daemon(options.socket->empty() ? socket_to_call() : std::filesystem::path(*options.socket));
+  if (options.reset) daemon.call("reset", json::object());
+  return spin(daemon);
+}
+
+}  // namespace
+
+void add_bench_command(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
+  const auto options = std::make_shared<Options>();
+  options->socket = socket;
+  line.command("bench",
+               "spin: the guided first turn at a low voltage, which checks signs and scales before anything larger")
+      .argument("WHAT", options->what, "spin")
+      .flag("--reset", options->reset, "arms the bench first; see that it is safe")
+      .action([options] { return bench_command(*options); });
+}
+
+}  // namespace emtb

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "server/client.h"
+
+namespace emtb {
+
+/// Ctrl-C becomes a wish that the command obeys in its own time. The second one ends the process: the daemon then sees
+/// its client gone.
+void catch_interrupt();
+bool interrupted();
+
+/// `omega 102.3 rad/s  i_a 0.41 A` of what the daemon tells of its signals.
+std::string signals_in_words(const nlohmann::json& signals);
+
+/// `step_high 3.2/19.0 s` of what the daemon tells of a run.
+std::string run_in_words(const nlohmann::json& run);
+
+/// Runs an experiment on the bench and waits for its end, with a progress bar; Ctrl-C stops it.
+/// @param wish the parameters of the daemon's `run`; the client must have subscribed
+/// @return what the daemon says of its end: session, outcome, fault
+/// @throws rpc::Refusal where the daemon refuses; ProtocolError where it is gone.
+nlohmann::json run_on_bench(Client& daemon, const nlohmann::json& wish);
+
+}  // namespace emtb

@@ -1,0 +1,277 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "config/bench.h"
+#include "config/model.h"
+#include "config/profile.h"
+#include "config/yaml.h"
+#include "diagnose/diagnose.h"
+#include "experiment/first_experiments.h"
+#include "hal/error.h"
+#include "server/client.h"
+#include "session/spec.h"
+#include "tools/bench_run.h"
+#include "tools/commands.h"
+#include "tools/prediction.h"
+#include "tools/progress.h"
+#include "tools/result_json.h"
+#include "tools/text.h"
+#include "tools/verdict.h"
+
+namespace emtb {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+struct Options {
+  std::shared_ptr<const std::string> socket;
+  std::string model, folder = "investigation", json_file;
+  std::vector<std::string> sessions, held_out;
+  double reach = 0.9, settle = 10, seed = 7;
+  int rounds = 4;
+  bool yes = false, reset = false, no_confirm = false;
+};
+
+/// The bench at the other end of the socket, which moves only after somebody agreed.
+class Bench {
+ public:
+  explicit Bench(const Options& o)
+      : daemon_(o.socket->empty() ? socket_to_call() : std::filesystem::path(*o.socket)), yes_(o.yes) {
+    const nlohmann::json config = daemon_.call("config", nlohmann::json::object());
+    name_ = config["bench"];
+    rate_ = config["rate"];
+    low_ = o.reach * config["reference"]["min"].get<double>();
+    high_ = o.reach * config["reference"]["max"].get<double>();
+    longest_ = parse_bench(config["text"], config["file"].get<std::string>()).limits.time.value_or(longest_);
+    for (const auto& channel : config["channels"]) {
+      if (const auto signal = signal_named(channel["signal"].get<std::string>())) signals_.push_back(*signal);
+    }
+    daemon_.call("subscribe", {{"rate", 10}});
+    if (o.reset) daemon_.call("reset", nlohmann::json::object());
+  }
+
+  const std::string& name() const { return name_; }
+  double rate() const { return rate_; }  ///< [Hz]
+  double low() const { return low_; }    ///< [V]
+  double high() const { return high_; }  ///< [V]
+  Reach reach() const { return {.low = low_, .high = high_, .longest = longest_}; }
+  bool measures(Signal signal) const { return std::ranges::find(signals_, signal) != signals_.end(); }
+
+  /// Asks before the motor moves. @throws Error where there is nobody to ask.
+  bool agreed(const std::string& question) const {
+    std::cout << question << " [y/N] " << std::flush;
+    if (yes_) {
+      std::cout << "yes (--yes)" << std::endl;
+      return true;
+    }
+    if (isatty(STDIN_FILENO) != 1) {
+      std::cout << std::endl;
+      throw Error("nobody can be asked whether the motor may move: add --yes, or call it from a terminal");
+    }
+    std::string answer;
+    std::getline(std::cin, answer);
+    return answer == "y" || answer == "Y" || answer == "yes";
+  }
+
+  /// @return the session's path. @throws Error where the run did not end as planned.
+  std::string run(const Profile& profile, const std::string& note) {
+    const nlohmann::json ended = run_on_bench(daemon_, {{"profile", to_yaml(profile)}, {"note", note}});
+    const std::string session = ended["session"];
+    std::cout << "  " << session << std::endl;
+    if (ended["outcome"] != "done") {
+      throw Error("the run " + profile.name() + " ended early: " +
+                  (ended["fault"].is_null() ? "stopped" : ended["fault"]["text"].get<std::string>()) +
+                  ". See to the bench, `emtb reset`, then go on with the sessions above");
+    }
+    return session;
+  }
+
+ private:
+  Client daemon_;
+  bool yes_;
+  std::string name_;
+  double rate_ = 0, low_ = 0, high_ = 0;
+  double longest_ = unbounded;  // [s] a run may take
+  std::vector<Signal> signals_;
+};
+
+std::vector<Run> runs_of(const std::vector<std::string>& sessions) {
+  std::vector<Run> all;
+  for (const std::string& session : sessions) std::ranges::move(read_runs(session), std::back_inserter(all));
+  return all;
+}
+
+std::string seconds(double s) { return pretty(s, 3) + " s"; }
+
+/// One investigation: sessions and rounds so far.
+class Investigation {
+ public:
+  Investigation(const Options& o, Bench& bench) : o_(o), bench_(bench), train_(o.sessions), held_out_(o.held_out) {
+    std::filesystem::create_directories(o.folder);
+  }
+
+  /// Where no sessions are at hand yet. @return false where nobody agrees
+  bool record_first() {
+    const Experiments first = first_experiments(bench_.low(), bench_.high(), o_.settle);
+    double total = 0;
+    for (const auto* list : {&first.train, &first.held_out}) {
+      for (const Profile& p : *list) total += p.duration();
+    }
+    if (!bench_.agreed("No sessions are given. Six experiments first: " + pretty(bench_.low()) + " to " +
+                       pretty(bench_.high()) + " V, " + seconds(total) + " in all?")) {
+      return false;
+    }
+    for (const Profile& p : first.train) train_.push_back(bench_.run(p, "investigate: to fit to"));
+    for (const Profile& p : first.held_out) held_out_.push_back(bench_.run(p, "investigate: to judge by"));
+    return true;
+  }
+
+  /// Diagnoses, and runs what tells tied effects apart, until the verdict stands or nothing more can be learnt.
+  Diagnosis learn(const Model& given) {
+    for (int round = 1;; ++round) {
+      Diagnosis d = diagnosed(given, round);
+      const Proposal* next = next_of(d);
+      if (next == nullptr || round >= o_.rounds) return d;
+      const std::string name = next->profile.name() + "-" + std::to_string(round);
+      const Profile profile(name, {next->profile.knots().begin(), next->profile.knots().end()});
+      if (!bench_.agreed("Run " + next->what + " (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
+                         seconds(profile.duration()) + ")?")) {
+        return d;
+      }
+      train_.push_back(bench_.run(profile, "investigate: to tell tied effects apart"));
+    }
+  }
+
+  /// Predicts a run that is yet to be made, then makes it. @return its error in multiples of the noise floor
+  std::optional<double> confirm(const Diagnosis& d) {
+    const auto seed = static_cast<std::uint64_t>(o_.seed);
+    const Profile profile = confirming_experiment(bench_.low(), bench_.high(), o_.settle, seed);
+    const std::string said = (std::filesystem::path(o_.folder) / "prediction.csv").string();
+    write_session(said, prediction(d.final, profile, bench_.rate()));
+    std::cout << "\nConfirm: what the model says of a run that nobody has seen is in " << said << std::endl;
+    if (!bench_.agreed("Run it (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
+                       seconds(profile.duration()) + ")?")) {
+      return std::nullopt;
+    }
+    const std::string session = bench_.run(profile, "investigate: confirms " + said);
+    const std::vector<Run> runs = read_runs(session);
+    Model judge = d.base;  // the floors of the diagnosis, not those of one run without a settled stretch
+    for (const auto& [signal, fit] : d.signals) judge.noise[signal] = fit.noise.sigma;
+    const Comparison before = compare(runs, d.base, judge), after = compare(runs, d.final, judge);
+    Table table({"predicted from the reference alone", "given model", "found model", "unit"});
+    for (const auto& [signal, fit] : after.signals) {
+      const double floor = fit.noise.sigma;
+      table.row({std::string(info(signal).name) + " RMSE", pretty(before.chained.at(signal) * floor, 3),
+                 pretty(after.chained.at(signal) * floor, 3), std::string(info(signal).unit)});
+    }
+    table.row({"error (1 = noise floor)", pretty(before.chained_error, 4), pretty(after.chained_error, 4), ""});
+    std::cout << table.text();
+    confirmed_ = {{"profile", to_yaml(profile)},
+                  {"prediction", said},
+                  {"session", session},
+                  {"base", {{"error", before.error}, {"chained_error", before.chained_error}}},
+                  {"final", {{"error", after.error}, {"chained_error", after.chained_error}}}};
+    return after.chained_error;
+  }
+
+  void write(const Diagnosis& d) const {
+    const std::string found = (std::filesystem::path(o_.folder) / "found.yaml").string();
+    write_model(found, d.final);
+    json all{{"rounds", rounds_}, {"sessions", train_},      {"held_out", held_out_},
+             {"model", found},    {"diagnosis", to_json(d)}, {"confirmed", confirmed_}};
+    write_json(o_.json_file, all);
+    std::cout << "\nThe model with what was found: " << found << "\nAll of it as a page: emtb report " << o_.model;
+    for (const std::string& s : train_) std::cout << " " << shell_quoted(s);
+    std::cout << " --held-out";
+    for (const std::string& s : held_out_) std::cout << " " << shell_quoted(s);
+    std::cout << std::endl;
+  }
+
+ private:
+  Diagnosis diagnosed(const Model& given, int round) {
+    Progress progress;
+    DiagnoseOptions options;
+    options.reach = bench_.reach();
+    options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
+    Diagnosis d = diagnose(runs_of(train_), runs_of(held_out_), given, options);
+    progress.clear();
+    for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, train_});
+    std::cout << "\nRound " << round << ", " << train_.size() << " sessions: error " << pretty(d.base_held_out)
+              << " -> " << pretty(d.final_held_out) << " times the noise floor on held-out runs\n"
+              << verdict_text(d) << std::flush;
+    json names = json::array();
+    for (const MissingEffect& m : d.missing) {
+      json tied = json::array();
+      for (const std::size_t rival : m.tied_with) tied.push_back(d.id(rival));
+      names.push_back({{"id", d.id(m.effect)}, {"tied_with", tied}});
+    }
+    rounds_.push_back({{"verdict", word(d.verdict)},
+                       {"missing", names},
+                       {"base", d.base_held_out},
+                       {"final", d.final_held_out},
+                       {"sessions", train_.size()}});
+    return d;
+  }
+
+  /// The best experiment that this bench can make as it is wired, where it is worth making.
+  const Proposal* next_of(const Diagnosis& d) const {
+    for (const Proposal& p : d.next) {
+      if (p.separation < worth_an_experiment) break;
+      if (std::ranges::all_of(p.record, [&](Signal s) { return bench_.measures(s); })) return &p;
+    }
+    return nullptr;
+  }
+
+  const Options& o_;
+  Bench& bench_;
+  std::vector<std::string> train_, held_out_;
+  json rounds_ = json::array();
+  json confirmed_;
+};
+
+int investigate_command(const Options& o) {
+  if (!(o.reach > 0 && o.reach <= 1)) throw Error("--reach is a share of the bench's reference: above 0, at most 1");
+  if (o.sessions.empty() && !o.held_out.empty()) {
+    throw Error("--held-out judges a fit to --sessions: give those, too, or neither for six experiments first");
+  }
+  const Model given = read_model(o.model);
+  catch_interrupt();
+  Bench bench(o);
+  std::cout << "bench " << bench.name() << ", model " << o.model << "\n";
+  Investigation investigation(o, bench);
+  if (o.sessions.empty() && !investigation.record_first()) return 1;
+  const Diagnosis d = investigation.learn(given);
+  std::optional<double> error;
+  if (!o.no_confirm && d.verdict != Verdict::cannot_tell) error = investigation.confirm(d);
+  investigation.write(d);
+  const bool stands = d.verdict == Verdict::found || d.verdict == Verdict::nothing_missing;
+  return stands && (o.no_confirm || error) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
+  const auto o = std::make_shared<Options>();
+  o->socket = socket;
+  line.command("investigate",
+               "lets the bench find out what the model is missing: diagnose, run what tells more, repeat")
+      .argument("MODEL", o->model, "the model's YAML, as far as it is known")
+      .options("--sessions", o->sessions, "recordings to begin with; without them six experiments are made first")
+      .options("--held-out", o->held_out, "those of them that judge and take no part in a fit")
+      .flag("--yes", o->yes, "moves the motor without asking")
+      .flag("--reset", o->reset, "arms the bench first; see that it is safe")
+      .option("--reach", o->reach, "the share of the bench's reference that is used [0.9]")
+      .option("--settle", o->settle, "[s] the motor takes to settle, and a slow meter for some readings [10]")
+      .option("--rounds", o->rounds, "diagnoses at most [4]")
+      .option("--seed", o->seed, "of the run that confirms [7]")
+      .flag("--no-confirm", o->no_confirm, "leaves away the run that is predicted before it is made")
+      .option("--out", o->folder, "folder for the model found and the prediction [investigation]")
+      .option("--json", o->json_file, "writes all of it to this file; - for standard output")
+      .action([o] { return investigate_command(*o); });
+}
+
+}  // namespace emtb

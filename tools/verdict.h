@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "diagnose/diagnose.h"
+
+namespace emtb {
+
+/// The verdict for the terminal: the word, each effect with its values and rivals, and the next experiment.
+std::string verdict_text(const Diagnosis& diagnosis);
+
+}  // namespace emtb
