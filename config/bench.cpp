@@ -132,8 +132,8 @@ BenchConfig read_bench(const std::filesystem::path& path) { return parse_bench(Y
 
 BenchConfig parse_bench(std::string text, const std::filesystem::path& path) {
   const YamlMap yaml = YamlMap::parse(text, path.string());
-  yaml.only(
-      {"name", "rate", "realtime", "reference", "limits", "field", "motor", "tacho", "spin", "estimates", "devices", "simulation"});
+  yaml.only({"name", "rate", "realtime", "reference", "limits", "field", "motor", "tacho", "spin", "estimates",
+             "devices", "simulation"});
   std::vector<BenchConfig::Device> devices = read_devices(yaml);
   BenchConfig::Reference reference = read_reference(yaml, devices);
   const BenchConfig::Nameplate motor = read_motor(yaml);

@@ -51,8 +51,10 @@ json to_json(const LiveEstimator& estimator, const std::string& model, std::uint
                                                     {"sigma", finite_or_null(i.sigma)},
                                                     {"unit", info(i.signal).unit}};
   }
-  return {{"model", model},           {"t", e.t},       {"samples", e.samples},       {"lost", lost},
-          {"skipped", e.skipped},     {"gaps", e.gaps}, {"parameters", parameters},   {"states", states},
+  return {{"model", model},           {"t", e.t},
+          {"samples", e.samples},     {"lost", lost},
+          {"skipped", e.skipped},     {"gaps", e.gaps},
+          {"parameters", parameters}, {"states", states},
           {"innovation", innovation}, {"left_out", e.left_out}};
 }
 

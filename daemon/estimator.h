@@ -69,8 +69,9 @@ class Estimator {
   std::unique_ptr<LiveEstimator> next_;
   std::string next_name_;
   std::unique_ptr<nlohmann::json> latest_;
-  std::string why_not_ = "no model is followed. Name one in the bench file, estimates: {model: FILE}, or give one: "
-                         "emtb estimates --model FILE";
+  std::string why_not_ =
+      "no model is followed. Name one in the bench file, estimates: {model: FILE}, or give one: "
+      "emtb estimates --model FILE";
 
   // The thread's own
   std::unique_ptr<LiveEstimator> estimator_;

@@ -86,7 +86,12 @@ std::string volts(double value) { return json(value).dump() + " V"; }
 
 Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder,
                  Estimator& estimator)
-    : bench_(bench), settings_(std::move(settings)), mailbox_(mailbox), live_(live), recorder_(recorder), estimator_(estimator) {
+    : bench_(bench),
+      settings_(std::move(settings)),
+      mailbox_(mailbox),
+      live_(live),
+      recorder_(recorder),
+      estimator_(estimator) {
   using rpc::Params;
   using rpc::Peer;
   const auto plain = [this](const char* name, auto method) {  // those that take no parameters

@@ -15,14 +15,14 @@
 namespace emtb {
 namespace {
 
-constexpr double solve_period = 0.1;    ///< [s] between two solutions
+constexpr double solve_period = 0.1;     ///< [s] between two solutions
 constexpr std::size_t judge_every = 10;  ///< solutions between two looks at the standard errors
-constexpr double relinearise_at = 0.2;  ///< standard errors from the point about which the equations are linear
-constexpr double excited_at = 0.01;     ///< part of a variance that the last seconds, once more, would take away
-constexpr double late_block = 0.02;     ///< [s] that a card which sends blocks may lag behind the reference
-constexpr double gap_ticks = 5.5;       ///< without a tick: what happened meanwhile is not known
-constexpr double settle_first = 0.5;    ///< [s] of data before the first step
-constexpr std::size_t load_mean = 32;   ///< readings of the torque that tell a load from noise
+constexpr double relinearise_at = 0.2;   ///< standard errors from the point about which the equations are linear
+constexpr double excited_at = 0.01;      ///< part of a variance that the last seconds, once more, would take away
+constexpr double late_block = 0.02;      ///< [s] that a card which sends blocks may lag behind the reference
+constexpr double gap_ticks = 5.5;        ///< without a tick: what happened meanwhile is not known
+constexpr double settle_first = 0.5;     ///< [s] of data before the first step
+constexpr std::size_t load_mean = 32;    ///< readings of the torque that tell a load from noise
 
 /// The scatter of a slow meter, from the median change between its readings: most of them see a motor that is settled.
 class SlowChanges {
@@ -91,7 +91,8 @@ LivePlan plan_for(const Model& model, const FreeParameters& free, std::span<cons
     if (output.slow) output.offset = plan.moved.size() + plan.offsets++;
   }
   if (!find(channels, Signal::omega) && !(find(channels, Signal::i_a) && model.input != Signal::i_a)) {
-    throw ModelError("model `" + model.name + "` has nothing to be compared with: the bench measures neither omega nor i_a");
+    throw ModelError("model `" + model.name +
+                     "` has nothing to be compared with: the bench measures neither omega nor i_a");
   }
   const std::vector<double> p = model.values();
   const double by_voltage = p[4] * p[0] / (p[1] * p[2]);
@@ -126,9 +127,9 @@ struct LiveEstimator::Impl {
   Eigen::VectorXd unknowns(const LivePass& pass) const;
   std::size_t complete() const;
 
-  const Model whole;               ///< as given
+  const Model whole;  ///< as given
   std::vector<std::string> left_out;
-  const Model model;               ///< less what is left out
+  const Model model;  ///< less what is left out
   const FreeParameters free;
   const std::vector<Channel> channels;
   const Options options;
@@ -142,8 +143,9 @@ struct LiveEstimator::Impl {
   bool new_run = true;
 
   Eigen::VectorXd low, high;
-  Eigen::MatrixXd known;    ///< information of priors and of what is no longer in the history
-  Eigen::VectorXd known_at; ///< known times the values that it speaks for
+  // Information, and its product with the values that it speaks for.
+  Eigen::MatrixXd folded, known;  ///< of what is no longer in the history; the same and the priors'
+  Eigen::VectorXd folded_at, known_at;
   double damping = 0;
 
   // Solution
@@ -217,6 +219,8 @@ LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_cha
   }
   step = Eigen::VectorXd::Zero(n);
   information = known;
+  folded = Eigen::MatrixXd::Zero(n, n);
+  folded_at = Eigen::VectorXd::Zero(n);
   gradient = step;
   covariance = n > 0 ? inverse_of(known) : known;
   variance = covariance.diagonal();
@@ -506,23 +510,24 @@ void LiveEstimator::Impl::fold() {
     pull /= inflation;
     if (added.allFinite() && pull.allFinite()) {
       // In the directions in which the old knowledge is one: as much as is new of each takes its place, half at most.
-      const Eigen::VectorXd old_at = inverse_of(known) * known_at;
+      const Eigen::VectorXd old_at = solve_normal(folded, folded_at);
       const Eigen::VectorXd size = known.diagonal().cwiseSqrt();
-      const Eigen::MatrixXd scaled =
-          size.cwiseInverse().asDiagonal() * known * size.cwiseInverse().asDiagonal();
+      const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * known * size.cwiseInverse().asDiagonal();
       const Eigen::MatrixXd root = size.asDiagonal() * cholesky(scaled);
-      Eigen::MatrixXd half(known.rows(), known.cols());
-      for (Eigen::Index j = 0; j < added.cols(); ++j) half.col(j) = solve_lower(root, added.col(j));
-      Eigen::MatrixXd relative(known.rows(), known.cols());
-      const Eigen::MatrixXd across = half.transpose();
-      for (Eigen::Index j = 0; j < added.cols(); ++j) relative.col(j) = solve_lower(root, across.col(j));
-      const Eigensystem eigen = eigensystem(0.5 * (relative + relative.transpose()));
+      Eigen::MatrixXd inverse(known.rows(), known.cols());  // of the root
+      const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(known.rows(), known.cols());
+      for (Eigen::Index j = 0; j < known.cols(); ++j) inverse.col(j) = solve_lower(root, one.col(j));
+      const Eigensystem eigen = eigensystem(inverse * added * inverse.transpose());
       Eigen::VectorXd left(eigen.values.size());
-      for (Eigen::Index i = 0; i < left.size(); ++i) left[i] = 1 - 0.5 * std::clamp(2 * eigen.values[i], 0.0, 1.0);
-      const Eigen::MatrixXd basis = root * eigen.vectors;
-      const Eigen::MatrixXd old = basis * left.asDiagonal() * basis.transpose();
-      known = old + added;
-      known_at = old * old_at + added * at + pull;
+      for (Eigen::Index i = 0; i < left.size(); ++i) {
+        left[i] = std::sqrt(1 - 0.5 * std::clamp(2 * eigen.values[i], 0.0, 1.0));
+      }
+      const Eigen::MatrixXd keep = root * eigen.vectors * left.asDiagonal() * eigen.vectors.transpose() * inverse;
+      const Eigen::MatrixXd old = keep * folded * keep.transpose();
+      known += old + added - folded;
+      known_at += old * old_at + added * at + pull - folded_at;
+      folded_at += old * old_at + added * at + pull - folded_at;
+      folded = old + added;
     }
   }
   std::swap(history.front(), history.back());
@@ -578,7 +583,8 @@ LiveEstimates LiveEstimator::estimates() const {
     if (const auto mover = i.free.mover(place)) {
       const auto m = static_cast<Eigen::Index>(*mover);
       live.fixed = false;
-      live.std_error = std::min(std::sqrt(i.variance[m]), (p.max - p.min) / std::sqrt(12.0));
+      live.std_error =
+          std::min(std::sqrt(i.variance[m]), (i.high[m] - i.low[m]) / std::sqrt(12.0));  // a follower has no bounds
       live.excited = after[m] < (1 - excited_at) * i.covariance(m, m);
     }
     e.parameters.push_back(std::move(live));

@@ -32,10 +32,10 @@ struct LiveInnovation {
 };
 
 struct LiveEstimates {
-  double t = 0;               ///< [s] from the start of the run, of the last sample that is in
-  std::uint64_t samples = 0;  ///< ticks since the estimator began
-  std::uint64_t skipped = 0;  ///< readings that were not finite, or came out of order
-  std::uint64_t gaps = 0;     ///< times that the states had to be found anew within a run
+  double t = 0;                           ///< [s] from the start of the run, of the last sample that is in
+  std::uint64_t samples = 0;              ///< ticks since the estimator began
+  std::uint64_t skipped = 0;              ///< readings that were not finite, or came out of order
+  std::uint64_t gaps = 0;                 ///< times that the states had to be found anew within a run
   std::vector<LiveParameter> parameters;  ///< in the order of the model, ties followed
   std::vector<std::string> left_out;      ///< effects of the model that take no part: those that repeat with the angle
   std::map<Signal, double> states;        ///< SI, as the model has them: omega, i_a, e_a

@@ -7,9 +7,9 @@ namespace emtb {
 namespace {
 
 constexpr std::size_t lanes = 2 * derivatives_per_pass;
-constexpr double recent_memory = 5;  ///< [s] over which excitation is judged
-constexpr double watch_memory = 1;   ///< [s] of the normalised innovation
-constexpr double longest_bridge = 5; ///< [s] of a gap that is simulated through: the slowest driver's full travel
+constexpr double recent_memory = 5;   ///< [s] over which excitation is judged
+constexpr double watch_memory = 1;    ///< [s] of the normalised innovation
+constexpr double longest_bridge = 5;  ///< [s] of a gap that is simulated through: the slowest driver's full travel
 
 const WideSensitive& reading_of(const Machine<WideSensitive>& machine, Signal signal) {
   switch (signal) {
@@ -78,8 +78,8 @@ void DifferenceFloor::add(double r) {
 }
 
 Colour DifferenceFloor::colour() const {
-  constexpr double fewest = 20;   // differences that tell a colour
-  constexpr double longest = 0.7; // beyond that it is an error of the model that lasts
+  constexpr double fewest = 20;    // differences that tell a colour
+  constexpr double longest = 0.7;  // beyond that it is an error of the model that lasts
   if (firsts_ < 1 || first_ <= 0) return {.sigma = 0, .rho = 0};
   const double first = first_ / firsts_;
   const double rho = seconds_ < fewest ? 0 : std::clamp(second_ / seconds_ / first - 1, -0.5, longest);
@@ -313,6 +313,8 @@ void LivePass::watch_tick(const LiveTick& now) {
 
 void LivePass::close_blocks() {
   in_block_ = 0;
+  const double kept = std::exp(-static_cast<double>(plan_.block) * plan_.period / recent_memory);
+  for (auto& recent : recent_) recent *= kept;
   for (std::size_t o = 0; o < plan_.outputs.size(); ++o) {
     if (plan_.outputs[o].slow) continue;
     Block& block = blocks_[o];
@@ -367,8 +369,8 @@ void LivePass::close_slow(const SlowReading& reading) {
   const double predicted = (interpolate(reading.end, 0) - interpolate(reading.begin, 0)) * each;
   // The same digits for the same current say nothing new: a resolution's error is no noise that averages away.
   const std::size_t o = reading.output;
-  const bool again = reading.value == read_before_[o] &&
-                     std::abs(predicted - predicted_before_[o]) < 0.5 * plan_.outputs[o].lsb;
+  const bool again =
+      reading.value == read_before_[o] && std::abs(predicted - predicted_before_[o]) < 0.5 * plan_.outputs[o].lsb;
   if (again) return;
   // What moves is rounded now up, now down; what stands, always alike.
   if (std::abs(predicted - predicted_before_[o]) < plan_.outputs[o].lsb) row_.data()[plan_.outputs[o].offset] = 1;
@@ -389,7 +391,6 @@ void LivePass::take_row(std::size_t output, double residual, double seconds) {
   watch.value = left;
   watch.square = kept * watch.square + left * left;
   watch.weight = kept * watch.weight + 1;
-  recent_[output] *= std::exp(-seconds / recent_memory);
   double informs = 0;
   for (std::size_t j = 0; j < plan_.moved.size(); ++j) informs += std::abs(row_.data()[j]);
   if (informs == 0) {  // a motor that stands tells nothing, its noise neither

@@ -29,9 +29,9 @@ struct LiveTick {
 
 /// A slow meter's reading: the mean over a window.
 struct SlowReading {
-  std::size_t after = 0;     ///< the tick at which it was there
-  std::size_t output = 0;    ///< place in LivePlan::outputs
-  double begin = 0, end = 0; ///< [s]
+  std::size_t after = 0;      ///< the tick at which it was there
+  std::size_t output = 0;     ///< place in LivePlan::outputs
+  double begin = 0, end = 0;  ///< [s]
   double value = 0;
 };
 
@@ -48,20 +48,20 @@ struct LivePlan {
     Signal signal{};
     bool slow = false;
     double lsb = 0;
-    double declared = 0;  ///< [SI] sigma; 0: not declared
+    double declared = 0;     ///< [SI] sigma; 0: not declared
     std::size_t offset = 0;  ///< of a slow output: its place among the unknowns
   };
 
   ModelStructure structure;
   std::vector<std::vector<std::size_t>> moved;  ///< by each free parameter, places in the structure
   std::vector<Output> outputs;
-  double period = 1e-3;         ///< [s] of the ticks
-  double longest_step = 1e-2;   ///< [s] of the simulation
-  std::size_t block = 10;       ///< ticks whose mean counts as one
-  std::size_t second = 1000;    ///< ticks whose residuals are told apart from others as independent
-  std::size_t seconds = 61;     ///< of them in a chapter
-  double settling = 1;          ///< [s] after which a wrong initial state is forgotten
-  double longest_window = 1;    ///< [s] of a slow meter, and how late it may come
+  double period = 1e-3;        ///< [s] of the ticks
+  double longest_step = 1e-2;  ///< [s] of the simulation
+  std::size_t block = 10;      ///< ticks whose mean counts as one
+  std::size_t second = 1000;   ///< ticks whose residuals are told apart from others as independent
+  std::size_t seconds = 61;    ///< of them in a chapter
+  double settling = 1;         ///< [s] after which a wrong initial state is forgotten
+  double longest_window = 1;   ///< [s] of a slow meter, and how late it may come
 
   /// Unknowns: the free parameters, then what each slow meter's rounding does to a value that stands still.
   std::size_t unknowns() const { return moved.size() + offsets; }
@@ -157,9 +157,9 @@ class LivePass {
   std::size_t chapter_ = 0, tick_ = 0, reading_ = 0;
   bool begun_ = false;
   LiveTick before_;
-  double e_a_ = 0;            ///< [V] across the motor, the last that was known
+  double e_a_ = 0;              ///< [V] across the motor, the last that was known
   std::size_t unmeasured_ = 0;  ///< ticks since
-  double valid_from_ = 0;     ///< [s] from then on the simulated states are right
+  double valid_from_ = 0;       ///< [s] from then on the simulated states are right
 
   // The integral of each slow output over time, for the means of windows: a ring.
   struct Integral {

@@ -9,10 +9,7 @@
 namespace emtb {
 
 LagSums::LagSums(Eigen::Index parameters)
-    : ss_(parameters, parameters),
-      ss_next_(parameters, parameters),
-      sr_(parameters),
-      sr_next_(parameters) {
+    : ss_(parameters, parameters), ss_next_(parameters, parameters), sr_(parameters), sr_next_(parameters) {
   clear();
 }
 

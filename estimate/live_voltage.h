@@ -65,9 +65,9 @@ class LiveVoltage {
   DriverModel driver_;
   bool known_;
   double e_ = 0, u_ref_ = 0;
-  double mean_ = 0, quick_ = 0, weight_ = 0;       ///< [V] of what the measurement adds
-  double added_ = 0, changes_ = 0, count_ = 0;     ///< its noise
-  int trusted_ = 0;                                ///< ticks in which the measurement counts as it is
+  double mean_ = 0, quick_ = 0, weight_ = 0;    ///< [V] of what the measurement adds
+  double added_ = 0, changes_ = 0, count_ = 0;  ///< its noise
+  int trusted_ = 0;                             ///< ticks in which the measurement counts as it is
 };
 
 }  // namespace emtb

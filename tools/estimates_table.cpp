@@ -29,16 +29,17 @@ std::pair<std::string, std::string> value_and_error(const json& p) {
 std::string estimates_table(const json& now) {
   std::string text = "model " + now["model"].get<std::string>() + ", t = " + in_words(now["t"], 5) + " s, " +
                      now["samples"].dump() + " samples";
-  if (now["lost"].get<std::uint64_t>() > 0) text += ", " + now["lost"].dump() + " readings lost: the machine is too slow";
+  if (now["lost"].get<std::uint64_t>() > 0)
+    text += ", " + now["lost"].dump() + " readings lost: the machine is too slow";
   text += "\n";
   Table parameters({"parameter", "value", "+-", "unit", ""});
   for (const auto& [name, p] : now["parameters"].items()) {
     const auto [value, error] = value_and_error(p);
     const bool fixed = p["fixed"].get<bool>();
     parameters.row({name, value, error, p["unit"].get<std::string>(),
-                    fixed                        ? "fixed"
+                    fixed                      ? "fixed"
                     : p["excited"].get<bool>() ? "excited"
-                                                 : "not excited"});
+                                               : "not excited"});
   }
   text += parameters.text() + "\n";
   Table signals({"signal", "model", "innovation", "in noise", "unit"});

@@ -66,7 +66,9 @@ inline LiveBench slow_live_bench() {
 }
 
 /// The small servo: both directions, current on the card.
-inline LiveBench fast_live_bench() { return live_bench("desk-simulated", "desk", {1, 3, 6, 4, 2, -1, -3, -6, -4, -2, 1}); }
+inline LiveBench fast_live_bench() {
+  return live_bench("desk-simulated", "desk", {1, 3, 6, 4, 2, -1, -3, -6, -4, -2, 1});
+}
 
 /// Hands a recorded run to the estimator in the order in which the daemon's loop would: at each tick what was read,
 /// then the reference.
