@@ -118,14 +118,22 @@ BenchConfig::Spin read_spin(const YamlMap& yaml, const Limits& limits) {
   return spin;
 }
 
+std::optional<BenchConfig::Estimates> read_estimates(const YamlMap& yaml, const std::filesystem::path& bench) {
+  const auto entry = yaml.map_if("estimates");
+  if (!entry) return {};
+  entry->only({"model", "rate"});
+  return BenchConfig::Estimates{.model = bench.parent_path() / entry->text("model"),
+                                .rate = entry->within_or("rate", 0.1, 50, 10)};
+}
+
 }  // namespace
 
 BenchConfig read_bench(const std::filesystem::path& path) { return parse_bench(YamlMap::read_text(path), path); }
 
 BenchConfig parse_bench(std::string text, const std::filesystem::path& path) {
   const YamlMap yaml = YamlMap::parse(text, path.string());
-  yaml.only(
-      {"name", "rate", "realtime", "reference", "limits", "field", "motor", "tacho", "spin", "devices", "simulation"});
+  yaml.only({"name", "rate", "realtime", "reference", "limits", "field", "motor", "tacho", "spin", "estimates",
+             "devices", "simulation"});
   std::vector<BenchConfig::Device> devices = read_devices(yaml);
   BenchConfig::Reference reference = read_reference(yaml, devices);
   const BenchConfig::Nameplate motor = read_motor(yaml);
@@ -139,6 +147,7 @@ BenchConfig parse_bench(std::string text, const std::filesystem::path& path) {
           .motor = motor,
           .tacho = read_tacho(yaml, motor),
           .spin = spin,
+          .estimates = read_estimates(yaml, path),
           .devices = std::move(devices),
           .simulation = yaml.map_if("simulation"),
           .text = std::move(text),

@@ -53,6 +53,12 @@ struct BenchConfig {
     double tolerance = 0.25;  ///< by which voltage and speed may differ from the nameplate's
   };
 
+  /// The live estimates.
+  struct Estimates {
+    std::filesystem::path model;  ///< the model's file that they begin with
+    double rate = 10;             ///< [Hz] of new ones
+  };
+
   struct Device {
     std::string name;
     std::string driver;  ///< found by name in drivers/
@@ -68,6 +74,7 @@ struct BenchConfig {
   Nameplate motor;
   std::optional<Tacho> tacho;  ///< then motor.R_a is there
   Spin spin;
+  std::optional<Estimates> estimates;
   std::vector<Device> devices;
   std::optional<YamlMap> simulation;  ///< the plant behind simulated devices; only drivers/simulated reads it
   std::string text;                   ///< the whole file, for the session

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <utility>
 
+#include "config/model.h"
 #include "daemon/version.h"
+#include "hal/error.h"
 
 namespace emtb {
 namespace {
@@ -46,6 +48,9 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
         return std::move(settings);
       }()),
       ring_(ring_size(config_, bench_)),
+      estimator_({.channels = channels_,
+                  .loop_rate = config_.rate,
+                  .rate = config_.estimates ? config_.estimates->rate : BenchConfig::Estimates{}.rate}),
       recorder_(ring_, mailbox_.recorder_failed, settings_.open_sink,
                 {.closed =
                      [this](const Closed& closed) {
@@ -55,6 +60,7 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                                                                            : closed.text));
                        service_.closed(closed);
                      },
+                 .record = [this](const Record& record) { estimator_.take(record); },
                  .happened = [this](const std::string& text) { settings_.log(text); },
                  .figures = [this] { return service_.figures(); },
                  .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); }},
@@ -73,7 +79,7 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                 .room = settings_.room,
                 .recorded = settings_.recorded,
                 .replay_of = settings_.replay_of},
-               mailbox_, live_, recorder_),
+               mailbox_, live_, recorder_, estimator_),
       loop_(bench_,
             {.limits = config_.limits,
              .reference = config_.reference.limits,
@@ -84,6 +90,7 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
              .period = 1 / config_.rate,
              .real_time = !settings_.set_pace},
             mailbox_, live_, ring_) {
+  follow_named_model();
   service_.connect({.subscribe = [this](std::uint64_t peer, double period) { server_.subscribe(peer, period); },
                     .clients = [this] { return server_.clients(); },
                     .publish = [this](std::string line) { server_.publish(std::move(line)); }});
@@ -102,7 +109,7 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
   });
   server_.start({.line = [this](std::string_view line, const rpc::Peer& peer) { return service_.answer(line, peer); },
                  .gone = [this](const rpc::Peer& peer) { service_.gone(peer); },
-                 .live = [this] { return service_.live_line(); }});
+                 .live = [this](std::uint64_t peer) { return service_.live_line(peer); }});
 }
 
 Daemon::~Daemon() {
@@ -113,6 +120,17 @@ Daemon::~Daemon() {
   quit_ = true;
   recorder_thread_.join();
   recorder_.finish();
+}
+
+/// The model that the bench file names. Without it the bench still works: the log says why, and who asks for estimates.
+void Daemon::follow_named_model() {
+  if (!config_.estimates) return;
+  try {
+    estimator_.follow(read_model(config_.estimates->model));
+  } catch (const Error& e) {
+    settings_.log(std::string("no live estimates: ") + e.what());
+    estimator_.explain(e.what());
+  }
 }
 
 void Daemon::terminate() {

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "config/bench.h"
+#include "daemon/estimator.h"
 #include "daemon/loop.h"
 #include "daemon/loop_thread.h"
 #include "daemon/recorder.h"
@@ -49,6 +50,8 @@ class Daemon {
     ~GuardedBench() { reference->make_safe(); }
   };
 
+  void follow_named_model();
+
   const BenchConfig& config_;
   GuardedBench bench_;
   UnixSocketServer& server_;
@@ -57,6 +60,7 @@ class Daemon {
   Mailbox mailbox_;
   Live live_;
   Ring ring_;
+  Estimator estimator_;
   Recorder recorder_;
   Service service_;
   Loop loop_;

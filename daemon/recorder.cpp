@@ -169,6 +169,7 @@ void Recorder::dump() {
 
 void Recorder::take(const Record& record) {
   if (surroundings_.black_box) surroundings_.black_box->take(record);
+  if (listeners_.record) listeners_.record(record);
   switch (record.kind) {
     case Record::Kind::glimpse:
     case Record::Kind::state:

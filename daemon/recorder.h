@@ -64,6 +64,7 @@ class Recorder {
  public:
   struct Listeners {
     std::function<void(const Closed&)> closed{};              ///< after each run; on work()'s thread
+    std::function<void(const Record&)> record{};              ///< each one, as it comes; must not wait
     std::function<void(const std::string& text)> happened{};  ///< faults and gaps, for the log
     std::function<std::string()> figures{};  ///< how punctual the loop was in the run that ends; empty: not known
     std::function<void(const std::filesystem::path&)> dumped{};  ///< where a black box was written

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
 #include "daemon/version.h"
@@ -97,8 +98,14 @@ std::string volts(double value) { return json(value).dump() + " V"; }
 
 }  // namespace
 
-Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder)
-    : bench_(bench), settings_(std::move(settings)), mailbox_(mailbox), live_(live), recorder_(recorder) {
+Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder,
+                 Estimator& estimator)
+    : bench_(bench),
+      settings_(std::move(settings)),
+      mailbox_(mailbox),
+      live_(live),
+      recorder_(recorder),
+      estimator_(estimator) {
   using rpc::Params;
   using rpc::Peer;
   const auto plain = [this](const char* name, auto method) {  // those that take no parameters
@@ -112,8 +119,8 @@ Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, 
   plain("confirm", [this](const Peer& peer) { return confirm(peer); });
   plain("reset", [this](const Peer& peer) { return reset(peer); });
   plain("config", [this](const Peer&) { return config(); });
-  plain("estimates", [](const Peer&) -> json { throw Refusal(rpc::code::not_available, "no live estimates yet"); });
   methods_.add("run", [this](const Params& params, const Peer& peer) { return run(params, peer); });
+  methods_.add("estimates", [this](const Params& params, const Peer&) { return estimates(params); });
   methods_.add("subscribe", [this](const Params& params, const Peer& peer) { return subscribe(params, peer); });
 }
 
@@ -189,7 +196,7 @@ json Service::status(const rpc::Peer& peer) const {
   return answer;
 }
 
-std::string Service::live_line() const {
+std::string Service::live_line(std::uint64_t peer) const {
   json values = json::object();
   values["u_ref"] = finite(live_.u_ref.load());
   for (const Channel& channel : settings_.channels) {
@@ -204,6 +211,13 @@ std::string Service::live_line() const {
                      {"t", live_.run_time.load()},
                      {"duration", current_->order->profile.duration()},
                      {"pause", pause()}};
+  }
+  if (want_estimates_.contains(peer)) {
+    try {
+      params["estimates"] = estimator_.estimates();
+    } catch (const Error&) {
+      params["estimates"] = nullptr;  // the method of that name says why
+    }
   }
   return rpc::notification("live", params);
 }
@@ -430,11 +444,28 @@ json Service::reset(const rpc::Peer& peer) {
   return {{"state", word(state)}};
 }
 
-json Service::subscribe(const rpc::Params& params, const rpc::Peer& peer) const {
-  params.only({"rate"});
+json Service::subscribe(const rpc::Params& params, const rpc::Peer& peer) {
+  params.only({"rate", "estimates"});
   const double rate = params.number_or("rate", default_rate, 0.1, highest_rate);
+  if (params.flag_or("estimates", false)) {
+    const std::lock_guard lock(mutex_);
+    want_estimates_.insert(peer.id);
+  }
   if (socket_.subscribe) socket_.subscribe(peer.id, 1 / rate);
   return {{"rate", rate}};
+}
+
+/// @param params `model`: the text of a model file to follow from now on; it moves nothing, so that anybody may
+json Service::estimates(const rpc::Params& params) {
+  params.only({"model"});
+  try {
+    if (const std::string text = params.text_or("model", ""); !text.empty()) {
+      estimator_.follow(read_model(YamlMap::parse(text, "model")));
+    }
+    return estimator_.estimates();
+  } catch (const Error& e) {
+    throw Refusal(rpc::code::not_available, e.what());
+  }
 }
 
 json Service::config() const {
@@ -460,6 +491,7 @@ json Service::config() const {
 
 void Service::gone(const rpc::Peer& peer) {
   const std::lock_guard lock(mutex_);
+  want_estimates_.erase(peer.id);
   if (current_ && current_->controller.id == peer.id) mailbox_.lost = current_->order->id;
 }
 

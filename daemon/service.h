@@ -7,10 +7,12 @@
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "config/bench.h"
+#include "daemon/estimator.h"
 #include "daemon/loop.h"
 #include "daemon/realtime.h"
 #include "daemon/recorder.h"
@@ -39,7 +41,8 @@ class Service {
     std::function<void(std::string line)> publish;  ///< from any thread
   };
 
-  Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder);
+  Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder,
+          Estimator& estimator);
   ~Service();
 
   void connect(Socket socket) { socket_ = std::move(socket); }
@@ -47,8 +50,8 @@ class Service {
 
   std::string answer(std::string_view line, const rpc::Peer& peer) const { return methods_.answer(line, peer); }
 
-  /// The line that subscribers are sent at their rate: `live`.
-  std::string live_line() const;
+  /// The line that this subscriber is sent at its rate: `live`, with the estimates where it asked for them.
+  std::string live_line(std::uint64_t peer) const;
 
   /// A client's connection ended: its run ends with it.
   void gone(const rpc::Peer& peer);
@@ -79,7 +82,8 @@ class Service {
   nlohmann::json stop();
   nlohmann::json confirm(const rpc::Peer& peer);
   nlohmann::json reset(const rpc::Peer& peer);
-  nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer) const;
+  nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer);
+  nlohmann::json estimates(const rpc::Params& params);
   nlohmann::json config() const;
 
   void refuse_if_disk_is_full(const Experiment& experiment) const;
@@ -96,11 +100,13 @@ class Service {
   Mailbox& mailbox_;
   Live& live_;
   Recorder& recorder_;
+  Estimator& estimator_;
   Socket socket_;
   std::vector<RealtimeStep> realtime_;
   rpc::Methods methods_;
 
   mutable std::mutex mutex_;
+  std::set<std::uint64_t> want_estimates_;  ///< subscribers
   std::optional<Current> current_;
   std::unique_ptr<nlohmann::json> last_;  // how the run before ended; null: none yet
   std::filesystem::path black_box_;       // the last one; empty: none yet

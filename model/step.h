@@ -71,6 +71,9 @@ class Machine {
     reset_motor_terms();
   }
 
+  /// Goes on with other parameters, in place of those it was made with.
+  void follow(std::span<const Scalar> p) { p_ = p; }
+
   /// Puts the machine into its state at the start of a run, and takes the first readings.
   void start(const InitialState& initial, const StepInput& input) {
     omega = omega_before_ = Scalar(initial.omega);

@@ -85,6 +85,15 @@ std::string Params::text_or(std::string_view key, std::string_view fallback) con
   return find(key) == nullptr ? std::string(fallback) : text(key);
 }
 
+bool Params::flag_or(std::string_view key, bool fallback) const {
+  const json* value = find(key);
+  if (value == nullptr) return fallback;
+  if (!value->is_boolean()) {
+    throw Refusal(code::invalid_params, "`" + std::string(key) + "` is not true or false: " + value->dump());
+  }
+  return value->get<bool>();
+}
+
 double Params::number_or(std::string_view key, double fallback, double min, double max) const {
   const json* value = find(key);
   if (value == nullptr) return fallback;

@@ -68,6 +68,7 @@ class Params {
   void only(std::initializer_list<std::string_view> known) const;
   std::string text(std::string_view key) const;
   std::string text_or(std::string_view key, std::string_view fallback) const;
+  bool flag_or(std::string_view key, bool fallback) const;
   double number_or(std::string_view key, double fallback, double min, double max) const;
 
  private:

@@ -114,7 +114,8 @@ struct UnixSocketServer::Impl {
       timer.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(period));
       timer.async_wait([self = shared_from_this()](const error_code& error) {
         if (error || self->closed) return;
-        if (self->queue.empty()) self->send(self->owner.handlers.live());  // a slow reader gets fewer, not older ones
+        if (self->queue.empty())
+          self->send(self->owner.handlers.live(self->peer.id));  // a slow reader gets fewer, not older ones
         self->show_live();
       });
     }

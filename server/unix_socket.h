@@ -28,7 +28,7 @@ class UnixSocketServer {
   struct Handlers {
     std::function<std::string(std::string_view line, const rpc::Peer&)> line;  ///< the answer; empty: none
     std::function<void(const rpc::Peer&)> gone;                                ///< a client's connection ended
-    std::function<std::string()> live;                                         ///< what subscribers are sent
+    std::function<std::string(std::uint64_t peer)> live;                       ///< what this subscriber is sent
   };
 
   /// Takes the path (mode 0660, group emtb where there is one); the socket file of a dead daemon is replaced.

@@ -10,12 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "config/model.h"
 #include "config/profile.h"
 #include "hal/error.h"
 #include "hal/signal.h"
 #include "server/client.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
+#include "tools/estimates_table.h"
 #include "tools/live_plot.h"
 #include "tools/result_json.h"
 #include "tools/text.h"
@@ -34,8 +36,9 @@ struct Options {
   std::string note;
   std::string operator_name;
   std::string brake;
+  std::string model;
   int repeat = 1;
-  bool reset = false, plot = false;
+  bool reset = false, plot = false, watch = false;
   double rate = 10;     // [Hz]
   double seconds = 30;  // shown by --plot
 
@@ -164,8 +167,31 @@ int confirm(const Options& options) {
 }
 
 int estimates(const Options& options) {
-  const json now = options.connect().call("estimates", json::object());
-  write_json(options.json_file.empty() ? "-" : options.json_file, now);
+  Client daemon = options.connect();
+  json wish = json::object();
+  if (!options.model.empty()) wish["model"] = to_yaml(read_model(options.model));
+  const json now = daemon.call("estimates", wish);
+  write_json(options.json_file, now);
+  if (options.json_file != "-") std::cout << estimates_table(now);
+  if (!options.watch) return 0;
+  daemon.call("subscribe", {{"rate", options.rate}, {"estimates", true}});
+  catch_interrupt();
+  const bool terminal = isatty(STDOUT_FILENO) == 1;
+  std::ptrdiff_t lines = std::ranges::count(estimates_table(now), '\n');  // that are on the screen
+  while (!interrupted() && std::cout) {
+    const auto message = daemon.notification(0.5);
+    if (!message || (*message)["method"] != "live") continue;
+    const json& latest = (*message)["params"]["estimates"];
+    if (latest.is_null()) continue;
+    if (options.json_file == "-") {
+      std::cout << latest.dump() << std::endl;
+      continue;
+    }
+    const std::string table = estimates_table(latest);
+    if (terminal) std::cout << "\r\033[" << lines << "A\033[J";
+    std::cout << table << (terminal ? "" : "\n") << std::flush;
+    lines = std::ranges::count(table, '\n');
+  }
   return 0;
 }
 
@@ -199,7 +225,10 @@ void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::str
   line.command("confirm", "goes on with a run that waits for a person; press Enter in `emtb run` for the same")
       .action(act(confirm));
   line.command("reset", "arms the bench, where no cause against it stands").action(act(reset));
-  line.command("estimates", "the live estimates")
+  line.command("estimates", "the live estimates of the daemon: parameters, states, how far the model is off")
+      .flag("--watch", options->watch, "shows them as they come, until Ctrl-C")
+      .option("--rate", options->rate, "[Hz] of --watch, 50 at most")
+      .option("--model", options->model, "a model file for the daemon to follow from now on; nothing moves")
       .option("--json", options->json_file, "writes them to this file; - for standard output")
       .action(act(estimates));
 }

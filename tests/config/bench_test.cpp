@@ -67,10 +67,20 @@ TEST(BenchFile, KnowsUsualValues) {
   EXPECT_FALSE(b.simulation);
 }
 
+TEST(BenchFile, NamesTheModelOfTheLiveEstimatesFromWhereItIs) {
+  EXPECT_FALSE(bench(good).estimates);
+  const TemporaryFile file(".yaml", good + "estimates: {model: ../models/m.yaml, rate: 20}\n");
+  const auto estimates = read_bench(file.path()).estimates;
+  ASSERT_TRUE(estimates);
+  EXPECT_EQ(estimates->model, std::filesystem::path(file.path()).parent_path() / "../models/m.yaml");
+  EXPECT_DOUBLE_EQ(estimates->rate, 20);
+  EXPECT_THAT(bad("simulation: {pace: 1}", "estimates: {model: m.yaml, rate: 100}"), HasSubstr("b.yaml:11: "));
+}
+
 TEST(BenchFile, EachMistakeHasItsLine) {
   EXPECT_EQ(bad("rate: 2000", "rat: 2000"),
             "b.yaml:2: rat is not known here. Known: name, rate, realtime, reference, limits, field, motor, tacho, "
-            "spin, devices, simulation");
+            "spin, estimates, devices, simulation");
   EXPECT_EQ(bad("rate: 2000", "rate: fast"), "b.yaml:2: rate must be a number, not `fast`");
   EXPECT_EQ(bad("rate: 2000", "rate: 20000"), "b.yaml:2: rate is 20000, but must be 100 to 10000");
   EXPECT_EQ(bad("rate: 2000", "rate: 50"), "b.yaml:2: rate is 50, but must be 100 to 10000");

@@ -65,10 +65,10 @@ TEST(Registry, OpensWhatTheFileNames) {
 }
 
 TEST(Registry, EachMistakeHasItsLine) {
-  EXPECT_EQ(
-      bad("driver: simulated_daq", "driver: simulated_dac"),
-      "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: comedi, modbus_meter, serial_daq, serial_meter, simulated_daq, "
-      "simulated_meter, usb1608g");
+  EXPECT_EQ(bad("driver: simulated_daq", "driver: simulated_dac"),
+            "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: comedi, modbus_meter, serial_daq, serial_meter, "
+            "simulated_daq, "
+            "simulated_meter, usb1608g");
   EXPECT_EQ(bad("device: daq", "device: meter"), "b.yaml:2: reference.device is `meter`, which has no analog output");
   EXPECT_EQ(bad("safe: 0", "safe: 0, channel: 1"),
             "b.yaml:2: reference.channel is not known here. Known: device, min, max, safe, rate");

@@ -38,7 +38,7 @@ class UnixSocketTest : public Scratch {
                          return "<" + std::string(line) + ">";
                        },
                    .gone = [this](const rpc::Peer&) { ++gone; },
-                   .live = [] { return std::string("live"); }});
+                   .live = [](std::uint64_t) { return std::string("live"); }});
   }
   std::unique_ptr<UnixSocketServer> server;
   std::atomic<int> gone{0};

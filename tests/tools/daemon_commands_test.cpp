@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -149,7 +150,49 @@ TEST_F(DaemonCommands, StatusAndWatchShowTheSignals) {
   EXPECT_EQ(plot->wait(), 0);
   EXPECT_THAT(plot->out(), Not(HasSubstr("\033"))) << "a pipe is no terminal";
   EXPECT_EQ(call({"estimates"}), 2);
-  EXPECT_THAT(last->err(), HasSubstr("no live estimates yet"));
+  EXPECT_THAT(last->err(), HasSubstr("no live estimates")) << "the model that the bench names is not beside this copy";
+}
+
+TEST_F(DaemonCommands, EstimatesAreNearTheTruthAfterARun) {
+  start("40");
+  const std::string model = write("model.yaml", R"(
+name: with friction
+input: u_ref
+driver: {gain: 18.3333333, rise: 22.5, fall: 20.4, min: 0, max: 110}
+tie: {K_m: K_b}
+parameters:
+  R_a: {value: 30, min: 5, max: 100, unit: ohm}
+  K_b: {value: 0.6, min: 0.1, max: 2, unit: V s/rad}
+  B: {value: 3.0e-4, min: 0, max: 0.01, unit: N m s/rad}
+  J: {value: 4.0e-3, min: 2.0e-4, max: 0.1, unit: kg m2}
+effects:
+  coulomb_friction: {T_c: {value: 0.02, min: 0, max: 1, unit: N m}}
+)");
+  EXPECT_EQ(call({"estimates", "--model", model}), 0) << last->err();
+  EXPECT_THAT(last->out(), HasSubstr("not excited"));
+  EXPECT_EQ(call({"run", "--reset", "fh2_staircase"}), 0) << last->err();
+  json now;
+  EXPECT_TRUE(eventually([&] {
+    EXPECT_EQ(call({"estimates", "--json", "-"}), 0) << last->err();
+    now = json::parse(last->out());
+    return now["t"] > 55;
+  })) << now;
+  const std::map<std::string, double> truth{
+      {"R_a", 31.825}, {"K_b", 0.6739}, {"J", 3.449e-3}, {"coulomb_friction.T_c", 0.0547}};
+  for (const auto& [name, value] : truth) {
+    const json& p = now["parameters"][name];
+    EXPECT_NEAR(p["value"].get<double>(), value, 0.02 * value) << name << ": " << now;
+    EXPECT_LT(p["std_error"].get<double>(), 0.02 * value) << name;
+  }
+  EXPECT_TRUE(now["innovation"].contains("omega"));
+  EXPECT_TRUE(now["states"].contains("i_a"));
+  const auto watch = launch({"estimates", "--watch", "--rate", "50"});
+  EXPECT_TRUE(eventually([&] {
+    const std::string out = watch->out();
+    return std::ranges::count(out, '\n') > 40 && out.find("coulomb_friction.T_c") != std::string::npos;
+  }));
+  watch->signal(SIGINT);
+  EXPECT_EQ(watch->wait(), 0);
 }
 
 TEST_F(DaemonCommands, BadUseIsOneLineAndTwo) {

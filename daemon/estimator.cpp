@@ -1,0 +1,146 @@
+#include "daemon/estimator.h"
+
+#include <sched.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "estimate/live.h"
+#include "hal/error.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+
+constexpr double queue_seconds = 20;  ///< [s] that the estimator may be away
+constexpr auto pause = std::chrono::milliseconds(5);
+
+std::size_t queue_size(const Estimator::Settings& settings) {
+  double per_second = settings.loop_rate;  // u_ref
+  for (const Channel& channel : settings.channels) {
+    per_second += channel.period > 0 ? 1 / channel.period : settings.loop_rate;
+  }
+  return static_cast<std::size_t>(std::clamp(per_second * queue_seconds, 4096.0, 1e6));
+}
+
+/// NaN has no JSON; null says `nothing`.
+json finite_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+}  // namespace
+
+json to_json(const LiveEstimator& estimator, const std::string& model, std::uint64_t lost) {
+  const LiveEstimates e = estimator.estimates();
+  json parameters = json::object(), states = json::object(), innovation = json::object();
+  for (const LiveParameter& p : e.parameters) {
+    parameters[p.name] = {{"value", finite_or_null(p.value)},
+                          {"std_error", p.fixed ? json(nullptr) : finite_or_null(p.std_error)},
+                          {"unit", p.unit},
+                          {"excited", p.excited},
+                          {"fixed", p.fixed}};
+  }
+  for (const auto& [signal, value] : e.states) {
+    states[std::string(info(signal).name)] = {{"value", finite_or_null(value)}, {"unit", info(signal).unit}};
+  }
+  for (const LiveInnovation& i : e.innovation) {
+    innovation[std::string(info(i.signal).name)] = {{"value", finite_or_null(i.value)},
+                                                    {"normalised", finite_or_null(i.normalised)},
+                                                    {"sigma", finite_or_null(i.sigma)},
+                                                    {"unit", info(i.signal).unit}};
+  }
+  return {{"model", model},           {"t", e.t},
+          {"samples", e.samples},     {"lost", lost},
+          {"skipped", e.skipped},     {"gaps", e.gaps},
+          {"parameters", parameters}, {"states", states},
+          {"innovation", innovation}, {"left_out", e.left_out}};
+}
+
+Estimator::Estimator(Settings settings) : settings_(std::move(settings)), queue_(queue_size(settings_)) {
+  thread_ = std::thread([this] {
+    sched_param none{};
+    sched_setscheduler(0, SCHED_IDLE, &none);  // refused nowhere; and where it were, nice remains
+    setpriority(PRIO_PROCESS, 0, 19);
+    work();
+  });
+}
+
+Estimator::~Estimator() {
+  quit_ = true;
+  thread_.join();
+}
+
+void Estimator::follow(const Model& model) {
+  auto next = std::make_unique<LiveEstimator>(model, settings_.channels, settings_.loop_rate);
+  json empty = to_json(*next, model.name, 0);
+  const std::lock_guard lock(mutex_);
+  next_ = std::move(next);
+  next_name_ = model.name;
+  latest_ = std::make_unique<json>(std::move(empty));
+}
+
+void Estimator::explain(std::string why) {
+  const std::lock_guard lock(mutex_);
+  why_not_ = std::move(why);
+}
+
+void Estimator::take(const Record& record) noexcept {
+  if (record.kind == Record::Kind::end) ++run_;
+  if (record.kind != Record::Kind::sample || !record.signal) return;
+  if (!queue_.push({*record.signal, run_, record.t, record.value})) lost_.fetch_add(1, std::memory_order_relaxed);
+}
+
+json Estimator::estimates() const {
+  const std::lock_guard lock(mutex_);
+  if (!latest_) throw ModelError("no live estimates: " + why_not_);
+  json answer = *latest_;
+  answer["lost"] = lost_.load(std::memory_order_relaxed);
+  return answer;
+}
+
+void Estimator::publish() {
+  json now = to_json(*estimator_, name_, 0);
+  const std::lock_guard lock(mutex_);
+  if (!next_) latest_ = std::make_unique<json>(std::move(now));
+}
+
+void Estimator::work() {
+  constexpr std::size_t at_once = 1000;
+  const std::chrono::duration<double> period(1 / settings_.rate);
+  auto due = std::chrono::steady_clock::now();
+  bool news = false;
+  while (!quit_) {
+    {
+      std::unique_ptr<LiveEstimator> before;  // ends outside of the lock
+      const std::lock_guard lock(mutex_);
+      if (next_) {
+        before = std::exchange(estimator_, std::move(next_));
+        name_ = next_name_;
+        followed_run_ = run_none;
+      }
+    }
+    std::size_t count = 0;
+    Item item;
+    while (count < at_once && queue_.pop(item)) {
+      ++count;
+      if (!estimator_) continue;
+      if (item.run != followed_run_) {
+        estimator_->start_run();
+        followed_run_ = item.run;
+      }
+      estimator_->take(item.signal, item.t, item.value);
+    }
+    news = news || count > 0;
+    const auto now = std::chrono::steady_clock::now();
+    if (estimator_ && news && now >= due) {
+      publish();
+      news = false;
+      due = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(period);
+    }
+    if (count < at_once) std::this_thread::sleep_for(pause);
+  }
+}
+
+}  // namespace emtb

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/ring.h"
+#include "hal/input_device.h"
+#include "model/model.h"
+
+namespace emtb {
+
+class LiveEstimator;
+
+/// The live estimates of the daemon: what leaves the loop is copied to a thread of the lowest priority, which follows
+/// the bench with a model (estimate/live.h).
+///
+/// Neither the loop nor the recorder ever waits for it: where the thread cannot keep up, samples are lost to it, are
+/// counted, and the estimator finds its states anew.
+class Estimator {
+ public:
+  struct Settings {
+    std::vector<Channel> channels;  ///< what the bench measures
+    double loop_rate = 1000;        ///< [Hz]
+    double rate = 10;               ///< [Hz] of new estimates
+  };
+
+  explicit Estimator(Settings settings);
+  ~Estimator();
+  Estimator(const Estimator&) = delete;
+  Estimator& operator=(const Estimator&) = delete;
+
+  /// Follows the bench with this model from now on, in the place of any other. From any thread but take()'s.
+  /// @throws ModelError where the bench does not measure what the model needs.
+  void follow(const Model& model);
+
+  /// What the loop told the recorder; on the recorder's thread. Never waits.
+  void take(const Record& record) noexcept;
+
+  /// The latest: model, t, samples, lost, parameters, states, innovation ... From any thread.
+  /// @throws ModelError where no model is followed: why.
+  nlohmann::json estimates() const;
+
+  /// Why there is no model, for estimates() to say.
+  void explain(std::string why);
+
+ private:
+  struct Item {
+    Signal signal{};
+    std::uint32_t run = 0;
+    double t = 0, value = 0;
+  };
+
+  void work();
+  void publish();
+
+  const Settings settings_;
+  boost::lockfree::spsc_queue<Item> queue_;
+  std::atomic<std::uint64_t> lost_{0};
+  std::uint32_t run_ = 0;  ///< counted by take()
+
+  mutable std::mutex mutex_;  // between follow(), estimates() and the thread
+  std::unique_ptr<LiveEstimator> next_;
+  std::string next_name_;
+  std::unique_ptr<nlohmann::json> latest_;
+  std::string why_not_ =
+      "no model is followed. Name one in the bench file, estimates: {model: FILE}, or give one: "
+      "emtb estimates --model FILE";
+
+  // The thread's own
+  std::unique_ptr<LiveEstimator> estimator_;
+  std::string name_;
+  static constexpr std::uint32_t run_none = 0xffffffff;
+  std::uint32_t followed_run_ = run_none;
+  std::atomic<bool> quit_{false};
+  std::thread thread_;
+};
+
+/// Numbers for the wire: {model, t, samples, lost, skipped, gaps, parameters {name: {value, std_error, unit, excited,
+/// fixed}}, states {name: {value, unit}}, innovation {signal: {value, normalised, sigma, unit}}, left_out}.
+nlohmann::json to_json(const LiveEstimator& estimator, const std::string& model, std::uint64_t lost);
+
+}  // namespace emtb
