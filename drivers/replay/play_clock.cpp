@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace emtb::replay {
 
@@ -26,6 +27,11 @@ void PlayClock::play(bool on) noexcept {
   stepped_ = from;
   next_ = 0;
   playing_ = on;
+}
+
+double PlayClock::horizon() const noexcept {
+  if (next_ >= ticks_.size()) return std::numeric_limits<double>::infinity();
+  return std::min(ticks_[next_], stepped_.load() + period_);  // in a gap nothing was read
 }
 
 void PlayClock::sleep_until(double t) noexcept {

@@ -30,6 +30,9 @@ class PlayClock final : public Clock {
   void play(bool on) noexcept;
   bool playing() const noexcept { return playing_.load(); }
 
+  /// [s] Until when readings were taken in the tick that is on: those of a card are some microseconds younger than it.
+  double horizon() const noexcept;
+
   double end() const noexcept { return ticks_.back(); }  ///< [s] the last recorded tick
 
  private:

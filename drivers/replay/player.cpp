@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 
 namespace emtb::replay {
 namespace {
@@ -39,9 +38,9 @@ Readings Player::read(std::span<Reading> out) noexcept {
   const double now = clock_->now();
   std::size_t count = 0;
   if (clock_->playing() && now <= clock_->end()) {
-    // A card's readings are some microseconds younger than their tick. They come with the next; the last tick has none.
-    const double until = now < clock_->end() ? now : std::numeric_limits<double>::infinity();
-    for (; count < out.size() && next_ < series_.t.size() && series_.t[next_] <= until; ++next_) {
+    const double until = clock_->horizon();
+    for (; count < out.size() && next_ < series_.t.size() && (series_.t[next_] <= now || series_.t[next_] < until);
+         ++next_) {
       value_ = series_.value[next_];
       out[count++] = {
           .signal = description_.signal, .time = series_.t[next_], .value = value_, .sequence = sequence_++};

@@ -123,6 +123,20 @@ TEST_F(Replaying, ARunInRealTimeIsTheSameAgainWithItsLateTicksAndGaps) {
   expect_same(read_session(session), read_session(end["session"].get<std::string>()));
 }
 
+TEST_F(Replaying, ALateTickIsNoSilentDevice) {
+  Session stalled = read_session(record(short_step, "max"));
+  for (auto& [signal, series] : stalled.runs.at(0).signals) {
+    for (double& t : series.t) {
+      if (t > 0.5) t += 0.4;                    // the loop was away for so long
+      if (signal != Signal::u_ref) t += 16e-6;  // and a card reads after the tick
+    }
+  }
+  write_session(path("stalled.h5"), stalled);
+  const json end = replay(path("stalled.h5"));
+  EXPECT_EQ(end["outcome"], "done") << end;
+  expect_same(read_session(path("stalled.h5")), read_session(end["session"].get<std::string>()));
+}
+
 TEST_F(Replaying, TakesAsLongAsTheRunDidUnlessHurried) {
   const std::string session = record(short_step, "max");
   for (const auto& [pace, least, most] : {std::tuple{"1", 1.19, 30.0}, {"10", 0.119, 1.0}}) {
