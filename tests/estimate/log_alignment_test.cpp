@@ -24,22 +24,22 @@ struct LoggedRun {
 
 /// @param e_a [V] over time @param offset [s] of the log's clock in the middle, t = t_log + offset @param drift of it
 LoggedRun logged(const std::function<double(double)>& e_a, double duration, double offset, double drift) {
-  constexpr double R = 31.8, K = 0.67, B = 1e-4, J = 3.4e-3, T_c = 0.055, dt = 1e-3;
+  constexpr double resistance = 31.8, constant = 0.67, viscous = 1e-4, inertia = 3.4e-3, dry = 0.055, step = 1e-3;
   std::mt19937 random(42);
   std::normal_distribution<double> noise;
   LoggedRun made;
   double omega = 0;
   double charge = 0;
   double from = 0.13;  // [s] the meter began whenever it began
-  for (double t = 0; t < duration; t += dt) {
-    const double current = (e_a(t) - K * omega) / R;
-    const double torque = K * current - B * omega;
-    omega += dt / J * (omega > 0 || torque > T_c ? torque - T_c : 0);
+  for (double t = 0; t < duration; t += step) {
+    const double current = (e_a(t) - constant * omega) / resistance;
+    const double torque = constant * current - viscous * omega;
+    omega += step / inertia * (omega > 0 || torque > dry ? torque - dry : 0);
     omega = std::max(omega, 0.0);
     made.run.signals[Signal::omega].t.push_back(t);
     made.run.signals[Signal::omega].value.push_back(omega + 0.2 * noise(random));
     if (t < from) continue;
-    charge += current * dt;
+    charge += current * step;
     if (t - from >= log_window) {
       made.log.t.push_back(t);
       made.log.value.push_back(std::round(charge / (t - from) * 1000) / 1000);  // 1 mA a digit
