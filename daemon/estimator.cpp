@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double queue_seconds = 20;  ///< [s] that the estimator may be away
+constexpr double queue_seconds = 90;  ///< [s] of samples that may wait: simulated time brings a run all at once
 constexpr auto pause = std::chrono::milliseconds(5);
 
 std::size_t queue_size(const Estimator::Settings& settings) {

@@ -102,6 +102,7 @@ LivePlan plan_for(const Model& model, const FreeParameters& free, std::span<cons
   plan.block = static_cast<std::size_t>(std::max(2.0, std::clamp(time_constant / 2, 0.0, 0.1) / plan.period));
   plan.second = static_cast<std::size_t>(std::max(1.0, std::max(1.0, 2 * time_constant) * rate));
   plan.seconds = static_cast<std::size_t>((chapter + 1) * rate) / plan.second + 1;
+  plan.longest_gap = std::max(gap_ticks * plan.period, std::min(time_constant / 10, 0.1));
   plan.settling = std::clamp(7 * time_constant, 0.05, 20.0);
   return plan;
 }
@@ -299,7 +300,7 @@ void LiveEstimator::Impl::close_tick(double t, double u_ref) {
   } else if (t <= last_t) {
     ++skipped;
     return;
-  } else if (t - last_t > gap_ticks * plan.period) {
+  } else if (t - last_t > plan.longest_gap) {
     tick.kind = LiveTick::Kind::gap;
     hold = current.ticks.size();
     ++gaps;

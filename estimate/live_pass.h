@@ -60,6 +60,7 @@ struct LivePlan {
   std::size_t block = 10;      ///< ticks whose mean counts as one
   std::size_t second = 1000;   ///< ticks whose residuals are told apart from others as independent
   std::size_t seconds = 61;    ///< of them in a chapter
+  double longest_gap = 0.01;   ///< [s] between two ticks; beyond it the states are found anew
   double settling = 1;         ///< [s] after which a wrong initial state is forgotten
   double longest_window = 1;   ///< [s] of a slow meter, and how late it may come
 

@@ -154,7 +154,7 @@ TEST_F(DaemonCommands, StatusAndWatchShowTheSignals) {
 }
 
 TEST_F(DaemonCommands, EstimatesAreNearTheTruthAfterARun) {
-  start("40");
+  start();
   const std::string model = write("model.yaml", R"(
 name: with friction
 input: u_ref
