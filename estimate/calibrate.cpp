@@ -236,7 +236,7 @@ std::vector<double> other_start(const Problem& problem, const Model& model, std:
 }
 
 /// The shorter records, up to a quarter of the samples, at least two where there are.
-std::vector<PreparedRun> shortest(std::span<const PreparedRun> records) {
+std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records) {
   std::vector<PreparedRun> part(records.begin(), records.end());
   std::ranges::stable_sort(part, {}, [](const PreparedRun& r) { return r.excitation.t.size(); });
   std::size_t total = 0, taken = 0, keep = 0;
@@ -359,7 +359,8 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
   }
   Descent best = descend(problem, model, given, options.max_iterations, options.tolerance);
   // Other starts descend on a part of the data; what they reach is tried on all of it.
-  const std::vector<PreparedRun> part = options.extra_starts > 0 ? shortest(records) : std::vector<PreparedRun>{};
+  const std::vector<PreparedRun> part =
+      options.extra_starts > 0 ? shortest_records(records) : std::vector<PreparedRun>{};
   const Problem glance(part, model, options);
   NormalEquations at_best;
   if (options.extra_starts > 0) at_best = problem.normal_equations(best.x, true, false);

@@ -94,11 +94,11 @@ class Likeness {
 
   /// @return nothing where too little of the log lies in the run
   std::optional<Misfit> at(double offset, double drift, std::size_t stride = 1) const {
-    const double edge = window_ / 10;  // a speed's change is that of its means over so long
+    const double reach = window_ / 10;  // a speed's change is that of its means over so long
     std::vector<std::size_t> inside;
     for (std::size_t k = 0; k < log_.t.size(); k += stride) {
       const double t = place(k, offset, drift);
-      if (t - window_ - edge >= begin_ && t + edge <= end_) inside.push_back(k);
+      if (t - window_ - reach >= begin_ && t + reach <= end_) inside.push_back(k);
     }
     const double shorter = std::min(end_ - begin_, log_.t.back() - log_.t.front());
     if (inside.size() < fewest || log_.t[inside.back()] - log_.t[inside.front()] < overlap * shorter) {
@@ -117,7 +117,7 @@ class Likeness {
       a(r, c++) = 1;
       if (omega_) {
         a(r, c++) = omega_->mean(from, to);
-        a(r, c++) = (omega_->mean(to - edge, to + edge) - omega_->mean(from - edge, from + edge)) / window_;
+        a(r, c++) = (omega_->mean(to - reach, to + reach) - omega_->mean(from - reach, from + reach)) / window_;
         a(r, c++) = turning_->mean(from, to);
       }
       if (e_a_) a(r, c++) = e_a_->mean(from, to);
