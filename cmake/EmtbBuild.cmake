@@ -37,16 +37,19 @@ if(EMTB_SANITIZE)
   add_link_options(-fsanitize=${EMTB_SANITIZE})
 endif()
 
-# emtb_room(NAME [SOURCES ...] [USES ...]): one room of the house, the static library emtb_NAME. Without sources: headers only.
+# emtb_room(NAME [SOURCES ...] [APART ...] [USES ...]): one room of the house, the static library emtb_NAME. Without sources:
+# headers only. APART are sources compiled one by one, so that a program linked with the room loads no library for their sake
+# unless it calls them, or loads none but theirs.
 function(emtb_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;USES" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "SOURCES;APART;USES" ${ARGN})
   if(ROOM_SOURCES)
-    add_library(emtb_${name} STATIC ${ROOM_SOURCES})
+    add_library(emtb_${name} STATIC ${ROOM_SOURCES} ${ROOM_APART})
     target_include_directories(emtb_${name} PUBLIC ${CMAKE_SOURCE_DIR})
     target_link_libraries(emtb_${name} PUBLIC ${ROOM_USES})
     emtb_warnings(emtb_${name})
     if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")  # all at once compiles in half the time; `debug` is for changing one file
       set_target_properties(emtb_${name} PROPERTIES UNITY_BUILD ON)
+      set_source_files_properties(${ROOM_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     endif()
   else()
     add_library(emtb_${name} INTERFACE)

@@ -18,6 +18,8 @@ namespace emtb {
 namespace {
 
 constexpr std::size_t event_text_size = 240;  // SWMR cannot write texts of variable length
+/// The pages in which the kernel takes over what is written: a kill falls between two of them, never within one.
+constexpr hsize_t page_size = 4096;
 constexpr std::array attribute_names{"started_utc", "profile", "bench", "operator", "note", "software"};
 
 /// A dataset that grows at its end.
@@ -221,7 +223,12 @@ SessionWriter::Impl::~Impl() {
 void SessionWriter::Impl::create(const std::filesystem::path& draft, const Description& description) {
   const h5::Id access(h5::check(H5Pcreate(H5P_FILE_ACCESS)));
   h5::check(H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST));
-  file = h5::Id(h5::check(H5Fcreate(draft.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access)));
+  // What HDF5 keeps of the file's structure it then lays within pages, so that no kill tears it. Only the index of a
+  // signal of more than 8,180 chunks has blocks of more than a page.
+  const h5::Id layout(h5::check(H5Pcreate(H5P_FILE_CREATE)));
+  h5::check(H5Pset_file_space_strategy(layout, H5F_FSPACE_STRATEGY_PAGE, false, 1));
+  h5::check(H5Pset_file_space_page_size(layout, page_size));
+  file = h5::Id(h5::check(H5Fcreate(draft.c_str(), H5F_ACC_TRUNC, layout, access)));
 
   const int incomplete = 0;
   write_attribute(file, "format", "emtb session 1");
