@@ -71,7 +71,7 @@ function(emtb_test room)
   target_link_libraries(${room}_tests PRIVATE ${TEST_USES} GTest::gmock GTest::gtest_main)
   emtb_warnings(${room}_tests)
   set_target_properties(${room}_tests PROPERTIES UNITY_BUILD ON)  # the headers of a test weigh more than the test
-  target_compile_options(${room}_tests PRIVATE -O1)  # what they test is built as shipped; they themselves need not be fast
+  target_compile_options(${room}_tests PRIVATE -O0)  # what they test is built as shipped; they themselves need not be fast
   gtest_discover_tests(${room}_tests TEST_PREFIX ${room}: DISCOVERY_TIMEOUT 60
                        PROPERTIES LABELS ${room} TIMEOUT 300
                                   ENVIRONMENT LSAN_OPTIONS=print_suppressions=0:suppressions=${CMAKE_SOURCE_DIR}/tests/leaks_of_others.txt)

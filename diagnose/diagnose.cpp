@@ -29,7 +29,8 @@ bool needed(std::size_t effect, const Model& model) {
 /// A model fitted to the training runs and judged on runs that it never saw.
 struct Trial {
   Model model;
-  double cost = 0;  ///< of the fit
+  double cost = 0;     ///< of the fit
+  double squares = 0;  ///< of the residuals on the training runs
   double train = 0;
   Loss held_out;
 };
@@ -47,7 +48,7 @@ class Search {
 
   /// Fits; several starts only where nothing good is known to start from.
   Trial fit(const Model& start, int extra_starts = 0) const {
-    Trial trial{{}, 0, 0, Loss(data_.noise)};
+    Trial trial{{}, 0, 0, 0, Loss(data_.noise)};
     // No decision is about less than a hundredth of the cost; what creeps on below this is not determined.
     const CalibrationOptions quick{
         .extra_starts = extra_starts, .max_iterations = 25, .tolerance = 1e-5, .with_covariance = false, .outputs = {}};
@@ -55,6 +56,7 @@ class Search {
     trial.model = std::move(fitted.model);
     trial.cost = fitted.cost;
     const std::vector<Residuals> left = residuals(data_.train, trial.model, trial.model.values(), {});
+    trial.squares = sum_of_squares(left);
     trial.train = error_of(mean_squares(left));
     if (!data_.held_out.empty()) {
       trial.held_out.add(data_.held_out, residuals(data_.held_out, trial.model, trial.model.values(), {}));
@@ -108,11 +110,13 @@ class Search {
     if (best.size() > tried) best.resize(tried);
     std::optional<Two> found;
     for (std::size_t i = 0; i < best.size(); ++i) {
-      const Model one = with_effect(data_.train, round.fitted.model, best[i].effect, best[i].starts.front());
+      const Model one =
+          with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect, best[i].starts.front());
+      const double squares = sum_of_squares(residuals(data_.train, one, one.values(), {}));
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
         start.others.clear();  // they belong to a model without the first
-        Two two{{best[i].effect, best[j].effect}, fit(with_effect(data_.train, one, best[j].effect, start))};
+        Two two{{best[i].effect, best[j].effect}, fit(with_effect(data_.train, one, squares, best[j].effect, start))};
         if (largest_excess(two.trial.held_out) > (1 - most_of_it) * left) continue;
         if (found && found->trial.held_out.error() <= two.trial.held_out.error()) continue;
         if (!material(alone, two.trial.held_out, rule)) continue;
@@ -142,10 +146,7 @@ class Search {
   }
 
   /// Is some signal so far above its floor that anything material could be removed?
-  bool anything_left(const Loss& loss) const {
-    return std::ranges::any_of(loss.mean_squares(),
-                               [&](const auto& entry) { return entry.second - 1 >= options_.materiality.least; });
-  }
+  bool anything_left(const Loss& loss) const { return largest_excess(loss) >= options_.materiality.least; }
 
   std::vector<Score> scores(const Model& fitted) const {
     std::vector<std::size_t> absent;
@@ -165,7 +166,7 @@ class Search {
     std::vector<Calibration> begun;
     double most = 0;
     for (const Score& s : best) {
-      begun.push_back(first_steps(fitted.model, s));
+      begun.push_back(first_steps(fitted, s));
       most = std::max(most, fitted.cost - begun.back().cost);
     }
     constexpr double far_less = 0.3;
@@ -187,7 +188,7 @@ class Search {
   /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
   /// valley lies: then from each place that was tried, or from the valley that an earlier round found. All take two
   /// steps, the best two go on, and the lowest counts.
-  Calibration first_steps(const Model& fitted, const Score& score) {
+  Calibration first_steps(const Trial& fitted, const Score& score) {
     constexpr int few = 4, glance = 2;
     constexpr std::size_t go_on = 2;
     std::vector<Score::Start> starts = score.starts;
@@ -197,7 +198,7 @@ class Search {
     }
     std::vector<Calibration> begun;
     for (const Score::Start& start : starts) {
-      const Model there = with_effect(data_.train, fitted, score.effect, start);
+      const Model there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start);
       begun.push_back(first_steps(there, starts.size() > go_on ? glance : few));
     }
     std::ranges::stable_sort(begun, {}, &Calibration::cost);

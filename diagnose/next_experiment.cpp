@@ -85,10 +85,7 @@ std::optional<Run> simulated(const Profile& profile, const Model& model, std::ve
   run.name = profile.name();
   run.signals[Signal::u_ref] = {.t = x.t, .value = x.u_ref, .window = 0, .lsb = 0, .source = {}};
   for (const Instrument& instrument : instruments) {
-    const std::vector<double>& signal = instrument.signal == Signal::omega    ? y.omega
-                                        : instrument.signal == Signal::i_a    ? y.i_a
-                                        : instrument.signal == Signal::torque ? y.torque
-                                                                              : y.e_a;
+    const std::vector<double>& signal = y.of(instrument.signal);
     Series series;
     series.window = instrument.window;
     series.lsb = instrument.lsb;

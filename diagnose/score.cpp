@@ -471,18 +471,6 @@ Score score_of_order(const Fitted& fitted, const Hypothesis& h, const std::vecto
   return result;
 }
 
-/// x less its mean over 0.5 s around each reading: what changes slowly is not periodic, but leaks into every order.
-std::vector<double> without_slow_changes(std::vector<double> x, double interval) {
-  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(0.25 / interval)));
-  std::vector<double> sum(x.size() + 1, 0.0);
-  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    const std::size_t from = k > reach ? k - reach : 0, to = std::min(x.size(), k + reach + 1);
-    x[k] -= (sum[to] - sum[from]) / static_cast<double>(to - from);
-  }
-  return x;
-}
-
 /// The orders that stand out of what is left of the speed.
 std::vector<Order> orders_left(const Fitted& fitted) {
   std::vector<TurningStretch> stretches;
@@ -554,6 +542,8 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
       all.push_back(h);
     }
   }
+  // Those that need the short step share their simulations.
+  std::ranges::stable_partition(all, [](const Hypothesis& h) { return !h.about().periodic && !h.about().quick; });
   return all;
 }
 
@@ -686,7 +676,7 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
   return scores;
 }
 
-Model with_effect(std::span<const PreparedRun> records, const Model& fitted, std::size_t effect,
+Model with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares, std::size_t effect,
                   const Score::Start& start) {
   const FreeParameters free(fitted);
   const auto at = [&](double share) {
@@ -704,19 +694,16 @@ Model with_effect(std::span<const PreparedRun> records, const Model& fitted, std
     }
     return extended;
   };
-  const auto squares = [&](const Model& model) {
-    double sum = 0;
-    for (const Residuals& r : residuals(records, model, model.values(), {})) sum += r.value.squaredNorm();
-    return sum;
+  const auto squares_of = [&](const Model& model) {
+    return sum_of_squares(residuals(records, model, model.values(), {}));
   };
-  const double before = squares(fitted);
   Model best = at(1);
-  double least = squares(best);
+  double least = squares_of(best);
   // The score is linear; what it expects of an effect that another imitates can be far off.
   for (const double share : {0.5, 0.2, 0.05}) {
-    if (least < before) break;
+    if (least < squares) break;
     Model nearer = at(share);
-    if (const double cost = squares(nearer); !(cost >= least)) {
+    if (const double cost = squares_of(nearer); !(cost >= least)) {
       least = cost;
       best = std::move(nearer);
     }

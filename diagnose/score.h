@@ -61,7 +61,8 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
 
 /// The model with the scored effect, where a refit starts: the whole way that the score expects where that lowers the
 /// sum of squares, else as much of it as does.
-Model with_effect(std::span<const PreparedRun> records, const Model& fitted, std::size_t effect,
+/// @param squares that sum for the fitted model
+Model with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares, std::size_t effect,
                   const Score::Start& start);
 
 }  // namespace emtb

@@ -215,7 +215,7 @@ void LivePass::start_run(std::span<const LiveTick> ahead) {
   renew_machines();
   e_a_ = std::isfinite(now.drive) ? now.drive : 0;
   unmeasured_ = 0;
-  StepInput in{.u_ref = now.u_ref, .e_a_start = e_a_, .e_a_end = e_a_, .angle_middle = {}, .angle_end = {}};
+  StepInput in{.u_ref = now.u_ref, .e_a_mean = e_a_, .e_a_end = e_a_, .angle_middle = {}, .angle_end = {}};
   in.i_a = std::isfinite(now.i_a) ? now.i_a : 0;
   in.load = now.load;
   in.omega = speed.value;
@@ -264,7 +264,7 @@ void LivePass::step_to(const LiveTick& now) {
   in.omega = std::isfinite(now.omega) ? 0.5 * (a + now.omega) : a;
   in.temperature = before_.temperature;
   for (int s = 0; s < steps; ++s) {
-    in.e_a_start = e_a_before + (e_a_ - e_a_before) * s / steps;
+    in.e_a_mean = e_a_before + (e_a_ - e_a_before) * (s + 0.5) / steps;
     in.e_a_end = e_a_before + (e_a_ - e_a_before) * (s + 1) / steps;
     for (auto& machine : machines_) machine.step(in, before_.t + s * h, h);
   }

@@ -1,6 +1,6 @@
 #include "estimate/log_alignment.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <optional>
 #include <sstream>
 
+#include "estimate/linear_algebra.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -124,7 +125,7 @@ class Likeness {
     }
     const double total = (y.array() - y.mean()).square().sum();
     if (!(total > 0)) return std::nullopt;
-    const Eigen::VectorXd fitted = a * a.colPivHouseholderQr().solve(y);
+    const Eigen::VectorXd fitted = product(a, least_squares(a, y));
     const double squares = (y - fitted).squaredNorm();
     return Misfit{.share = squares / total, .squares = squares, .readings = inside.size()};
   }

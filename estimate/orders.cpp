@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <unsupported/Eigen/FFT>
 
@@ -84,20 +85,30 @@ Eigen::MatrixXd waves(const TurningStretch& s, double per_turn) {
   return w;
 }
 
-/// What waves of an order explain of one stretch: squares, and the square of their amplitude.
+/// What waves of an order explain: squares, and the square of their amplitude.
 struct Share {
   double squares = 0, amplitude = 0;
 };
 
-Share share_of(const TurningStretch& s, double per_turn) {
+struct FittedWave {
+  Eigen::Vector2d size = Eigen::Vector2d::Zero();  ///< of sine and cosine
+  double squares = 0;                              ///< that they explain
+};
+
+FittedWave fitted_wave(const TurningStretch& s, double per_turn) {
   const Eigen::MatrixXd w = waves(s, per_turn);
   const double mean = mean_of(s.value);
   const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(s.value.data(), w.rows()).array() - mean;
   const Eigen::Matrix2d information = w.transpose() * w;
   if (information.determinant() < 1e-6 * information(0, 0) * information(1, 1)) return {};
   const Eigen::Vector2d product = w.transpose() * y;
-  const Eigen::Vector2d fitted = information.inverse() * product;
-  return {fitted.dot(product), fitted.squaredNorm()};
+  const Eigen::Vector2d size = information.inverse() * product;
+  return {size, size.dot(product)};
+}
+
+Share share_of(const TurningStretch& s, double per_turn) {
+  const FittedWave wave = fitted_wave(s, per_turn);
+  return {wave.squares, wave.size.squaredNorm()};
 }
 
 /// What they explain of all.
@@ -188,6 +199,24 @@ std::optional<Order> strongest(std::span<const TurningStretch> stretches, double
 }
 
 }  // namespace
+
+std::vector<double> without_slow_changes(std::vector<double> x, double interval) {
+  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(0.25 / interval)));
+  std::vector<double> sum(x.size() + 1, 0.0);
+  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const std::size_t from = k > reach ? k - reach : 0, to = std::min(x.size(), k + reach + 1);
+    x[k] -= (sum[to] - sum[from]) / static_cast<double>(to - from);
+  }
+  return x;
+}
+
+Wave wave_of(const TurningStretch& stretch, double per_turn) {
+  const double squares = squares_of(stretch);
+  if (squares <= 0) return {};
+  const FittedWave wave = fitted_wave(stretch, per_turn);
+  return {wave.size[0], wave.size[1], wave.squares / squares};
+}
 
 void remove_orders(TurningStretch& stretch, std::span<const Order> orders) {
   for (const Order& order : orders) {

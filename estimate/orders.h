@@ -26,6 +26,17 @@ struct Order {
 std::vector<Order> strong_orders(std::span<const TurningStretch> stretches, std::size_t at_most, double lowest = 0.5,
                                  double highest = 64);
 
+/// x less its mean over 0.5 s around each reading: what changes slowly is not periodic, but leaks into every order.
+/// @param interval [s] between readings
+std::vector<double> without_slow_changes(std::vector<double> x, double interval);
+
+/// What repeats with an order in a stretch: sine sin(order angle) + cosine cos(order angle), by least squares.
+struct Wave {
+  double sine = 0, cosine = 0;
+  double share = 0;  ///< of the squares about the mean that it explains
+};
+Wave wave_of(const TurningStretch& stretch, double per_turn);
+
 /// Takes the orders out of the values, by least squares.
 void remove_orders(TurningStretch& stretch, std::span<const Order> orders);
 

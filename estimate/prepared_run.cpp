@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "estimate/scatter.h"
+#include "estimate/shaft_angle.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -154,6 +155,34 @@ void load_with_measured_torque(PreparedRun& record, const Series& torque) {
   record.measured_load = true;
 }
 
+/// [V] By how much the driver's mean output from each time to the next exceeds that of both: it has corners in between,
+/// where a reference that it follows with a slope is reached.
+std::vector<double> bulge_of(const ModelStructure& driver, std::span<const double> parameters, const Excitation& x) {
+  constexpr std::size_t finer = 8;  // leaves 1/64 of the bulge
+  const std::size_t n = x.t.size();
+  Excitation fine;
+  fine.initial = x.initial;
+  fine.longest_step = x.longest_step;
+  fine.quick_step = x.quick_step;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double interval = k + 1 < n ? x.t[k + 1] - x.t[k] : 0;
+    for (std::size_t i = 0; i < (k + 1 < n ? finer : 1); ++i) {
+      fine.t.push_back(x.t[k] + interval * static_cast<double>(i) / finer);
+      fine.u_ref.push_back(x.u_ref[k]);
+    }
+  }
+  Trajectory<double> y;
+  simulate<double>(driver, parameters, fine, y);
+  std::vector<double> bulge(n, 0.0);
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    const double *e = &y.e_a[k * finer], ends = 0.5 * (e[0] + e[finer]);
+    double mean = ends / finer;
+    for (std::size_t i = 1; i < finer; ++i) mean += e[i] / finer;
+    bulge[k] = mean - ends;
+  }
+  return bulge;
+}
+
 /// The measured terminal voltage, as quiet as can be without touching its edges: the driver's model plus the zero-phase
 /// mean of what the measurement adds to it, over +-0.25 s but never across a corner of the voltage.
 void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const Model& model) {
@@ -174,6 +203,8 @@ void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const M
   std::vector<double> quiet = moving_mean(added, half);
   for (std::size_t k = 0; k < quiet.size(); ++k) quiet[k] += expected[k];
   record.voltage_noise = noise_of_means(noise, half, interval);
+  structure.measured_load = false;
+  x.e_a_bulge = bulge_of(structure, values, x);
   x.e_a = std::move(quiet);
 }
 
@@ -198,35 +229,6 @@ double first_speed(const Observation& omega, std::span<const double> grid) {
   for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - start - slope * time_of(i), 2);
   const double error = 2 * std::sqrt(squares / std::max(1.0, count - 2) / count) + omega.lsb;
   return std::abs(start) > 3 * error ? start : 0;
-}
-
-/// The series at the times of the grid, linear in between, constant beyond its ends.
-std::vector<double> interpolated(std::span<const double> t, std::span<const double> value,
-                                 std::span<const double> grid) {
-  std::vector<double> values;
-  values.reserve(grid.size());
-  std::size_t j = 0;
-  for (const double at : grid) {
-    while (j + 2 < t.size() && t[j + 1] <= at) ++j;
-    const double share = std::clamp((at - t[j]) / (t[j + 1] - t[j]), 0.0, 1.0);
-    values.push_back(value[j] + share * (value[j + 1] - value[j]));
-  }
-  return values;
-}
-
-/// The angle as measured: the encoder's, or the integral of a fast speed; empty where there is neither.
-std::vector<double> measured_angle(const Run& run, std::span<const double> grid) {
-  const auto fast = [&](Signal signal) {
-    return run.has(signal) && run.at(signal).window <= 0 && 2 * run.at(signal).t.size() > grid.size();
-  };
-  if (fast(Signal::theta)) return interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid);
-  if (!fast(Signal::omega)) return {};
-  const Series& omega = run.at(Signal::omega);
-  std::vector<double> angle(omega.t.size(), 0.0);
-  for (std::size_t k = 1; k < angle.size(); ++k) {
-    angle[k] = angle[k - 1] + 0.5 * (omega.value[k] + omega.value[k - 1]) * (omega.t[k] - omega.t[k - 1]);
-  }
-  return interpolated(omega.t, angle, grid);
 }
 
 /// What an encoder counts over 20 ms or more, span after span: beside a tachogenerator, which it judges.
@@ -334,10 +336,11 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   } else if (model.input == Signal::e_a) {
     record.measured_voltage = true;
   }
-  // A fiftieth of the mechanical time constant: the second-order step is then good to some 1e-5 of the speed.
-  const std::vector<double> p = model.values();
-  const double time_constant = model.input == Signal::i_a ? p[4] / std::max(p[3], 1e-12) : p[4] * p[0] / (p[1] * p[2]);
-  x.longest_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
+  // A step is exact for a linear motor under a steady voltage. At a tenth of the mechanical time constant what the
+  // effects add at its middle is good to 1e-3; those with a time constant of their own need a fiftieth.
+  const double time_constant = model.mechanical_time_constant();
+  x.longest_step = std::clamp(time_constant / 10, 2e-4, 1e-2);
+  x.quick_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
   if (record.observations.empty()) {
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }

@@ -18,22 +18,6 @@ struct Columns {
   Eigen::Index all = 0;
 };
 
-template <class Scalar>
-const Scalar& signal_of(const SimulatedReadings<Scalar>& y, Signal signal) {
-  switch (signal) {
-    case Signal::e_a:
-      return y.e_a;
-    case Signal::i_a:
-      return y.i_a;
-    case Signal::torque:
-      return y.torque;
-    case Signal::theta:
-      return y.theta;
-    default:
-      return y.omega;
-  }
-}
-
 /// The instrument behind an observation: what it would have read of the simulated signal, formed as that comes.
 template <class Scalar>
 class Instrument {
@@ -86,7 +70,7 @@ class Comparison final : public Reader<Scalar> {
   void read(std::size_t k, const SimulatedReadings<Scalar>& y) override {
     for (std::size_t s = 0; s < instruments_.size(); ++s) {
       const Observation& o = instruments_[s].observation();
-      instruments_[s].see(k, signal_of(y, o.signal), [&](std::size_t reading, const Scalar& predicted) {
+      instruments_[s].see(k, y.of(o.signal), [&](std::size_t reading, const Scalar& predicted) {
         const auto row = static_cast<Eigen::Index>(reading);
         const double weight = 1 / o.sigma[reading];
         out_[s].value.data()[row] = (o.value[reading] - value_of(predicted)) * weight;
@@ -154,12 +138,6 @@ void all_passes(const PreparedRun& record, const ModelStructure& structure, std:
   }
 }
 
-double squares(std::span<const Residuals> residuals) {
-  double sum = 0;
-  for (const Residuals& r : residuals) sum += r.value.squaredNorm();
-  return sum;
-}
-
 /// The orders of the periodic effects in a structure: how often a turn they repeat.
 std::vector<double> orders_of(const ModelStructure& structure, std::span<const double> values) {
   std::vector<double> orders;
@@ -213,7 +191,7 @@ double best_turn(const PreparedRun& record, const ModelStructure& structure, std
   for (int k = 0; k < steps; ++k) {
     values.back() = period * k / steps;
     all_passes(record, structure, values, {}, out);
-    if (const double cost = squares(out); cost < least) {
+    if (const double cost = sum_of_squares(out); cost < least) {
       least = cost;
       best = values.back();
     }
@@ -277,6 +255,12 @@ std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free) {
     if (const auto mover = free.mover(place)) moved[*mover].push_back(place);
   }
   return moved;
+}
+
+double sum_of_squares(std::span<const Residuals> residuals) {
+  double sum = 0;
+  for (const Residuals& r : residuals) sum += r.value.squaredNorm();
+  return sum;
 }
 
 std::map<Signal, double> mean_squares(std::span<const Residuals> residuals) {

@@ -48,6 +48,9 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Mod
 /// For each free parameter, the places that it moves.
 std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free);
 
+/// In units of sigma^2, over all records and signals.
+double sum_of_squares(std::span<const Residuals> residuals);
+
 /// Mean square of the residuals of each signal over all records, in units of the noise floor: 1 where the model is
 /// right.
 std::map<Signal, double> mean_squares(std::span<const Residuals> residuals);

@@ -65,6 +65,7 @@ struct EffectInfo {
   bool sudden = false;          ///< its null tells nothing of it: tried at sizes of its own
   bool edges = false;           ///< acts after an edge is over, where its null tells nothing: tried at sizes, too
   bool periodic = false;        ///< in the angle; its shapes are found from the data's own spectrum
+  bool quick = false;           ///< with a time constant of its own that may be far below the shaft's
   std::string_view needs = {};  ///< the effect without which this one makes no sense
 
   /// Neither amplitude nor null to be seen from: the effect is there or not, and is judged by trying it.

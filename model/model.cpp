@@ -19,6 +19,12 @@ ModelStructure Model::structure() const {
 
 std::vector<double> Model::values() const { return FreeParameters(*this).spread(FreeParameters(*this).pick({})); }
 
+double Model::mechanical_time_constant() const {
+  const std::vector<double> p = values();
+  const auto [R_a, K_b, K_m, B, J] = std::array{p[0], p[1], p[2], p[3], p[4]};
+  return input == Signal::i_a ? J / std::max(B, 1e-12) : J * R_a / (K_b * K_m);
+}
+
 std::size_t Model::known_effects() const { return effect_count + offered.size(); }
 
 const EffectInfo& Model::about(std::size_t effect) const {

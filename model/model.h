@@ -95,6 +95,9 @@ struct Model {
   /// `R_a`, or `tacho_lag.tau` for a parameter of an effect, in the order of the structure.
   std::vector<std::string> names() const;
 
+  /// [s] with which the speed follows the voltage, J R_a/(K_b K_m); with a current drive J/B.
+  double mechanical_time_constant() const;
+
   bool periodic() const;  ///< includes an effect that repeats with the angle
 
   /// The parameter at a place of the structure.

@@ -5,23 +5,26 @@
 #include <vector>
 
 #include "model/dual.h"
+#include "model/effect.h"
 #include "model/structure.h"
 
 namespace emtb {
 
 /// What drives a simulated run: values at the times t, each signal empty where the structure does not need it.
 struct Excitation {
-  std::vector<double> t;      ///< [s], increasing; the simulation's readings are at these times
-  std::vector<double> u_ref;  ///< [V] held from its time to the next
-  std::vector<double> e_a;    ///< [V] linear in between
-  std::vector<double> i_a;    ///< [A] of a current drive, held
-  std::vector<double> load;   ///< [N m] linear in between
-  std::vector<double> omega;  ///< [rad/s] measured speed, for load effects beside a measured torque
-  std::vector<double> angle;  ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
+  std::vector<double> t;          ///< [s], increasing; the simulation's readings are at these times
+  std::vector<double> u_ref;      ///< [V] held from its time to the next
+  std::vector<double> e_a;        ///< [V] linear in between, but for:
+  std::vector<double> e_a_bulge;  ///< [V] by how much its mean from its time to the next exceeds that of both; empty: 0
+  std::vector<double> i_a;        ///< [A] of a current drive, held
+  std::vector<double> load;       ///< [N m] linear in between
+  std::vector<double> omega;      ///< [rad/s] measured speed, for load effects beside a measured torque
+  std::vector<double> angle;      ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
   std::vector<double> temperature;  ///< [degC] of the armature, held
   std::vector<char> armature_open;  ///< from its time to the next
   InitialState initial;
-  double longest_step = 2e-3;  ///< [s] longer intervals are divided
+  double longest_step = 2e-3;    ///< [s] longer intervals are divided
+  double quick_step = infinity;  ///< [s] the same, where an effect is quicker than the shaft or repeats with the angle
 };
 
 /// How many derivatives one pass carries: one or two vector registers of AVX2 (docs/decisions/sensitivities.md).
@@ -29,10 +32,29 @@ inline constexpr std::size_t derivatives_per_pass = 4;
 using Sensitive = Dual<derivatives_per_pass>;
 using WideSensitive = Dual<2 * derivatives_per_pass>;
 
+/// The member for an instrument's signal; the speed's, where there is none.
+template <class Readings>
+auto& reading_of(Signal signal, Readings& y) {
+  switch (signal) {
+    case Signal::e_a:
+      return y.e_a;
+    case Signal::i_a:
+      return y.i_a;
+    case Signal::torque:
+      return y.torque;
+    case Signal::theta:
+      return y.theta;
+    default:
+      return y.omega;
+  }
+}
+
 /// What the model predicts that the instruments read at one time.
 template <class Scalar>
 struct SimulatedReadings {
   const Scalar &e_a, &i_a, &omega, &theta, &torque;
+
+  const Scalar& of(Signal signal) const { return reading_of(signal, *this); }
 };
 
 /// Takes the readings of a simulation as they come. With derivatives a run is megabytes, which need not be kept to be
@@ -56,6 +78,8 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
 template <class Scalar>
 struct Trajectory {
   std::vector<Scalar> e_a, i_a, omega, theta, torque;
+
+  const std::vector<Scalar>& of(Signal signal) const { return reading_of(signal, *this); }
 
   void resize(std::size_t n) {
     for (auto* signal : {&e_a, &i_a, &omega, &theta, &torque}) signal->resize(n);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/catalogue.h"
 #include "model/simulation.h"
 #include "model/step.h"
 
@@ -15,13 +16,18 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
   const std::size_t n = x.t.size();
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
+  const bool quick = std::ranges::any_of(structure.effects, [](std::size_t effect) {
+    const EffectInfo& info = effect_catalogue()[effect];
+    return info.quick || info.periodic;
+  });
+  const double longest_step = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
   const auto read = [&](std::size_t k) {
     reader.read(
         k, {machine.e_a_reading, machine.i_a_reading, machine.omega_reading, machine.theta, machine.torque_reading});
   };
   const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };
   StepInput in{.u_ref = at(x.u_ref, 0),
-               .e_a_start = at(x.e_a, 0),
+               .e_a_mean = at(x.e_a, 0),
                .e_a_end = at(x.e_a, 0),
                .i_a = at(x.i_a, 0),
                .load = at(x.load, 0),
@@ -40,14 +46,14 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
     in.i_a = at(x.i_a, k);
     if (!x.temperature.empty()) in.temperature = x.temperature[k];
     in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
-    const bool whole = interval <= x.longest_step * (1 + 1e-6);
-    const int steps = whole ? 1 : static_cast<int>(std::ceil(interval / x.longest_step - 1e-6));
+    const bool whole = interval <= longest_step * (1 + 1e-6);
+    const int steps = whole ? 1 : static_cast<int>(std::ceil(interval / longest_step - 1e-6));
     const double h = interval / steps;
     for (int s = 0; s < steps; ++s) {
       const auto part = [&](const std::vector<double>& values, double where) {
         return values.empty() ? 0.0 : values[k] + (values[k + 1] - values[k]) * where;
       };
-      in.e_a_start = part(x.e_a, static_cast<double>(s) / steps);
+      in.e_a_mean = part(x.e_a, (s + 0.5) / steps) + at(x.e_a_bulge, k);
       in.e_a_end = part(x.e_a, static_cast<double>(s + 1) / steps);
       in.load = part(x.load, (s + 0.5) / steps);
       in.omega = part(x.omega, (s + 0.5) / steps);

@@ -17,13 +17,12 @@ namespace emtb {
 
 /// What drives one step, from the data or from the stage above.
 struct StepInput {
-  double u_ref = 0;  ///< [V] held over the step
-  double e_a_start =
-      0;               ///< [V] terminal voltage, linear over the step; used where the structure says `measured_voltage`
-  double e_a_end = 0;  ///< [V]
-  double i_a = 0;      ///< [A] of a current drive, held over the step
-  double load = 0;     ///< [N m] measured load torque, mean over the step: a passive load
-  double omega = 0;    ///< [rad/s] measured speed: predicts the load where `measured_load`
+  double u_ref = 0;     ///< [V] held over the step
+  double e_a_mean = 0;  ///< [V] terminal voltage, over the step; used where the structure says `measured_voltage`
+  double e_a_end = 0;   ///< [V]
+  double i_a = 0;       ///< [A] of a current drive, held over the step
+  double load = 0;      ///< [N m] measured load torque, mean over the step: a passive load
+  double omega = 0;     ///< [rad/s] measured speed: predicts the load where `measured_load`
   std::optional<double> angle_middle, angle_end;  ///< [rad] measured: what periodic effects see; absent: as simulated
   double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [degC] where measured
   bool armature_open = false;
@@ -37,8 +36,8 @@ struct StepInput {
 /// One step h solves both at once, second order, for any L_a >= 0:
 ///  - the armature circuit exactly, for a voltage that is linear over the step (so L_a -> 0 is neither stiff nor
 ///  special);
-///  - the shaft by the trapezoidal rule; dry friction by an implicit soft threshold, so that the shaft sticks exactly,
-///  and the voltage that brushes drop alike;
+///  - the shaft by the trapezoidal rule, fitted to its own decay; dry friction by an implicit soft threshold, so that
+///  the shaft sticks exactly, and the voltage that brushes drop alike;
 ///  - what the effects contribute at the extrapolated middle of the step.
 ///
 /// Divisions and the exponential depend on R_a, L_a, K_b, K_m, B, J and h only; they are kept until one of these
@@ -102,7 +101,7 @@ class Machine {
     const bool follows_driver = structure_.input == Signal::u_ref;
     const double driven = value_of(0.5 * (e0 + e1));
     if (structure_.measured_voltage) {
-      e0 = Scalar(in.e_a_start);
+      e0 = Scalar(2 * in.e_a_mean - in.e_a_end);
       e1 = Scalar(in.e_a_end);
     }
 
@@ -148,6 +147,7 @@ class Machine {
 
     // Shaft and load: trapezoidal, dry friction implicit.
     Scalar torque = k_m_ * mean_current - terms_.braking_torque;
+    if (conducts) torque += late_ * (e1 - e0);
     Scalar dry_friction = terms_.dry_friction;
     if (!structure_.measured_load) {
       torque -= terms_.load_torque;
@@ -445,8 +445,16 @@ class Machine {
       const Scalar late = lag * (1.0 - mean_carried);
       mean_ = {(0.5 + late - mean_carried) * conductance, (0.5 - late) * conductance, mean_carried};
     }
-    momentum_ = b.inertia / h - 0.5 * b.viscous;
-    inverse_inertia_ = 1.0 / (b.inertia / h + 0.5 * b.viscous + k_m_ * k_b_ * mean_.v1);
+    // With J/h the trapezoidal rule lets the speed decay by (J/h - d)/(J/h + d), where d is half of what damps it; with
+    // J/h + d²h/(3J) that is the [2/2] Padé approximant of the exponential: fourth order, and never past zero. A torque
+    // that grows over the step then counts more at its end, from which less has decayed.
+    const Scalar inertia = b.inertia / h;
+    const Scalar conductance = mean_.v0 + mean_.v1;
+    const Scalar damping = 0.5 * (b.viscous + k_m_ * k_b_ * conductance);
+    late_ = k_m_ * conductance * damping / (6.0 * inertia);
+    const Scalar fitted = inertia + damping * damping / (3.0 * inertia);
+    momentum_ = fitted - 0.5 * b.viscous;
+    inverse_inertia_ = 1.0 / (fitted + 0.5 * b.viscous + k_m_ * k_b_ * mean_.v1);
   }
 
   void read_sensors(double t, double h, const StepInput& in) {
@@ -497,8 +505,9 @@ class Machine {
   bool inductive_ = false;    ///< false: no inductance, and its terms are not computed
   Scalar holding_{};          ///< [ohm] voltage that stops a current within the step, per ampere
   Response mean_, end_;       ///< current: mean over the step, and at its end
-  Scalar momentum_{};         ///< J/h - B/2
-  Scalar inverse_inertia_{};  ///< 1/(J/h + B/2 + K_m K_b mean_.v1)
+  Scalar late_{};             ///< [N m/V] of a voltage that grows over the step
+  Scalar momentum_{};         ///< J'/h - B/2; J' is J but for what the trapezoidal rule errs
+  Scalar inverse_inertia_{};  ///< 1/(J'/h + B/2 + K_m K_b mean_.v1)
 };
 
 }  // namespace emtb

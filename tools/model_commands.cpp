@@ -14,6 +14,7 @@
 #include "diagnose/overlay.h"
 #include "diagnose/score.h"
 #include "estimate/calibrate.h"
+#include "estimate/residuals.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/terminal.h"
@@ -193,8 +194,9 @@ int add_command(const Options& o) {
               << ", held-out " << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>()))
               << "\n";
   }
-  return fit_and_report(o, with_effect(data.train, before.model, effect, scores.front().starts.front()), data,
-                        "added " + o.effect, extra);
+  const double squares = sum_of_squares(residuals(data.train, before.model, before.model.values(), {}));
+  const Model start = with_effect(data.train, before.model, squares, effect, scores.front().starts.front());
+  return fit_and_report(o, start, data, "added " + o.effect, extra);
 }
 
 /// The signal that is furthest off, in the run where it is: measured over simulated with the residual below. Where none

@@ -28,10 +28,8 @@ Score score_of(const FittedBench& bench, std::string_view effect) {
   return score(bench.data.train, bench.model, std::vector{effect_index(effect)}).front();
 }
 
-double sum_of_squares(const FittedBench& bench, const Model& model) {
-  double sum = 0;
-  for (const Residuals& r : residuals(bench.data.train, model, model.values(), {})) sum += r.value.squaredNorm();
-  return sum;
+double squares_of(const FittedBench& bench, const Model& model) {
+  return sum_of_squares(residuals(bench.data.train, model, model.values(), {}));
 }
 
 TEST(Score, ARefitStartsLowerThanTheFittedModelThoughViscousFrictionImitatesWindage) {
@@ -41,12 +39,12 @@ TEST(Score, ARefitStartsLowerThanTheFittedModelThoughViscousFrictionImitatesWind
   const Score score = score_of(bench, "windage");
   Score::Start alone = score.starts.front();
   alone.others.clear();
-  const double fitted = sum_of_squares(bench, bench.model);
-  const Model start = with_effect(bench.data.train, bench.model, effect_index("windage"), score.starts.front());
-  EXPECT_LT(sum_of_squares(bench, start), 0.5 * fitted);
+  const double fitted = squares_of(bench, bench.model);
+  const Model start = with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), score.starts.front());
+  EXPECT_LT(squares_of(bench, start), 0.5 * fitted);
   EXPECT_LT(start.base[3].value, bench.model.base[3].value) << "B has to make room";
-  const Model crowded = with_effect(bench.data.train, bench.model, effect_index("windage"), alone);
-  EXPECT_LT(sum_of_squares(bench, crowded), fitted) << "as much of the way as lowers it";
+  const Model crowded = with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), alone);
+  EXPECT_LT(squares_of(bench, crowded), fitted) << "as much of the way as lowers it";
 }
 
 TEST(Score, APlayOfTheCouplingIsTriedAtSizesOfItsOwn) {
@@ -63,7 +61,7 @@ TEST(Score, APlayOfTheCouplingIsTriedAtSizesOfItsOwn) {
   coupling[2].value = 2e-5;
   const FittedBench bench = fitted_on(worn);
   const Score score = score_of(bench, "backlash");
-  EXPECT_GT(score.predicted_drop, 0.2 * sum_of_squares(bench, bench.model));
+  EXPECT_GT(score.predicted_drop, 0.2 * squares_of(bench, bench.model));
   EXPECT_GE(score.expected()[0], 0.03);
   EXPECT_LE(score.expected()[0], 0.3);
   EXPECT_GT(score.starts.size(), 1U);

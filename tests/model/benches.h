@@ -102,7 +102,7 @@ inline TestBench fast_bench() {
   TestBench b;
   b.name = "fast";
   b.structure.driver = {.gain = 4, .rise = 2000, .fall = 2000, .min = -24, .max = 24};
-  b.base = {1.2, 0.042, 0.042, 1e-5, 6e-5};
+  b.base = {1.2, 0.042, 0.042, 1e-5, 6.03e-5};
   b.excitation = holds(1e-3, {{0.05, 0}, {0.5, 2.13}, {0.6, -3.36}, {0.6, 6.5}, {0.4, 0.11}, {0.4, -0.37}, {0.4, 0}});
   b.typical = {{"driver_gain_error.k", 0.02},
                {"driver_gain_error.e_0", 0.1},

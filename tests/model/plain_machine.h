@@ -65,8 +65,13 @@ class PlainMachine {
       if (brakes) dry = dry + Scalar(std::abs(measured_load));
       load = Scalar(brakes ? 0.0 : measured_load);
     }
-    const Scalar drive = J * omega / h + K_m * alpha - 0.5 * B * omega - c_w * omega_mid * abs(omega_mid) - load;
-    const Scalar inertia = J / h + K_m * K_b * beta + 0.5 * B;
+    const Scalar gamma = (0.5 + lag * (1.0 - mean_carried) - mean_carried) / R;
+    const Scalar damping = 0.5 * (B + K_m * K_b * (gamma + beta));
+    const Scalar late = K_m * (gamma + beta) * damping * h / (6.0 * J);
+    const Scalar fitted = J / h + damping * damping * h / (3.0 * J);  // the trapezoidal rule's own decay, mended
+    const Scalar drive =
+        fitted * omega + K_m * alpha + late * (e1 - e0) - 0.5 * B * omega - c_w * omega_mid * abs(omega_mid) - load;
+    const Scalar inertia = fitted + K_m * K_b * beta + 0.5 * B;
     const Scalar omega_end = soft_threshold(drive, dry) / inertia;
 
     const Scalar v1 = e1 - K_b * omega_end;

@@ -21,6 +21,7 @@ struct Backlash {
           "Nordin and Gutman (2002), Controlling mechanical systems with backlash: dead-zone model that never pulls",
       .parameter_list = {{{.symbol = "gap", .unit = "rad", .null = 0, .min = 0, .max = 7}}},
       .sudden = true,
+      .quick = true,
       .needs = "shaft_compliance"};
 
   template <class Scalar>

@@ -25,7 +25,8 @@ struct ShaftCompliance {
                           {.symbol = "d", .unit = "N m s/rad", .null = 0, .min = 0, .max = 1e6, .shape = true},
                           {.symbol = "J_2", .unit = "kg m2", .null = 0, .min = 0, .max = 1e4, .shape = true}}},
       .parameter_count = 3,
-      .memory = 4};
+      .memory = 4,
+      .quick = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {

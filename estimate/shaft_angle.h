@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "session/session.h"
+
+namespace emtb {
+
+/// The angle of the shaft as measured: the encoder's, or the integral of a speed that is read fast; empty where there
+/// is neither.
+///
+/// Noise makes an integral wander: white noise of 0.3 rad/s at 1 kHz by 0.1 rad in two minutes, coloured noise by
+/// several times that, and an offset of the tachogenerator without end. Where the speed's reading itself repeats with
+/// the angle (a ripple of the tachogenerator, cogging), its phase says by how much, and the wander is taken out.
+/// @return [rad] at each time of the grid, counted from the first reading
+std::vector<double> measured_angle(const Run& run, std::span<const double> grid);
+
+/// Takes the wander out of an angle that was integrated from a speed that repeats with it, order by order of the shaft.
+/// No change where no order of the shaft stands out.
+/// @param angle [rad] at each reading @param omega [rad/s] the readings @param interval [s] between them
+void tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval);
+
+}  // namespace emtb

@@ -1,0 +1,68 @@
+#include "estimate/shaft_angle.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/estimate/synthetic.h"
+
+namespace emtb {
+namespace {
+
+constexpr double interval = 2e-3;  // [s]
+
+/// A minute at several speeds of both signs, and what a tachogenerator reads of it.
+struct Turning {
+  std::vector<double> angle, reading;
+};
+
+Turning turning(double ripple, double sigma, double rho, double offset = 0) {
+  const std::vector<double> noise = synthetic::coloured(30000, rho, 3);
+  Turning run;
+  double angle = 0.4;
+  for (std::size_t k = 0; k < noise.size(); ++k) {
+    const double t = static_cast<double>(k) * interval;
+    const double speed = 80 * std::sin(0.21 * t) + 20 * std::sin(1.3 * t);  // [rad/s]
+    angle += speed * interval;
+    run.angle.push_back(angle);
+    run.reading.push_back(speed * (1 + ripple * std::sin(6 * angle + 1)) + offset + sigma * noise[k]);
+  }
+  return run;
+}
+
+std::vector<double> integrated(const std::vector<double>& omega) {
+  std::vector<double> angle;
+  double sum = 0;
+  for (const double w : omega) angle.push_back(sum += w * interval);
+  return angle;
+}
+
+/// [rad] by how much the one wanders from the other.
+double wander(const std::vector<double>& angle, const std::vector<double>& truth) {
+  double mean = 0, squares = 0;
+  const double n = static_cast<double>(truth.size());
+  for (std::size_t k = 0; k < truth.size(); ++k) mean += (angle[k] - truth[k]) / n;
+  for (std::size_t k = 0; k < truth.size(); ++k) squares += std::pow(angle[k] - truth[k] - mean, 2) / n;
+  return std::sqrt(squares);
+}
+
+TEST(ShaftAngle, WandersNoMoreWhereTheTachogeneratorsRippleTellsIt) {
+  for (const double offset : {0.0, 0.05}) {
+    const Turning run = turning(0.02, 0.3, 0.95, offset);
+    std::vector<double> angle = integrated(run.reading);
+    EXPECT_GT(wander(angle, run.angle), 0.1);
+    tie_to_ripple(angle, run.reading, interval);
+    EXPECT_LT(wander(angle, run.angle), 0.03) << "offset " << offset;
+  }
+}
+
+TEST(ShaftAngle, IsLeftAloneWhereNothingRepeatsWithIt) {
+  const Turning run = turning(0, 0.3, 0.95);
+  const std::vector<double> before = integrated(run.reading);
+  std::vector<double> angle = before;
+  tie_to_ripple(angle, run.reading, interval);
+  EXPECT_EQ(angle, before);
+}
+
+}  // namespace
+}  // namespace emtb
