@@ -86,18 +86,19 @@ def measure_emtbd(folder, programs, rate, seconds, benches):
         emtbd = subprocess.Popen([os.path.join(programs, "emtbd"), "--config", config, "--socket", path,
                                   "--data", os.path.join(folder, "data")], stderr=log)
     try:
-        for _ in range(200):
-            if os.path.exists(path) or emtbd.poll() is not None:
-                break
-            time.sleep(0.05)
-        if emtbd.poll() is not None:
-            with open(os.path.join(folder, "log"), encoding="utf-8") as log:
-                sys.exit(log.read().strip())
+        daemon = None
+        while daemon is None:
+            try:
+                daemon = Daemon(path)
+            except OSError:  # not yet
+                if emtbd.poll() is not None:
+                    with open(os.path.join(folder, "log"), encoding="utf-8") as log:
+                        sys.exit(log.read().strip())
+                time.sleep(0.05)
         for _ in range(3):
             subscriber = Daemon(path)
             subscriber.call("subscribe", rate=50)
             threading.Thread(target=subscriber.drain, daemon=True).start()
-        daemon = Daemon(path)
         daemon.call("reset")
         daemon.call("run", profile=PROFILE.format(hold=seconds + 30))
         time.sleep(SETTLE)
