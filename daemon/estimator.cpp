@@ -1,8 +1,5 @@
 #include "daemon/estimator.h"
 
-#include <sched.h>
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -55,12 +52,9 @@ json to_json(const LiveEstimator& estimator, const std::string& model, std::uint
 }
 
 Estimator::Estimator(Settings settings) : settings_(std::move(settings)), queue_(queue_size(settings_)) {
-  thread_ = std::thread([this] {
-    sched_param none{};
-    sched_setscheduler(0, SCHED_IDLE, &none);  // refused nowhere; and where it were, nice remains
-    setpriority(PRIO_PROCESS, 0, 19);
-    work();
-  });
+  // Of the process's own priority. One that is killed is gone, and its ExecStopPost makes safe, only once each of its
+  // threads has had the processor again: at SCHED_IDLE that took seconds on a busy machine (docs/reliability.md).
+  thread_ = std::thread([this] { work(); });
 }
 
 Estimator::~Estimator() {

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -151,6 +153,21 @@ TEST_F(ProcessTest, TellsHowPunctualTheLoopIsLiveAndInTheSession) {
   ASSERT_NE(figures, session.events.end());
   EXPECT_THAT(figures->text, HasSubstr("woke late by"));
   EXPECT_THAT(figures->text, HasSubstr("deadlines missed"));
+}
+
+/// A process that is killed is gone, and its ExecStopPost starts, only when each of its threads had the processor
+/// again.
+TEST_F(ProcessTest, NoThreadKeepsItAliveByWaitingForAnIdleProcessor) {
+  const auto emtbd = launch();
+  ASSERT_TRUE(client(*emtbd)) << emtbd->err();
+  int threads = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(emtbd->pid()) + "/task")) {
+    const int thread = std::stoi(task.path().filename());
+    EXPECT_NE(sched_getscheduler(thread), SCHED_IDLE) << thread;
+    EXPECT_LE(getpriority(PRIO_PROCESS, static_cast<id_t>(thread)), getpriority(PRIO_PROCESS, 0)) << thread;
+    ++threads;
+  }
+  EXPECT_GE(threads, 5) << "loop, recorder, estimator, socket, the first";
 }
 
 TEST_F(ProcessTest, MalformedJsonGetsErrorsAndTheDaemonLives) {
