@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "daemon/recorder.h"
+#include "daemon/traffic.h"
 #include "session/writer.h"
 
 namespace emtb {
@@ -13,8 +14,7 @@ namespace {
 constexpr std::size_t most_happenings = 512;
 
 std::size_t points_of(const Channel& channel, double period) {
-  const double each = channel.period > 0 ? channel.period : period;
-  return static_cast<std::size_t>(BlackBox::seconds / each * 1.1) + 16;
+  return static_cast<std::size_t>(BlackBox::seconds * readings_per_second(channel, 1 / period) * 1.1) + 16;
 }
 
 std::string words(const Record& record) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "config/model.h"
+#include "daemon/traffic.h"
 #include "daemon/version.h"
 #include "hal/error.h"
 
@@ -24,8 +25,7 @@ std::vector<Channel> channels(const Bench& bench) {
 }
 
 std::size_t ring_size(const BenchConfig& config, const Bench& bench) {
-  double per_second = config.rate;  // u_ref
-  for (const Channel& channel : channels(bench)) per_second += channel.period > 0 ? 1 / channel.period : config.rate;
+  const double per_second = readings_per_second(channels(bench), config.rate);
   return static_cast<std::size_t>(std::clamp(per_second * ring_seconds, 4096.0, 4e6));
 }
 
@@ -63,6 +63,12 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                  .record = [this](const Record& record) { estimator_.take(record); },
                  .happened = [this](const std::string& text) { settings_.log(text); },
                  .figures = [this] { return service_.figures(); },
+                 .clocks =
+                     [this] {
+                       std::vector<std::string> texts;
+                       for (const DeviceClock& clock : device_clocks(bench_)) texts.push_back(describe(clock));
+                       return texts;
+                     },
                  .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); }},
                 {.disk_low = &mailbox_.disk_low,
                  .room = settings_.room,
@@ -77,6 +83,7 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                 .channels = channels_,
                 .pace = settings_.pace,
                 .room = settings_.room,
+                .clocks = [this] { return device_clocks(bench_); },
                 .recorded = settings_.recorded,
                 .replay_of = settings_.replay_of},
                mailbox_, live_, recorder_, estimator_),

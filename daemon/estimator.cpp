@@ -1,13 +1,12 @@
 #include "daemon/estimator.h"
 
-#include <sched.h>
-#include <sys/resource.h>
-
+#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "daemon/finite_or_null.h"
+#include "daemon/traffic.h"
 #include "estimate/live.h"
 #include "hal/error.h"
 
@@ -20,15 +19,9 @@ constexpr double queue_seconds = 90;  ///< [s] of samples that may wait: simulat
 constexpr auto pause = std::chrono::milliseconds(5);
 
 std::size_t queue_size(const Estimator::Settings& settings) {
-  double per_second = settings.loop_rate;  // u_ref
-  for (const Channel& channel : settings.channels) {
-    per_second += channel.period > 0 ? 1 / channel.period : settings.loop_rate;
-  }
+  const double per_second = readings_per_second(settings.channels, settings.loop_rate);
   return static_cast<std::size_t>(std::clamp(per_second * queue_seconds, 4096.0, 1e6));
 }
-
-/// NaN has no JSON; null says `nothing`.
-json finite_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 }  // namespace
 
@@ -59,12 +52,9 @@ json to_json(const LiveEstimator& estimator, const std::string& model, std::uint
 }
 
 Estimator::Estimator(Settings settings) : settings_(std::move(settings)), queue_(queue_size(settings_)) {
-  thread_ = std::thread([this] {
-    sched_param none{};
-    sched_setscheduler(0, SCHED_IDLE, &none);  // refused nowhere; and where it were, nice remains
-    setpriority(PRIO_PROCESS, 0, 19);
-    work();
-  });
+  // Of the process's own priority. One that is killed is gone, and its ExecStopPost makes safe, only once each of its
+  // threads has had the processor again: at SCHED_IDLE that took seconds on a busy machine (docs/reliability.md).
+  thread_ = std::thread([this] { work(); });
 }
 
 Estimator::~Estimator() {

@@ -205,7 +205,9 @@ void Recorder::close(const Record& end) {
   Closed closed{.path = path_, .outcome = end.outcome, .fault = static_cast<Fault>(end.code), .text = {}, .t = end.t};
   if (sink_) {
     const std::string figures = listeners_.figures ? listeners_.figures() : std::string();
+    const auto clocks = listeners_.clocks ? listeners_.clocks() : std::vector<std::string>();
     attempt([&] {
+      for (const std::string& clock : clocks) sink_->append(Event{end.t, event_code::clock, clock});
       if (!figures.empty()) sink_->append(Event{end.t, event_code::figures, figures});
       if (end.outcome == Outcome::done) sink_->append(Event{end.t, event_code::run_ended, "the run ended as planned"});
       if (end.outcome == Outcome::stopped) sink_->append(Event{end.t, event_code::run_ended, "the run was stopped"});

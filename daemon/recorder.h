@@ -67,6 +67,7 @@ class Recorder {
     std::function<void(const Record&)> record{};              ///< each one, as it comes; must not wait
     std::function<void(const std::string& text)> happened{};  ///< faults and gaps, for the log
     std::function<std::string()> figures{};  ///< how punctual the loop was in the run that ends; empty: not known
+    std::function<std::vector<std::string>()> clocks{};  ///< how the devices' clocks ran until now, one text each
     std::function<void(const std::filesystem::path&)> dumped{};  ///< where a black box was written
   };
 

@@ -10,13 +10,6 @@
 
 namespace emtb {
 
-/// Codes of events beside those of session/session.h.
-namespace event_code {
-inline constexpr int paused = 7;      ///< the reference is held until a person confirms
-inline constexpr int resumed = 8;     ///< somebody did
-inline constexpr int unattended = 9;  ///< nobody did in time
-}  // namespace event_code
-
 /// How a run ended.
 enum class Outcome : std::uint8_t { done, stopped, fault };
 

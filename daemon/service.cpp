@@ -14,6 +14,8 @@
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
+#include "daemon/finite_or_null.h"
+#include "daemon/traffic.h"
 #include "daemon/version.h"
 
 namespace emtb {
@@ -48,9 +50,6 @@ std::string user_name(unsigned uid) {
 json who(const rpc::Peer& peer) {
   return {{"pid", peer.pid}, {"uid", peer.uid}, {"gid", peer.gid}, {"user", user_name(peer.uid)}};
 }
-
-/// NaN has no JSON; null says `nothing`.
-json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 json percentiles(const Durations& durations) {
   return {{"p50", durations.percentile(0.5) * 1e6},
@@ -135,14 +134,29 @@ json Service::fault() const {
 
 json Service::signals() const {
   const double now = live_.now.load();
-  json list = {{"u_ref", {{"value", finite(live_.u_ref.load())}, {"age", 0.0}, {"unit", "V"}}}};
+  json list = {{"u_ref", {{"value", finite_or_null(live_.u_ref.load())}, {"age", 0.0}, {"unit", "V"}}}};
   for (const Channel& channel : settings_.channels) {
     const auto& about = info(channel.signal);
     const double time = live_.time[index(channel.signal)].load();
     const bool seen = time != Live::never;
-    list[std::string(about.name)] = {{"value", seen ? finite(live_.value[index(channel.signal)].load()) : nullptr},
-                                     {"age", seen ? finite(std::max(0.0, now - time)) : nullptr},
-                                     {"unit", about.unit}};
+    list[std::string(about.name)] = {
+        {"value", seen ? finite_or_null(live_.value[index(channel.signal)].load()) : nullptr},
+        {"age", seen ? finite_or_null(std::max(0.0, now - time)) : nullptr},
+        {"unit", about.unit}};
+  }
+  return list;
+}
+
+json Service::clocks() const {
+  json list = json::array();
+  for (const DeviceClock& clock : settings_.clocks ? settings_.clocks() : std::vector<DeviceClock>()) {
+    json names = json::array();
+    for (const Signal signal : clock.signals) names.push_back(info(signal).name);
+    list.push_back({{"signals", names},
+                    {"fast_ppm", finite_or_null(clock.estimate.fast * 1e6)},
+                    {"std_error_ppm", finite_or_null(clock.estimate.std_error * 1e6)},
+                    {"ahead", finite_or_null(clock.estimate.ahead)},
+                    {"over", finite_or_null(clock.estimate.over)}});
   }
   return list;
 }
@@ -167,6 +181,7 @@ json Service::status(const rpc::Peer& peer) const {
                  {"fault", fault()},
                  {"reference_safe", !live_.output_broken.load()},
                  {"signals", signals()},
+                 {"clocks", clocks()},
                  {"pace", settings_.pace},
                  {"loop",
                   {{"rate", bench_.rate},
@@ -198,10 +213,10 @@ json Service::status(const rpc::Peer& peer) const {
 
 std::string Service::live_line(std::uint64_t peer) const {
   json values = json::object();
-  values["u_ref"] = finite(live_.u_ref.load());
+  values["u_ref"] = finite_or_null(live_.u_ref.load());
   for (const Channel& channel : settings_.channels) {
     if (live_.time[index(channel.signal)].load() == Live::never) continue;
-    values[std::string(info(channel.signal).name)] = finite(live_.value[index(channel.signal)].load());
+    values[std::string(info(channel.signal).name)] = finite_or_null(live_.value[index(channel.signal)].load());
   }
   json params = {{"state", word(live_.state.load())}, {"fault", fault()}, {"signals", values}, {"run", nullptr}};
   const std::lock_guard lock(mutex_);
@@ -379,9 +394,8 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
 
 void Service::refuse_if_disk_is_full(const Experiment& experiment) const {
   if (!settings_.room) return;
-  double rate = bench_.rate;  // [1/s] of readings: u_ref
-  for (const Channel& channel : settings_.channels) rate += channel.period > 0 ? 1 / channel.period : bench_.rate;
   constexpr double each = 2 * sizeof(double) * 1.1;  // [bytes] time and value, and what HDF5 adds
+  const double rate = readings_per_second(settings_.channels, bench_.rate);
   const double needed = rate * experiment.longest() * each + static_cast<double>(disk_reserve);
   const auto room = static_cast<double>(settings_.room());
   if (room >= needed) return;

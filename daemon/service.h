@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/bench.h"
+#include "daemon/device_clock.h"
 #include "daemon/estimator.h"
 #include "daemon/loop.h"
 #include "daemon/realtime.h"
@@ -30,8 +31,9 @@ class Service {
     std::vector<Channel> channels;          ///< what the bench measures
     std::string pace;                       ///< `1`, `20`, `max`
     std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions; empty: not asked
-    std::optional<Profile> recorded{};      ///< of a replay: the one profile that there is to run
-    std::string replay_of{};                ///< the session that is replayed
+    std::function<std::vector<DeviceClock>()> clocks{};
+    std::optional<Profile> recorded{};  ///< of a replay: the one profile that there is to run
+    std::string replay_of{};            ///< the session that is replayed
   };
 
   /// What the service wants of the socket. Both only from within a method.
@@ -93,6 +95,7 @@ class Service {
   nlohmann::json pause() const;
   nlohmann::json fault() const;
   nlohmann::json signals() const;
+  nlohmann::json clocks() const;
   void refuse_if_busy(const std::string& what, const rpc::Peer& peer) const;
 
   const BenchConfig& bench_;

@@ -3,11 +3,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "hal/clock_estimate.h"
 #include "hal/fault.h"
 #include "hal/signal.h"
 
@@ -64,6 +66,9 @@ class InputDevice {
   /// Hands over the readings that arrived since the call before, oldest first; as many as fit, the rest comes next
   /// time.
   virtual Readings read(std::span<Reading> out) noexcept = 0;
+
+  /// The clock by which the device takes its samples, where it has one of its own. From any thread.
+  virtual std::optional<ClockEstimate> own_clock() const noexcept { return {}; }
 };
 
 }  // namespace emtb

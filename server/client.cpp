@@ -127,4 +127,8 @@ std::filesystem::path socket_to_call() {
              : own;
 }
 
+std::filesystem::path socket_to_call(const std::string& named) {
+  return named.empty() ? socket_to_call() : std::filesystem::path(named);
+}
+
 }  // namespace emtb

@@ -47,4 +47,7 @@ std::filesystem::path socket_to_listen();
 /// Where the command line looks for it: the same places, whichever has a socket.
 std::filesystem::path socket_to_call();
 
+/// The one that was named; empty: socket_to_call().
+std::filesystem::path socket_to_call(const std::string& named);
+
 }  // namespace emtb

@@ -27,12 +27,16 @@ struct Event {
 
 /// Codes of events that are not faults.
 namespace event_code {
-inline constexpr int run = 1;        ///< a run of that name begins
-inline constexpr int gap = 2;        ///< samples are missing here
-inline constexpr int repaired = 3;   ///< the recording ended abruptly and was repaired
-inline constexpr int run_ended = 4;  ///< the run ended as planned
-inline constexpr int state = 5;      ///< the loop's state changed, as a black box tells
-inline constexpr int figures = 6;    ///< how punctual the loop was in this run
+inline constexpr int run = 1;         ///< a run of that name begins
+inline constexpr int gap = 2;         ///< samples are missing here
+inline constexpr int repaired = 3;    ///< the recording ended abruptly and was repaired
+inline constexpr int run_ended = 4;   ///< the run ended as planned
+inline constexpr int state = 5;       ///< the loop's state changed, as a black box tells
+inline constexpr int figures = 6;     ///< how punctual the loop was in this run
+inline constexpr int paused = 7;      ///< the reference is held until a person confirms
+inline constexpr int resumed = 8;     ///< somebody did
+inline constexpr int unattended = 9;  ///< nobody did in time
+inline constexpr int clock = 10;      ///< how a device's clock ran against the loop's
 }  // namespace event_code
 
 /// One experiment with an initial state of its own.

@@ -33,8 +33,7 @@ std::string turn(Client& daemon, const BenchConfig& bench, double level) {
                   {"hold", bench.spin.hold}, {"after", rest},  {"rest", at_rest}};
   const json ended = run_on_bench(daemon, {{"profile", profile.dump(1)}, {"note", "first spin"}});
   if (ended["outcome"] == "done") return ended["session"];
-  throw Error("the spin ended early: " +
-              (ended["fault"].is_null() ? std::string("stopped") : ended["fault"]["text"].get<std::string>()));
+  throw Error("the spin ended early: " + why_it_ended(ended));
 }
 
 int spin(Client& daemon) {
@@ -76,7 +75,7 @@ int bench_command(const Options& options) {
     if (options.calibrate.signal.empty()) throw Error("emtb bench calibrate: which SIGNAL? omega, torque ...");
     return calibrate_channel(options.calibrate);
   }
-  Client daemon(options.socket->empty() ? socket_to_call() : std::filesystem::path(*options.socket));
+  Client daemon(socket_to_call(*options.socket));
   if (options.reset) daemon.call("reset", json::object());
   return spin(daemon);
 }

@@ -31,8 +31,9 @@ int tell_of_pause(const json& run, int told) {
   if (run.is_null() || run["pause"].is_null()) return 0;
   const int number = run["pause"]["number"];
   if (number == told) return told;
-  std::cerr << "emtb: " << run["pause"]["say"].get<std::string>() << " (within " << run["pause"]["within"].dump()
-            << " s). Then " << (isatty(STDIN_FILENO) == 1 ? "press Enter, or " : "") << "`emtb confirm`" << std::endl;
+  std::cerr << "emtb: " << run["pause"]["say"].get<std::string>() << " (within "
+            << pretty(run["pause"]["within"].get<double>()) << " s). Then "
+            << (isatty(STDIN_FILENO) == 1 ? "press Enter, or " : "") << "`emtb confirm`" << std::endl;
   return number;
 }
 
@@ -94,6 +95,10 @@ json run_on_bench(Client& daemon, const json& wish) {
     }
     if ((*message)["method"] == "ended" && now["run"] == started["run"]) return now;
   }
+}
+
+std::string why_it_ended(const json& ended) {
+  return ended["fault"].is_null() ? "stopped" : ended["fault"]["text"].get<std::string>();
 }
 
 }  // namespace emtb

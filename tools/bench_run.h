@@ -24,4 +24,7 @@ std::string run_in_words(const nlohmann::json& run);
 /// @throws rpc::Refusal where the daemon refuses; ProtocolError where it is gone.
 nlohmann::json run_on_bench(Client& daemon, const nlohmann::json& wish);
 
+/// Of a run that did not end as planned: the fault in words, or `stopped`. @param ended what run_on_bench() returned
+std::string why_it_ended(const nlohmann::json& ended);
+
 }  // namespace emtb

@@ -29,6 +29,16 @@ using nlohmann::json;
 
 std::string number(const json& value) { return value.is_number() ? pretty(value.get<double>()) : "-"; }
 
+/// `clock of e_a, omega: fast by 39.8 ppm (+-0.5)`.
+std::string clock_in_words(const json& clock) {
+  std::string words;
+  for (const json& signal : clock["signals"]) words += (words.empty() ? "clock of " : ", ") + signal.get<std::string>();
+  if (clock["std_error_ppm"].is_null()) return words + ": not known yet";
+  const double fast = clock["fast_ppm"];
+  return words + (fast < 0 ? ": slow by " : ": fast by ") + pretty(std::abs(fast), 3) + " ppm (+-" +
+         pretty(clock["std_error_ppm"].get<double>(), 2) + ")";
+}
+
 struct Options {
   std::shared_ptr<const std::string> socket;
   std::string json_file;
@@ -42,7 +52,7 @@ struct Options {
   double rate = 10;     // [Hz]
   double seconds = 30;  // shown by --plot
 
-  Client connect() const { return Client(socket->empty() ? socket_to_call() : std::filesystem::path(*socket)); }
+  Client connect() const { return Client(socket_to_call(*socket)); }
 };
 
 int status(const Options& options) {
@@ -69,6 +79,7 @@ int status(const Options& options) {
   std::cout << "loop: " << number(now["loop"]["rate"]) << " Hz, late " << number(late["p50"]) << " us typically, "
             << number(late["p99"]) << " us in 1 % of the ticks, " << now["loop"]["missed"].dump()
             << " deadlines missed; works for " << number(now["loop"]["work_us"]["p50"]) << " us typically\n";
+  for (const json& clock : now["clocks"]) std::cout << clock_in_words(clock) << "\n";
   if (!now["black_box"].is_null()) std::cout << "black box: " << now["black_box"].get<std::string>() << "\n";
   return 0;
 }
@@ -139,8 +150,7 @@ int run(const Options& options) {
   }
   write_json(options.json_file, ended);
   if (ended["outcome"] == "done") return 0;
-  std::cerr << "emtb: the run ended early: "
-            << (ended["fault"].is_null() ? "stopped" : ended["fault"]["text"].get<std::string>()) << "\n";
+  std::cerr << "emtb: the run ended early: " << why_it_ended(ended) << "\n";
   return 1;
 }
 

@@ -39,8 +39,7 @@ struct Options {
 /// The bench at the other end of the socket, which moves only after somebody agreed.
 class Bench {
  public:
-  explicit Bench(const Options& o)
-      : daemon_(o.socket->empty() ? socket_to_call() : std::filesystem::path(*o.socket)), yes_(o.yes) {
+  explicit Bench(const Options& o) : daemon_(socket_to_call(*o.socket)), yes_(o.yes) {
     const nlohmann::json config = daemon_.call("config", nlohmann::json::object());
     name_ = config["bench"];
     rate_ = config["rate"];
@@ -83,8 +82,7 @@ class Bench {
     const std::string session = ended["session"];
     std::cout << "  " << session << std::endl;
     if (ended["outcome"] != "done") {
-      throw Error("the run " + profile.name() + " ended early: " +
-                  (ended["fault"].is_null() ? "stopped" : ended["fault"]["text"].get<std::string>()) +
+      throw Error("the run " + profile.name() + " ended early: " + why_it_ended(ended) +
                   ". See to the bench, `emtb reset`, then go on with the sessions above");
     }
     return session;

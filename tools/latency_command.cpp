@@ -1,14 +1,6 @@
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -16,6 +8,7 @@
 #include "hal/error.h"
 #include "server/client.h"
 #include "tools/commands.h"
+#include "tools/own_daemon.h"
 #include "tools/progress.h"
 #include "tools/result_json.h"
 
@@ -34,60 +27,6 @@ struct Options {
   std::string config;
   std::string json_file;
   double seconds = 10;
-};
-
-/// A daemon of our own, latched, on the bench's devices; gone with this.
-class OwnDaemon {
- public:
-  explicit OwnDaemon(const std::string& config) {
-    std::string pattern = std::filesystem::temp_directory_path() / "emtb-latency-XXXXXX";
-    if (mkdtemp(pattern.data()) == nullptr) throw Error("no temporary folder");
-    folder_ = pattern;
-    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "emtbd";
-    std::vector<std::string> words{program, "--config", config, "--socket", socket(), "--data", folder_ / "data"};
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, (folder_ / "log").c_str(), O_CREAT | O_WRONLY, 0600);
-    const int error = posix_spawn(&pid_, program.c_str(), &files, nullptr, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&files);
-    if (error != 0) throw Error(program.string() + ": cannot be started");
-  }
-  ~OwnDaemon() {
-    if (pid_ > 0) {
-      kill(pid_, SIGTERM);
-      waitpid(pid_, nullptr, 0);
-    }
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  OwnDaemon(const OwnDaemon&) = delete;
-  OwnDaemon& operator=(const OwnDaemon&) = delete;
-
-  std::filesystem::path socket() const { return folder_ / "s"; }
-
-  std::unique_ptr<Client> connect() {
-    for (int tries = 0; tries < 300; ++tries) {
-      try {
-        auto client = std::make_unique<Client>(socket());
-        client->call("status", json::object());
-        return client;
-      } catch (const ProtocolError&) {
-        if (waitpid(pid_, nullptr, WNOHANG) == pid_) break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
-      }
-    }
-    std::ifstream in(folder_ / "log");
-    std::string line, last;
-    while (std::getline(in, line)) last = line;
-    throw Error("emtbd does not start: " + last);
-  }
-
- private:
-  std::filesystem::path folder_;
-  pid_t pid_ = 0;
 };
 
 using Histogram = std::map<double, double>;  // upper edge [us] -> how often
@@ -178,11 +117,12 @@ int measure(Client& daemon, const Options& options) {
 int latency(const Options& options) {
   if (!(options.seconds > 0 && options.seconds <= 86'400)) throw Error("--seconds: must be above 0, a day at most");
   if (options.config.empty()) {
-    Client daemon(options.socket->empty() ? socket_to_call() : std::filesystem::path(*options.socket));
+    Client daemon(socket_to_call(*options.socket));
     return measure(daemon, options);
   }
-  OwnDaemon daemon(options.config);
-  return measure(*daemon.connect(), options);
+  OwnDaemon emtbd;  // latched, on the bench's devices
+  const auto daemon = emtbd.start(options.config, emtbd.folder() / "data");
+  return measure(*daemon, options);
 }
 
 }  // namespace

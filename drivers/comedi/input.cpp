@@ -201,6 +201,7 @@ void Input::scan(const Link& link) {
     const std::span bytes(buffer.data(), static_cast<std::size_t>(got));
     const std::uint64_t complete = scans + assembler.scans_in(bytes.size());
     if (complete > scans) samples.arrived(complete - 1, clock_->now());
+    clock_report_.store(samples.estimate());
     assembler.feed(bytes, [&](std::span<const lsampl_t> codes) { deliver(codes, samples.time_of(scans++)); });
   }
 }

@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "drivers/clock_report.h"
 #include "drivers/comedi/link.h"
 #include "drivers/doorbell.h"
 #include "drivers/handover.h"
@@ -49,6 +50,7 @@ class Input final : public InputDevice {
   std::span<const Channel> channels() const noexcept override { return descriptions_; }
   void start() override;  ///< the scan begins with the first
   Readings read(std::span<Reading> out) noexcept override { return handover_.take(out); }
+  std::optional<ClockEstimate> own_clock() const noexcept override { return clock_report_.load(); }
 
  private:
   /// What the card is told.
@@ -75,6 +77,7 @@ class Input final : public InputDevice {
   Plan plan_;
   std::vector<Channel> descriptions_;
   Handover handover_;
+  ClockReport clock_report_;
   MonotonicClock machine_;
   Doorbell bell_;
   std::atomic<bool> quit_ = false;

@@ -204,6 +204,7 @@ void Board::take(const Sample& sample) {
   if (scan_.next == 0 && ahead > settings_.rate) return;  // of the scan before, on its way when this one was asked for
   const std::uint64_t number = scan_.next + ahead;
   scan_.times.arrived(number, clock_->now() - settings_.line.wire_time(24));
+  clock_report_.store(scan_.times.estimate());
   const double time = scan_.times.time_of(number);
   const std::int32_t step = scan_.before ? static_cast<std::int32_t>(sample.counts - scan_.before->counts) : 0;
   const double elapsed = scan_.before ? (sample.micros - scan_.before->micros) * 1e-6 : 0;  // [s]

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/clock_report.h"
 #include "drivers/doorbell.h"
 #include "drivers/handover.h"
 #include "drivers/line_settings.h"
@@ -74,6 +75,7 @@ class Board {
   Readings read(std::span<Reading> out) noexcept { return handover_.take(out); }
   Fault set(double volts) noexcept;
   Fault make_safe() noexcept;
+  ClockEstimate clock() const noexcept { return clock_report_.load(); }
   std::uint64_t broken_frames() const noexcept { return broken_; }
 
  private:
@@ -105,6 +107,7 @@ class Board {
   double period_;  ///< [s]
   std::vector<Channel> descriptions_;
   Handover handover_;
+  ClockReport clock_report_;
   MonotonicClock machine_;
 
   // Of the thread.

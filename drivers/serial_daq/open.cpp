@@ -17,6 +17,7 @@ class Input final : public InputDevice {
   std::span<const Channel> channels() const noexcept override { return board_->channels(); }
   void start() override { board_->start(); }
   Readings read(std::span<Reading> out) noexcept override { return board_->read(out); }
+  std::optional<ClockEstimate> own_clock() const noexcept override { return board_->clock(); }
 
  private:
   std::shared_ptr<Board> board_;

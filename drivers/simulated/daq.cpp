@@ -44,41 +44,55 @@ double quantise(const DaqChannel& channel, double value) noexcept {
   return (channel.low + channel.high) / 2 + (std::clamp(code, 0.0, full) - half) * channel.lsb();
 }
 
-Daq::Daq(std::string name, std::shared_ptr<World> world, std::vector<DaqChannel> channels, double period)
-    : name_(std::move(name)), world_(std::move(world)), settings_(std::move(channels)) {
+Converters::Converters(const std::string& name, std::uint64_t seed, std::vector<DaqChannel> channels, double period)
+    : seed_(seed), settings_(std::move(channels)) {
   for (const DaqChannel& channel : settings_) {
     const std::string signal(info(channel.signal).name);
     if (!measurable(channel.signal)) {
-      throw ConfigError(name_ + ": the simulated plant has no " + signal +
+      throw ConfigError(name + ": the simulated plant has no " + signal +
                         ". It has u_ref, e_a, i_a, omega, theta, torque");
     }
     Channel description{.signal = channel.signal,
                         .period = period,
                         .window = 0,
                         .lsb = channel.lsb(),
-                        .source = name_ + " " + signal + " (simulated)"};
+                        .source = name + " " + signal + " (simulated)"};
     if (channel.bits > 0) {
       description.low = channel.low;
       description.high = channel.high - channel.lsb();
       description.conversion = {.scale = (channel.high - channel.low) / card_span,
                                 .offset = (channel.high + channel.low) / 2};
     }
+    noise_.emplace_back(channel.noise, channel.correlation, stream(seed_, 0, description.source));
     descriptions_.push_back(std::move(description));
-  }
-  noise_.resize(settings_.size());
-  sample_.resize(settings_.size());
-  next_ = sample_.size();
-  for (std::size_t c = 0; c < settings_.size(); ++c) {
-    noise_[c] = Noise(settings_[c].noise, settings_[c].correlation, stream(world_->seed(), 0, descriptions_[c].source));
   }
 }
 
-void Daq::start() {
+void Converters::start() {
   ++recordings_;
   for (std::size_t c = 0; c < settings_.size(); ++c) {
-    noise_[c] = Noise(settings_[c].noise, settings_[c].correlation,
-                      stream(world_->seed(), recordings_, descriptions_[c].source));
+    noise_[c] =
+        Noise(settings_[c].noise, settings_[c].correlation, stream(seed_, recordings_, descriptions_[c].source));
   }
+}
+
+void Converters::read(const Plant& plant, double reference, double t, std::uint64_t sequence,
+                      std::span<Reading> out) noexcept {
+  for (std::size_t c = 0; c < settings_.size(); ++c) {
+    const DaqChannel& channel = settings_[c];
+    const double value = channel.gain * truth(channel.signal, plant, reference) + channel.offset + noise_[c].next();
+    out[c] = {.signal = channel.signal, .time = t, .value = quantise(channel, value), .sequence = sequence};
+  }
+}
+
+Daq::Daq(const std::string& name, std::shared_ptr<World> world, std::vector<DaqChannel> channels, double period)
+    : world_(std::move(world)),
+      converters_(name, world_->seed(), std::move(channels), period),
+      sample_(converters_.size()),
+      next_(sample_.size()) {}
+
+void Daq::start() {
+  converters_.start();
   sequence_ = 0;
   next_ = sample_.size();
   world_->restart();
@@ -86,11 +100,7 @@ void Daq::start() {
 
 void Daq::sample() noexcept {
   world_->look([this](double t, const Plant& plant, double reference) {
-    for (std::size_t c = 0; c < settings_.size(); ++c) {
-      const DaqChannel& channel = settings_[c];
-      const double value = channel.gain * truth(channel.signal, plant, reference) + channel.offset + noise_[c].next();
-      sample_[c] = {.signal = channel.signal, .time = t, .value = quantise(channel, value), .sequence = sequence_};
-    }
+    converters_.read(plant, reference, t, sequence_, sample_);
   });
   ++sequence_;
   next_ = 0;

@@ -29,29 +29,47 @@ struct DaqChannel {
 /// even about it.
 double quantise(const DaqChannel& channel, double value) noexcept;
 
+/// The channels of a simulated card, whoever decides when they are read.
+class Converters {
+ public:
+  /// @param period [s] between readings, for the description only
+  /// @throws ConfigError for a signal that the plant does not have (it has u_ref, e_a, i_a, omega, theta, torque)
+  Converters(const std::string& name, std::uint64_t seed, std::vector<DaqChannel> channels, double period);
+
+  std::span<const Channel> descriptions() const noexcept { return descriptions_; }
+  std::size_t size() const noexcept { return settings_.size(); }
+  void start();  ///< another recording: with noise of its own
+
+  /// One reading of each channel. @param out as long as size()
+  void read(const Plant& plant, double reference, double t, std::uint64_t sequence, std::span<Reading> out) noexcept;
+
+ private:
+  std::uint64_t seed_;
+  std::vector<DaqChannel> settings_;
+  std::vector<Channel> descriptions_;
+  std::vector<Noise> noise_;
+  std::uint64_t recordings_ = 0;
+};
+
 /// A card that is read at every tick: one reading of each channel a call of read(), stamped with the clock's time.
 class Daq final : public InputDevice {
  public:
   /// @param period [s] of the loop that reads it, for the description only
-  /// @throws ConfigError for a signal that the plant does not have (it has u_ref, e_a, i_a, omega, theta, torque)
-  Daq(std::string name, std::shared_ptr<World> world, std::vector<DaqChannel> channels, double period);
+  /// @throws ConfigError as Converters
+  Daq(const std::string& name, std::shared_ptr<World> world, std::vector<DaqChannel> channels, double period);
 
-  std::span<const Channel> channels() const noexcept override { return descriptions_; }
+  std::span<const Channel> channels() const noexcept override { return converters_.descriptions(); }
   void start() override;
   Readings read(std::span<Reading> out) noexcept override;
 
  private:
   void sample() noexcept;
 
-  std::string name_;
   std::shared_ptr<World> world_;
-  std::vector<DaqChannel> settings_;
-  std::vector<Channel> descriptions_;
-  std::vector<Noise> noise_;
+  Converters converters_;
   std::vector<Reading> sample_;
   std::size_t next_ = 0;  ///< which reading of the sample the caller has not got yet; all: the sample is used up
   std::uint64_t sequence_ = 0;
-  std::uint64_t recordings_ = 0;
 };
 
 /// The plant has this signal.

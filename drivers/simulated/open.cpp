@@ -8,6 +8,7 @@
 #include "drivers/simulated/paced_clock.h"
 #include "drivers/simulated/plant_port.h"
 #include "drivers/simulated/remote.h"
+#include "drivers/simulated/scanning_daq.h"
 #include "hal/error.h"
 
 namespace emtb::simulated {
@@ -229,7 +230,7 @@ std::shared_ptr<World> open_world(const YamlMap& simulation, std::shared_ptr<Clo
 }
 
 std::vector<DaqChannel> read_channels(const YamlMap& device) {
-  device.only({"driver", "bits", "channels"});
+  device.only({"driver", "bits", "channels", "clock"});
   const int bits = read_bits(device, 12);  // the paper's card
   const YamlMap entries = device.map("channels");
   std::vector<DaqChannel> channels;
@@ -242,6 +243,17 @@ std::vector<DaqChannel> read_channels(const YamlMap& device) {
   }
   if (channels.empty()) device.fail("channels", "is empty. Give at least one signal");
   return channels;
+}
+
+std::optional<CardClock> read_clock(const YamlMap& device) {
+  const auto yaml = device.map_if("clock");
+  if (!yaml) return {};
+  yaml->only({"ppm", "block", "jitter"});
+  CardClock clock;
+  clock.ppm = yaml->within_or("ppm", -1000, 1000, clock.ppm);
+  clock.block = yaml->within_or("block", 0, 0.1, clock.block);
+  clock.jitter = yaml->within_or("jitter", 0, 0.1, clock.jitter);
+  return clock;
 }
 
 MeterSettings read_meter(const YamlMap& device) {
@@ -267,6 +279,7 @@ OpenedDevice open_daq(const OpenRequest& request) {
   OpenedDevice opened;
   if (request.drives_reference()) request.bench.reference.yaml.only({"device", "min", "max", "safe", "rate"});
   if (const auto process = process_of(request)) {
+    read_clock(request.device.yaml);  // complains of what the plant would complain of
     std::vector<Signal> signals;
     for (const DaqChannel& channel : read_channels(request.device.yaml)) signals.push_back(channel.signal);
     opened.input = std::make_unique<RemoteInput>(*process, request.device.name, signals, request.clock);
@@ -276,8 +289,13 @@ OpenedDevice open_daq(const OpenRequest& request) {
     return opened;
   }
   const std::shared_ptr<World>& world = need_world(request);
-  opened.input =
-      std::make_unique<Daq>(request.device.name, world, read_channels(request.device.yaml), 1 / request.bench.rate);
+  const double period = 1 / request.bench.rate;
+  std::vector<DaqChannel> channels = read_channels(request.device.yaml);
+  if (const auto clock = read_clock(request.device.yaml)) {
+    opened.input = std::make_unique<ScanningDaq>(request.device.name, world, std::move(channels), period, *clock);
+  } else {
+    opened.input = std::make_unique<Daq>(request.device.name, world, std::move(channels), period);
+  }
   if (request.drives_reference()) {
     opened.output = std::make_unique<Output>(world, request.bench.reference.limits);
   }

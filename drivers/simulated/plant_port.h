@@ -8,6 +8,7 @@
 #include <string>
 
 #include "config/yaml.h"
+#include "drivers/clock_report.h"
 #include "hal/input_device.h"
 
 namespace emtb::simulated {
@@ -19,7 +20,7 @@ namespace emtb::simulated {
 /// trace. The reference is one number that stays as it was written last: as a real card holds its output when its
 /// program is gone.
 struct PlantPort {
-  static constexpr std::uint64_t format = 0x656d7462'706c6e31;  // "emtb" "pln1": another layout gets another number
+  static constexpr std::uint64_t format = 0x656d7462'706c6e32;  // "emtb" "pln2": another layout gets another number
   static constexpr std::size_t most_devices = 4;
   static constexpr std::size_t most_name = 96;
   static constexpr std::size_t ring_size = 1 << 15;  // readings: 0.65 s of five channels at 10 kHz
@@ -44,6 +45,8 @@ struct PlantPort {
     std::array<char, most_name> name;
     std::uint64_t channel_count;
     std::array<ChannelText, signal_count> channels;
+    std::uint64_t has_clock;          ///< 1: it scans by a clock of its own
+    ClockReport clock;                ///< which runs like this against CLOCK_MONOTONIC
     std::atomic<std::uint64_t> head;  ///< readings written so far
     std::array<Slot, ring_size> ring;
 

@@ -57,6 +57,9 @@ PlantProcess::PlantProcess(const BenchConfig& bench)
 void PlantProcess::describe(const std::string& name, Instrument& instrument, PlantPort::Device& port) const {
   instrument.port = &port;
   copy(name, port.name);
+  const bool has_clock = instrument.device->own_clock().has_value();
+  port.has_clock = has_clock ? 1 : 0;
+  port.clock.store({});
   port.channel_count = 0;
   for (const Channel& channel : instrument.device->channels()) {
     PlantPort::ChannelText& text = port.channels[port.channel_count++];
@@ -66,7 +69,7 @@ void PlantProcess::describe(const std::string& name, Instrument& instrument, Pla
             .lsb = channel.lsb,
             .source = {}};
     copy(channel.source, text.source);
-    instrument.every_step = instrument.every_step || channel.period <= period_;
+    instrument.every_step = instrument.every_step || (channel.period <= period_ && !has_clock);
   }
 }
 
@@ -79,6 +82,7 @@ void PlantProcess::step(std::uint64_t missed) noexcept {
       readings[i].sequence += instrument.left_out;
       instrument.port->publish(readings[i]);
     }
+    if (const auto clock = instrument.device->own_clock()) instrument.port->clock.store(*clock);
   }
 }
 

@@ -54,6 +54,11 @@ Readings RemoteInput::read(std::span<Reading> out) noexcept {
   return readings;
 }
 
+std::optional<ClockEstimate> RemoteInput::own_clock() const noexcept {
+  if (port_->has_clock == 0) return {};
+  return port_->clock.load();
+}
+
 RemoteOutput::RemoteOutput(const std::string& process, Limits limits, std::shared_ptr<const Clock> clock)
     : memory_(PlantMemory::open(process)), limits_(limits), clock_(std::move(clock)) {
   make_safe();

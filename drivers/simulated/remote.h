@@ -23,6 +23,7 @@ class RemoteInput final : public InputDevice {
   std::span<const Channel> channels() const noexcept override { return channels_; }
   void start() override;
   Readings read(std::span<Reading> out) noexcept override;
+  std::optional<ClockEstimate> own_clock() const noexcept override;
 
  private:
   std::string name_;

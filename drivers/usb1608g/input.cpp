@@ -136,6 +136,7 @@ void Input::scan(Link& link) {
     heard = machine_.now();
     const std::uint64_t complete = scans + bytes.size() / (2 * channels);
     if (complete > scans) samples.arrived(complete - 1, clock_->now());
+    clock_report_.store(samples.estimate());
     decoder.feed(bytes, [&](std::span<const std::uint16_t> scan_codes) {
       deliver(scan_codes, samples.time_of(scans));
       ++scans;

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <set>
 #include <vector>
 
+#include "config/bench.h"
 #include "tests/config/complains.h"
 
 namespace emtb {
@@ -177,28 +180,42 @@ TEST(ProfileFile, ANameCannotLeaveItsFolder) {
 }
 
 TEST(ShippedProfiles, AllReadAndFitTheirBench) {
-  double total = 0;
-  int count = 0;
+  const BenchConfig fh2 = read_bench(EMTB_SOURCE_DIR "/config/benches/fh2-simulated.yaml");
+  const BenchConfig desk = read_bench(EMTB_SOURCE_DIR "/config/benches/desk-simulated.yaml");
   for (const auto& entry : std::filesystem::directory_iterator(EMTB_SOURCE_DIR "/config/profiles")) {
-    const Profile p = read_profile(entry.path());
+    if (entry.path().extension() != ".yaml") continue;  // what a from_csv names
+    const Experiment e = read_experiment(entry.path());
+    const Profile& p = e.profile;
     EXPECT_EQ(p.name(), entry.path().stem());
-    EXPECT_LE(p.max(), 6) << p.name();
-    const bool fh2 = p.name().starts_with("fh2_");
-    EXPECT_GE(p.min(), fh2 ? 0 : -6) << p.name();
-    EXPECT_LE(p.duration(), 60) << p.name();
-    if (fh2) total += p.duration();
-    if (!fh2) {  // a larger jump draws more than the current that desk-simulated.yaml allows
-      const auto knots = p.knots();
-      for (std::size_t i = 1; i < knots.size(); ++i) {
-        if (knots[i].t == knots[i - 1].t) {
-          EXPECT_LE(std::abs(knots[i].value - knots[i - 1].value), 6) << p.name();
-        }
+    const bool on_fh2 = p.name().starts_with("fh2_");
+    ASSERT_TRUE(on_fh2 || p.name().starts_with("desk_")) << p.name();
+    const BenchConfig& bench = on_fh2 ? fh2 : desk;
+    EXPECT_LE(p.max(), bench.reference.limits.max) << p.name();
+    EXPECT_GE(p.min(), bench.reference.limits.min) << p.name();
+    EXPECT_LE(e.longest(), bench.limits.time) << p.name();
+    if (on_fh2) continue;  // its driver ramps
+    const auto knots = p.knots();
+    for (std::size_t i = 1; i < knots.size(); ++i) {
+      if (knots[i].t == knots[i - 1].t) {
+        EXPECT_LE(std::abs(knots[i].value - knots[i - 1].value), 6) << p.name() << ": more current than allowed";
       }
     }
-    ++count;
   }
-  EXPECT_EQ(count, 12);
-  EXPECT_LE(total, 250);
+}
+
+TEST(ShippedProfiles, HaveOneOfEachKindThatTheBenchCanDo) {
+  std::map<std::string, std::set<std::string>> kinds;  // of each bench
+  for (const auto& entry : std::filesystem::directory_iterator(EMTB_SOURCE_DIR "/config/profiles")) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string name = entry.path().stem();
+    kinds[name.substr(0, name.find('_'))].insert(YamlMap::load(entry.path()).text("kind"));
+  }
+  const std::set<std::string> all{"step",       "ramp",      "staircase", "random_steps",
+                                  "coast_down", "heat_soak", "chirp",     "from_csv"};
+  EXPECT_EQ(kinds["fh2"], all) << "its driver has one direction";
+  auto both_directions = all;
+  both_directions.insert("reversal");
+  EXPECT_EQ(kinds["desk"], both_directions);
 }
 
 }  // namespace

@@ -3,11 +3,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "server/client.h"
 #include "session/session.h"
 #include "session/spec.h"
 #include "tests/drivers/serial_daq/desk.h"
-#include "tests/process.h"
+#include "tests/emtbd.h"
 #include "tests/session/scratch.h"
 
 namespace emtb::serial_daq {
@@ -23,24 +22,11 @@ class StudentsDesk : public Scratch {
     const std::size_t port = text.find("/dev/serial/by-id/");
     text.replace(port, text.find_first_of(" \n", port) - port, desk.port());
     config = write("bench.yaml", text);
-    emtbd = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", config.string(), "--socket",
-                                                               path("s").string(), "--data", path("data").string()},
-                                      path("emtbd"));
-    eventually([&] {
-      try {
-        daemon = std::make_unique<Client>(path("s"));
-        daemon->call("status", {});
-        return true;
-      } catch (const ProtocolError&) {
-        return false;
-      }
-    });
+    emtbd = std::make_unique<Process>(emtbd_words(config, path("")), path("emtbd"));
+    daemon = client_of(*emtbd, path("s"));
   }
   void begin(const std::string& hold) {
-    daemon->call("reset", {});
-    daemon->call("subscribe", {{"rate", 1}});
-    daemon->call("run",
-                 {{"profile", "name: step\nkind: step\nlevel: 3\nbefore: 0.5\nhold: " + hold + "\nafter: 0.5\n"}});
+    begin_run(*daemon, "name: step\nkind: step\nlevel: 3\nbefore: 0.5\nhold: " + hold + "\nafter: 0.5\n");
   }
 
   Desk desk;
@@ -52,12 +38,7 @@ class StudentsDesk : public Scratch {
 TEST_F(StudentsDesk, RunsAStepThroughTheSketch) {
   ASSERT_TRUE(daemon) << emtbd->err();
   begin("2");
-  json end;
-  eventually([&] {
-    const auto message = daemon->notification(1);
-    if (message && (*message)["method"] == "ended") end = (*message)["params"];
-    return !end.is_null();
-  });
+  const json end = end_of_run(*daemon);
   ASSERT_EQ(end["outcome"], "done") << end << emtbd->err();
   const Session session = read_session(end["session"].get<std::string>());
   const auto& run = session.runs.at(0);

@@ -4,12 +4,11 @@
 #include <atomic>
 #include <nlohmann/json.hpp>
 
-#include "server/client.h"
 #include "session/session.h"
 #include "session/spec.h"
 #include "tests/drivers/pseudo_terminal.h"
 #include "tests/drivers/serial_meter/frames.h"
-#include "tests/process.h"
+#include "tests/emtbd.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {
@@ -24,36 +23,17 @@ class MetexBench : public Scratch {
     std::string text = read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-metex.yaml");
     const std::size_t port = text.find("/dev/serial/by-id/");
     text.replace(port, text.find_first_of(" \n", port) - port, line.path());
-    emtbd = std::make_unique<Process>(
-        std::vector<std::string>{EMTBD, "--config", write("bench.yaml", text).string(), "--socket", path("s").string(),
-                                 "--data", path("data").string()},
-        path("emtbd"));
-    eventually([&] {
-      try {
-        daemon = std::make_unique<Client>(path("s"));
-        daemon->call("status", {});
-        return true;
-      } catch (const ProtocolError&) {
-        return false;
-      }
-    });
+    emtbd = std::make_unique<Process>(emtbd_words(write("bench.yaml", text), path("")), path("emtbd"));
+    daemon = client_of(*emtbd, path("s"));
   }
 
   /// Runs the reference at zero for so long. How it ended.
   json run(
       double seconds, const std::function<void()>& meanwhile = [] {}) {
-    daemon->call("reset", {});
-    daemon->call("subscribe", {{"rate", 1}});
-    daemon->call("run", {{"profile", "name: still\nkind: step\nlevel: 0.1\nbefore: 0\nhold: " +
-                                         std::to_string(seconds) + "\nafter: 0\n"}});
+    begin_run(*daemon,
+              "name: still\nkind: step\nlevel: 0.1\nbefore: 0\nhold: " + std::to_string(seconds) + "\nafter: 0\n");
     meanwhile();
-    json end;
-    eventually([&] {
-      const auto message = daemon->notification(1);
-      if (message && (*message)["method"] == "ended") end = (*message)["params"];
-      return !end.is_null();
-    });
-    return end;
+    return end_of_run(*daemon);
   }
 
   std::atomic<bool> overloaded = false;

@@ -4,11 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "server/client.h"
 #include "session/session.h"
 #include "session/spec.h"
+#include "tests/emtbd.h"
 #include "tests/plant_bench.h"
-#include "tests/process.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {
@@ -27,23 +26,9 @@ class DaemonAndPlant : public Scratch {
   }
 
   std::unique_ptr<Process> launch() {
-    return std::make_unique<Process>(
-        std::vector<std::string>{EMTBD, "--config", bench_, "--socket", path("s"), "--data", path("data")},
-        path("d" + std::to_string(++launched_)));
+    return std::make_unique<Process>(emtbd_words(bench_, path("")), path("d" + std::to_string(++launched_)));
   }
-  std::unique_ptr<Client> client() {
-    std::unique_ptr<Client> found;
-    eventually([&] {
-      try {
-        found = std::make_unique<Client>(path("s"));
-        found->call("status", {});
-        return true;
-      } catch (const ProtocolError&) {
-        return false;
-      }
-    });
-    return found;
-  }
+  std::unique_ptr<Client> client(Process& emtbd) { return client_of(emtbd, path("s")); }
   /// A long run at 3 V, seen by the plant.
   std::string run(Client& daemon) {
     EXPECT_TRUE(eventually([&] {  // a machine that stalls may need a second attempt
@@ -84,7 +69,7 @@ TEST_F(DaemonAndPlant, AKilledDaemonLeavesTheReferenceWhereItWasAndSafeMakesItSa
   for (const std::vector<std::string>& program :
        {std::vector<std::string>{EMTBD, "--config", bench_, "--safe"}, {EMTB_SAFE, "--config", bench_}}) {
     auto emtbd = launch();
-    auto daemon = client();
+    auto daemon = client(*emtbd);
     ASSERT_TRUE(daemon) << emtbd->err();
     run(*daemon);
     emtbd->signal(SIGKILL);
@@ -122,20 +107,20 @@ TEST_F(EmtbSafe, SaysInOneLineWhatIsWrong) {
 TEST_F(DaemonAndPlant, ARestartAloneMakesItSafe) {
   {
     const auto emtbd = launch();
-    auto daemon = client();
+    auto daemon = client(*emtbd);
     ASSERT_TRUE(daemon) << emtbd->err();
     run(*daemon);
     emtbd->signal(SIGKILL);
     emtbd->wait();
   }
   const auto emtbd = launch();
-  ASSERT_TRUE(client()) << emtbd->err();
+  ASSERT_TRUE(client(*emtbd)) << emtbd->err();
   EXPECT_TRUE(eventually([this] { return reference() == 0; }, 5));
 }
 
 TEST_F(DaemonAndPlant, APlantThatDiesEndsTheRunAndTheSessionTellsSo) {
   const auto emtbd = launch();
-  auto daemon = client();
+  auto daemon = client(*emtbd);
   ASSERT_TRUE(daemon) << emtbd->err();
   const std::string file = run(*daemon);
   plant_->signal(SIGKILL);

@@ -1,7 +1,7 @@
-#include "tests/process.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -10,9 +10,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "server/client.h"
 #include "session/session.h"
 #include "session/spec.h"
+#include "tests/emtbd.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {
@@ -30,27 +30,10 @@ class ProcessTest : public Scratch {
     bench = write("bench.yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml"));
   }
 
-  std::unique_ptr<Process> launch(std::vector<std::string> more = {}) {
-    std::vector<std::string> words{EMTBD,    "--config",           bench.string(), "--socket", path("s").string(),
-                                   "--data", path("data").string()};
-    words.insert(words.end(), more.begin(), more.end());
-    return std::make_unique<Process>(words, path("emtbd" + std::to_string(++launched_)));
+  std::unique_ptr<Process> launch(const std::vector<std::string>& more = {}) {
+    return std::make_unique<Process>(emtbd_words(bench, path(""), more), path("emtbd" + std::to_string(++launched_)));
   }
-
-  /// A client, as soon as the daemon answers.
-  std::unique_ptr<Client> client() {
-    std::unique_ptr<Client> found;
-    eventually([&] {
-      try {
-        found = std::make_unique<Client>(path("s"));
-        found->call("status", {});
-        return true;
-      } catch (const ProtocolError&) {
-        return false;
-      }
-    });
-    return found;
-  }
+  std::unique_ptr<Client> client(Process& emtbd) { return client_of(emtbd, path("s")); }
 
   void expect_refusal(Process& process, const std::string& words) {
     EXPECT_EQ(process.wait(), 2);
@@ -78,17 +61,9 @@ class ProcessTest : public Scratch {
 
 TEST_F(ProcessTest, RunsAShippedProfileAsFastAsPossible) {
   const auto emtbd = launch({"--pace", "max"});
-  const auto daemon = client();
+  const auto daemon = client(*emtbd);
   ASSERT_TRUE(daemon) << emtbd->err();
-  daemon->call("reset", {});
-  daemon->call("subscribe", {{"rate", 50}});
-  daemon->call("run", {{"profile", "fh2_step_high"}});
-  json end;
-  ASSERT_TRUE(eventually([&] {
-    const auto message = daemon->notification(1);
-    if (message && (*message)["method"] == "ended") end = (*message)["params"];
-    return !end.is_null();
-  }));
+  const json end = run_to_its_end(*daemon, "fh2_step_high");
   EXPECT_EQ(end["outcome"], "done") << end;
   const Session session = read_session(end["session"].get<std::string>());
   EXPECT_TRUE(session.complete);
@@ -107,9 +82,23 @@ TEST_F(ProcessTest, RunsAShippedProfileAsFastAsPossible) {
   EXPECT_FALSE(std::filesystem::exists(path("s")));
 }
 
+TEST_F(ProcessTest, RunsAnExampleOfEachFurtherKindOfProfile) {
+  for (const std::string of : {"fh2", "desk"}) {
+    bench = write(of + ".yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches" / (of + "-simulated.yaml")));
+    const auto emtbd = launch({"--pace", "max"});
+    const auto daemon = client(*emtbd);
+    ASSERT_TRUE(daemon) << emtbd->err();
+    for (const std::string kind : {"coast_down", "chirp", "heat_soak", "from_csv", "reversal"}) {
+      if (of == "fh2" && kind == "reversal") continue;  // its driver has one direction
+      const json end = run_to_its_end(*daemon, of + "_" + kind);
+      EXPECT_EQ(end["outcome"], "done") << of << " " << kind << ": " << end;
+    }
+  }
+}
+
 TEST_F(ProcessTest, KilledInMidRunItLeavesAllButTheLastQuarterOfASecond) {
   auto emtbd = launch();
-  auto daemon = client();
+  auto daemon = client(*emtbd);
   ASSERT_TRUE(daemon) << emtbd->err();
   run_for(*daemon, 2);
   const json last = daemon->call("status", {});
@@ -118,7 +107,7 @@ TEST_F(ProcessTest, KilledInMidRunItLeavesAllButTheLastQuarterOfASecond) {
   daemon.reset();
 
   emtbd = launch();
-  daemon = client();  // on the socket that the dead one left behind
+  daemon = client(*emtbd);  // on the socket that the dead one left behind
   ASSERT_TRUE(daemon) << emtbd->err();
   const Session session = read_session(last["run"]["session"].get<std::string>());
   EXPECT_FALSE(session.complete);
@@ -133,7 +122,7 @@ TEST_F(ProcessTest, KilledInMidRunItLeavesAllButTheLastQuarterOfASecond) {
 TEST_F(ProcessTest, SigtermInMidRunMakesSafeAndCompletesTheSession) {
   for (const int signal : {SIGTERM, SIGINT}) {
     const auto emtbd = launch();
-    const auto daemon = client();
+    const auto daemon = client(*emtbd);
     ASSERT_TRUE(daemon) << emtbd->err();
     const std::string file = run_for(*daemon, 0.3);
     emtbd->signal(signal);
@@ -148,7 +137,7 @@ TEST_F(ProcessTest, SigtermInMidRunMakesSafeAndCompletesTheSession) {
 
 TEST_F(ProcessTest, TellsHowPunctualTheLoopIsLiveAndInTheSession) {
   const auto emtbd = launch();
-  const auto daemon = client();
+  const auto daemon = client(*emtbd);
   ASSERT_TRUE(daemon) << emtbd->err();
   const std::string file = run_for(*daemon, 0.3);
   const json loop = daemon->call("status", {})["loop"];
@@ -166,9 +155,24 @@ TEST_F(ProcessTest, TellsHowPunctualTheLoopIsLiveAndInTheSession) {
   EXPECT_THAT(figures->text, HasSubstr("deadlines missed"));
 }
 
+/// A process that is killed is gone, and its ExecStopPost starts, only when each of its threads had the processor
+/// again.
+TEST_F(ProcessTest, NoThreadKeepsItAliveByWaitingForAnIdleProcessor) {
+  const auto emtbd = launch();
+  ASSERT_TRUE(client(*emtbd)) << emtbd->err();
+  int threads = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(emtbd->pid()) + "/task")) {
+    const int thread = std::stoi(task.path().filename());
+    EXPECT_NE(sched_getscheduler(thread), SCHED_IDLE) << thread;
+    EXPECT_LE(getpriority(PRIO_PROCESS, static_cast<id_t>(thread)), getpriority(PRIO_PROCESS, 0)) << thread;
+    ++threads;
+  }
+  EXPECT_GE(threads, 5) << "loop, recorder, estimator, socket, the first";
+}
+
 TEST_F(ProcessTest, MalformedJsonGetsErrorsAndTheDaemonLives) {
   const auto emtbd = launch();
-  const auto daemon = client();
+  const auto daemon = client(*emtbd);
   ASSERT_TRUE(daemon) << emtbd->err();
   const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{};
@@ -193,7 +197,7 @@ TEST_F(ProcessTest, MalformedJsonGetsErrorsAndTheDaemonLives) {
 
 TEST_F(ProcessTest, ASecondDaemonOnTheSameBenchDataOrSocketIsRefused) {
   const auto emtbd = launch();
-  ASSERT_TRUE(client()) << emtbd->err();
+  ASSERT_TRUE(client(*emtbd)) << emtbd->err();
   const auto other_bench = write("other.yaml", read(bench)).string();
   const auto data = path("data").string();
   const auto socket = path("s").string();
@@ -203,7 +207,7 @@ TEST_F(ProcessTest, ASecondDaemonOnTheSameBenchDataOrSocketIsRefused) {
   expect_refusal(same_data, "another emtbd uses this data folder");
   Process same_socket({EMTBD, "--config", other_bench, "--socket", socket, "--data", path("data2")}, path("3"));
   expect_refusal(same_socket, "another daemon answers there");
-  EXPECT_EQ(client()->call("status", {})["state"], "latched") << "the first one does not mind";
+  EXPECT_EQ(client(*emtbd)->call("status", {})["state"], "latched") << "the first one does not mind";
 }
 
 TEST_F(ProcessTest, BadUseIsOneLineAndTwo) {
@@ -262,7 +266,7 @@ TEST_F(ProcessTest, TellsSystemdWhenItIsReadyAndWhenItEnds) {
 
 TEST_F(ProcessTest, IdleCostsLittle) {
   const auto emtbd = launch({"--pace", "max"});
-  const auto daemon = client();
+  const auto daemon = client(*emtbd);
   ASSERT_TRUE(daemon) << emtbd->err();
   const auto ticks = [&] { return daemon->call("status", {})["loop"]["ticks"].get<double>(); };
   const double before = ticks();

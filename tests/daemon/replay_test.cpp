@@ -5,10 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/fault.h"
-#include "server/client.h"
 #include "session/session.h"
 #include "session/spec.h"
-#include "tests/process.h"
+#include "tests/emtbd.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {
@@ -25,36 +24,17 @@ class Replaying : public Scratch {
  protected:
   Replaying() { bench_ = write("bench.yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml")); }
 
-  std::vector<std::string> words(std::vector<std::string> more) const {
-    std::vector<std::string> all{EMTBD,    "--config",           bench_.string(), "--socket", path("s").string(),
-                                 "--data", path("data").string()};
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
+  std::vector<std::string> words(const std::vector<std::string>& more) const {
+    return emtbd_words(bench_, path(""), more);
   }
 
   /// How one run of a daemon ended.
-  json run(std::vector<std::string> more, const std::string& profile) {
-    Process emtbd(words(std::move(more)), path("emtbd" + std::to_string(++launched_)));
-    std::unique_ptr<Client> daemon;
-    const bool answers = eventually([&] {
-      try {
-        daemon = std::make_unique<Client>(path("s"));
-        daemon->call("status", {});
-        return true;
-      } catch (const ProtocolError&) {
-        return !emtbd.running();
-      }
-    });
-    if (!answers || !emtbd.running()) throw std::runtime_error(emtbd.err());
-    daemon->call("reset", {});
-    daemon->call("subscribe", {{"rate", 50}});
-    daemon->call("run", {{"profile", profile}});
-    json end;
-    EXPECT_TRUE(eventually([&] {
-      const auto message = daemon->notification(1);
-      if (message && (*message)["method"] == "ended") end = (*message)["params"];
-      return !end.is_null();
-    })) << emtbd.err();
+  json run(const std::vector<std::string>& more, const std::string& profile) {
+    Process emtbd(words(more), path("emtbd" + std::to_string(++launched_)));
+    const auto daemon = client_of(emtbd, path("s"));
+    if (!daemon) throw std::runtime_error(emtbd.err());
+    const json end = run_to_its_end(*daemon, profile);
+    EXPECT_FALSE(end.is_null()) << emtbd.err();
     emtbd.signal(SIGTERM);
     EXPECT_EQ(emtbd.wait(), 0) << emtbd.err();
     return end;
@@ -232,16 +212,9 @@ TEST_F(Replaying, ASessionThatWasCutOffIsReplayedToItsLastSample) {
 TEST_F(Replaying, RunsTwiceOnOneDaemonAndRefusesAnotherProfileInOneLine) {
   const std::string session = record(short_step, "max");
   Process emtbd(words({"--replay", session, "--pace", "max"}), path("twice"));
-  std::unique_ptr<Client> daemon;
-  ASSERT_TRUE(eventually([&] {
-    try {
-      daemon = std::make_unique<Client>(path("s"));
-      daemon->call("reset", {});
-      return true;
-    } catch (const ProtocolError&) {
-      return false;
-    }
-  })) << emtbd.err();
+  const auto daemon = client_of(emtbd, path("s"));
+  ASSERT_TRUE(daemon) << emtbd.err();
+  daemon->call("reset", {});
   EXPECT_THAT(message_of<rpc::Refusal>([&] {
                 daemon->call("run", {{"profile", up_and_down}});
               }),

@@ -1,7 +1,10 @@
 // Kills emtbd at random instants of a run, again and again, and looks from outside what became of reference and
 // session.
 //
-//     kill_proof [--times N] [--safe-within S] [--lost-at-most S] [--seed N] [--nice N]
+//     kill_proof [--times N] [--results FILE] [--seconds S] [--safe-within S] [--lost-at-most S] [--seed N] [--nice N]
+//
+// With --results each kill becomes a line of that file as soon as it is judged, and those that stand there count:
+// called again, it goes on until there are N. --seconds ends it earlier, after the kill that is under way.
 //
 // The plant lives in a process of its own and holds the reference, as a card does. After each kill -9 `emtb-safe`
 // runs, as ExecStopPost does under systemd, and with the unit's priority where we may; the plant's log tells when the
@@ -16,6 +19,7 @@
 #include <fstream>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -33,12 +37,15 @@ namespace {
 using nlohmann::json;
 
 constexpr double longest_life = 1.0;  // [s] of a run before it is killed
+constexpr double never = 1e9;         // [s]
 const char* const profile = "name: doomed\nkind: step\nlevel: 3\nbefore: 0\nhold: 100\nafter: 0\n";
 
 struct Options {
   int times = 10;
   double safe_within = 0.2;    // [s]
   double lost_at_most = 0.25;  // [s]
+  double seconds = std::numeric_limits<double>::infinity();
+  std::string results{};
   unsigned seed = 1;
   int nice = -10;
 };
@@ -48,6 +55,13 @@ double monotonic() {
   clock_gettime(CLOCK_MONOTONIC, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
+
+/// What one run of a daemon came to.
+struct Kill {
+  std::string outcome;    // `readable`, `unreadable`, or `ended`: by itself, before it could be killed
+  double safe_after = 0;  // [s] the reference, after the kill
+  double lost = 0;        // [s] of the session, before the kill
+};
 
 class Proof {
  public:
@@ -60,6 +74,7 @@ class Proof {
         std::vector<std::string>{EMTB_PLANT, "--config", folder_ / "bench.yaml", "--log", folder_ / "reference.csv"},
         folder_ / "plant");
     if (!eventually([this] { return plant_->out().find("lives") != std::string::npos; })) throw Error(plant_->err());
+    if (!options_.results.empty()) go_on();
   }
   ~Proof() {
     std::error_code ignored;
@@ -70,14 +85,10 @@ class Proof {
     if (!daemon_) launch();
     arm();
     const json started = client_->call("run", {{"profile", profile}});
-    std::this_thread::sleep_for(
-        std::chrono::duration<double>(std::uniform_real_distribution(0.0, longest_life)(random_)));
+    std::this_thread::sleep_for(std::chrono::duration<double>(life()));
     const json run = client_->call("status", {})["run"];
     const double asked = monotonic();
-    if (run.is_null()) {  // a machine that stalled ended the run by a fault: nothing to kill
-      ++ended_before_;
-      return;
-    }
+    if (run.is_null()) return keep({.outcome = "ended"});  // by a fault, where the machine stalled: nothing to kill
     const double killed = monotonic();
     daemon_->signal(SIGKILL);
     daemon_->wait();
@@ -85,7 +96,7 @@ class Proof {
     if (safe.wait() != 0) throw Error(safe.err());
     double at = 0;
     eventually([&] { return (at = safe_since(killed)) > 0; }, 5);
-    safe_after_.push_back(at > 0 ? at - killed : std::numeric_limits<double>::infinity());
+    Kill kill{.outcome = "readable", .safe_after = at > 0 ? at - killed : never};
     daemon_.reset();
     client_.reset();
     launch();  // which repairs the session
@@ -94,17 +105,25 @@ class Proof {
       const auto& runs = session.runs;
       const bool has_rows = !runs.empty() && runs[0].has(Signal::omega) && !runs[0].at(Signal::omega).t.empty();
       const double last = has_rows ? runs[0].at(Signal::omega).t.back() : 0;
-      lost_.push_back(std::max(0.0, run["t"].get<double>() + killed - asked - last));
+      kill.lost = std::max(0.0, run["t"].get<double>() + killed - asked - last);
       std::filesystem::remove(started["session"].get<std::string>());
     } catch (const SessionError& e) {
       std::cerr << e.what() << "\n";
-      ++unreadable_;
+      kill.outcome = "unreadable";
     }
+    keep(kill);
   }
 
   bool report() {
-    std::ranges::sort(safe_after_);
-    std::ranges::sort(lost_);
+    std::vector<double> safe_after, lost;  // [s]
+    std::map<std::string, int> count;
+    for (const Kill& kill : kills_) {
+      ++count[kill.outcome];
+      if (kill.outcome != "ended") safe_after.push_back(kill.safe_after);
+      if (kill.outcome == "readable") lost.push_back(kill.lost);
+    }
+    std::ranges::sort(safe_after);
+    std::ranges::sort(lost);
     const auto at = [](const std::vector<double>& sorted, double share) {
       if (sorted.empty()) return 0.0;
       return 1e3 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
@@ -115,19 +134,43 @@ class Proof {
                   at(sorted, 0.5), at(sorted, 0.99), at(sorted, 1), within, sorted.size(), 1e3 * limit);
       return static_cast<std::size_t>(within) == sorted.size();
     };
-    std::printf("%zu kills (%d more runs had ended by themselves), %d sessions unreadable\n", safe_after_.size(),
-                ended_before_, unreadable_);
-    const bool safe = print("reference safe after", safe_after_, options_.safe_within);
-    const bool kept = print("lost of the session", lost_, options_.lost_at_most);
-    return safe && kept && unreadable_ == 0 && !safe_after_.empty();
+    std::printf("%zu kills (%d more runs had ended by themselves), %d sessions unreadable\n", kills(), count["ended"],
+                count["unreadable"]);
+    const bool safe = print("reference safe after", safe_after, options_.safe_within);
+    const bool kept = print("lost of the session", lost, options_.lost_at_most);
+    return safe && kept && count["unreadable"] == 0 && kills() > 0;
   }
 
   /// What the daemon said last, where it is gone without having been killed.
   std::string last_words() const { return daemon_ ? daemon_->err() : std::string(); }
 
-  std::size_t kills() const { return safe_after_.size(); }
+  std::size_t kills() const {
+    return static_cast<std::size_t>(std::ranges::count_if(kills_, [](const Kill& k) { return k.outcome != "ended"; }));
+  }
 
  private:
+  /// Takes up what the file of results holds: the kills that were, and where their random numbers ended.
+  void go_on() {
+    std::ifstream in(options_.results);
+    std::string line;
+    while (std::getline(in, line)) {
+      std::istringstream words(line);
+      Kill kill;
+      if (!(words >> kill.outcome >> kill.safe_after >> kill.lost)) throw Error(options_.results + ": not of ours");
+      kills_.push_back(kill);
+      life();
+    }
+  }
+  void keep(const Kill& kill) {
+    kills_.push_back(kill);
+    if (options_.results.empty()) return;
+    std::ofstream out(options_.results, std::ios::app);
+    out << kill.outcome << " " << kill.safe_after << " " << kill.lost << std::endl;
+    if (!out) throw Error(options_.results + ": cannot be written");
+  }
+  /// [s] of the next run
+  double life() { return std::uniform_real_distribution(0.0, longest_life)(random_); }
+
   void launch() {
     daemon_ = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", folder_ / "bench.yaml", "--socket",
                                                                  folder_ / "s", "--data", folder_ / "data"},
@@ -177,9 +220,7 @@ class Proof {
   std::unique_ptr<Process> plant_;
   std::unique_ptr<Process> daemon_;
   std::unique_ptr<Client> client_;
-  std::vector<double> safe_after_, lost_;  // [s]
-  int unreadable_ = 0;
-  int ended_before_ = 0;
+  std::vector<Kill> kills_;
 };
 
 Options parse(int argc, char** argv) {
@@ -187,6 +228,10 @@ Options parse(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (i + 1 >= argc) throw Error(word + ": wants a value, or is not known");
+    if (word == "--results") {
+      options.results = argv[++i];
+      continue;
+    }
     const double value = std::stod(argv[++i]);
     if (word == "--times") {
       options.times = static_cast<int>(value);
@@ -196,10 +241,13 @@ Options parse(int argc, char** argv) {
       options.lost_at_most = value;
     } else if (word == "--seed") {
       options.seed = static_cast<unsigned>(value);
+    } else if (word == "--seconds") {
+      options.seconds = value;
     } else if (word == "--nice") {
       options.nice = static_cast<int>(value);
     } else {
-      throw Error(word + ": not known. Known: --times, --safe-within, --lost-at-most, --seed, --nice");
+      throw Error(word +
+                  ": not known. Known: --times, --results, --seconds, --safe-within, --lost-at-most, --seed, --nice");
     }
   }
   return options;
@@ -214,7 +262,9 @@ int main(int argc, char** argv) {
     // Nice=-10 of emtbd.service, which the daemon and the program that makes safe inherit from us. Refused: as it is.
     if (options.nice != 0 && setpriority(PRIO_PROCESS, 0, options.nice) != 0) std::puts("at ordinary priority");
     emtb::Proof proof(options);
-    for (int attempts = 0; static_cast<int>(proof.kills()) < options.times && attempts < 3 * options.times;
+    const double end = emtb::monotonic() + options.seconds;
+    for (int attempts = 0;
+         static_cast<int>(proof.kills()) < options.times && attempts < 3 * options.times && emtb::monotonic() < end;
          ++attempts) {
       try {
         proof.kill_once();

@@ -5,6 +5,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
+#include <sstream>
 
 #include "server/client.h"
 #include "session/spec.h"
@@ -94,6 +96,64 @@ TEST_F(DaemonCommands, RunSaysWhatToDoWhileLatched) {
   EXPECT_EQ(call({"run", "fh2_step_low"}), 2);
   EXPECT_THAT(last->err(), HasSubstr("`emtb reset`"));
   EXPECT_EQ(last->out(), "");
+}
+
+TEST_F(DaemonCommands, RepeatMakesSoManyRunsAndEachKeepsHowTheBrakeWasSet) {
+  start();
+  EXPECT_EQ(
+      call({"run", "--reset", write("brief.yaml", brief), "--repeat", "3", "--brake", "1.2 A", "--operator", "N. N."}),
+      0)
+      << last->err();
+  std::istringstream lines(last->out());
+  std::set<std::string> files;
+  for (std::string file; std::getline(lines, file);) {
+    const Session session = read_session(file);
+    EXPECT_EQ(session.attributes.at("brake"), "1.2 A");
+    EXPECT_EQ(session.attributes.at("operator"), "N. N.");
+    EXPECT_NEAR(session.runs.at(0).duration(), 0.7, 0.01);
+    files.insert(file);
+  }
+  EXPECT_EQ(files.size(), 3U) << last->out();
+  EXPECT_EQ(call({"run", "fh2_step_low", "--repeat", "0"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("--repeat: must be 1 or more"));
+  EXPECT_EQ(status()["run"], nullptr);
+}
+
+TEST_F(DaemonCommands, RepeatEndsWithTheRunThatEndsEarly) {
+  start("1");
+  const auto run = launch({"run", "--reset", write("endless.yaml", endless), "--repeat", "3"});
+  EXPECT_TRUE(eventually([&] { return status()["state"] == "running"; }));
+  EXPECT_EQ(call({"stop"}), 0);
+  EXPECT_EQ(run->wait(), 1);
+  const std::string out = run->out();
+  EXPECT_EQ(std::ranges::count(out, '\n'), 1) << "one session: " << out;
+}
+
+const char* const with_a_pause =
+    "name: paused\nkind: step\nlevel: 2\nbefore: 0.1\nhold: 0.5\nafter: 0.1\n"
+    "pauses: [{at: 0.3, say: set the brake to 2 A, within: 60}]\n";
+
+TEST_F(DaemonCommands, ConfirmGoesOnWithARunThatWaits) {
+  start("1");
+  EXPECT_EQ(call({"confirm"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("no run waits for anybody"));
+  const auto run = launch({"run", "--reset", write("paused.yaml", with_a_pause)});
+  EXPECT_TRUE(eventually([&] { return run->err().find("set the brake to 2 A (within 60 s)") != std::string::npos; }));
+  EXPECT_THAT(run->err(), HasSubstr("`emtb confirm`"));
+  EXPECT_EQ(call({"status"}), 0);
+  EXPECT_EQ(status()["run"]["pause"]["say"], "set the brake to 2 A");
+  EXPECT_EQ(call({"confirm"}), 0) << last->err();
+  EXPECT_EQ(run->wait(), 0) << run->err();
+  const Session session = read_session(run->out().substr(0, run->out().find('\n')));
+  std::vector<int> codes;
+  for (const Event& event : session.events) codes.push_back(event.code);
+  EXPECT_THAT(codes, testing::IsSupersetOf({event_code::paused, event_code::resumed}));
+}
+
+TEST_F(DaemonCommands, APauseThatNobodyConfirmsEndsTheRun) {
+  start("max");
+  EXPECT_EQ(call({"run", "--reset", write("paused.yaml", with_a_pause)}), 1);
+  EXPECT_THAT(last->err(), HasSubstr("the run ended early: stopped"));
 }
 
 TEST_F(DaemonCommands, StopFromElsewhereEndsTheRunWithOne) {
