@@ -11,6 +11,7 @@
 #include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
 #include "drivers/simulated/plant_port.h"
+#include "drivers/simulated/world.h"
 #include "drivers/usb1608g/open.h"
 #include "hal/error.h"
 
@@ -96,6 +97,7 @@ BenchInputs open_inputs(const BenchConfig& config) {
   BenchInputs inputs;
   const auto [clock, world] = setting_of(config);
   inputs.clock = clock;
+  if (world) inputs.hold = [plant = world](Signal signal, double value) { plant->hold(signal, value); };
   for (const BenchConfig::Device& device : config.devices) {
     BenchInputs::Device& opened = inputs.devices.emplace_back();
     opened.name = device.name;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ struct BenchInputs {
   };
   std::shared_ptr<Clock> clock;
   std::vector<Device> devices;
+  /// Of a simulated bench: the machine is held where a signal has a value. Nothing: a person must.
+  std::function<void(Signal, double)> hold;
 };
 
 /// Opens every device to look at its signals. No output is opened; where a device has its output and its inputs on one
