@@ -32,6 +32,7 @@ struct Card {
   std::array<std::atomic<double>, 16> inputs{};  ///< [V] at its terminals
   std::atomic<std::uint32_t> ends = 0;           ///< count one up, and the scan under way ends without a word
   std::atomic<bool> silent = false;              ///< the scan goes on, and nothing comes
+  std::atomic<int> away = 0;                     ///< [ms] the computer does not get to the card, once
   std::atomic<bool> refuses = false;             ///< what an output is told
 
   // ---- What the driver has done

@@ -136,7 +136,7 @@ void scan(File& file, int buffer, std::vector<unsigned> list, unsigned nanosecon
   std::vector<std::uint8_t> bytes;
   std::uint64_t scans = 0;
   while (!file.stop) {
-    std::this_thread::sleep_for(interrupts);
+    std::this_thread::sleep_for(interrupts + std::chrono::milliseconds(card.away.exchange(0)));
     if (!card.present || card.ends != ends) {
       file.error = card.present ? 0 : ENODEV;
       break;
@@ -277,7 +277,11 @@ int describe(const comedi_rangeinfo& asked) {
 int instruct(File& file, const comedi_insn& insn) {
   Card& card = *file.card;
   const unsigned channel = CR_CHAN(insn.chanspec);
-  if (insn.insn == INSN_WAIT) return static_cast<int>(insn.n);
+  if (insn.insn == INSN_GTOD) {  // the time of day: by which libcomedi finds out that there are instructions
+    if (insn.n != 2) return refused(EINVAL);
+    insn.data[0] = insn.data[1] = 0;
+    return 2;
+  }
   const bool is_input = insn.subdev == ai && insn.insn == INSN_READ;
   const bool is_output = insn.subdev == ao && (insn.insn == INSN_WRITE || insn.insn == INSN_READ);
   if (!is_input && !is_output) return refused(EINVAL);
@@ -305,6 +309,11 @@ int answer(File& file, unsigned long request, void* argument) {
       return describe(*file.card, *static_cast<comedi_devinfo*>(argument));
     case COMEDI_SUBDINFO:
       return describe(*file.card, static_cast<comedi_subdinfo*>(argument));
+    case COMEDI_CHANINFO: {
+      const auto& asked = *static_cast<const comedi_chaninfo*>(argument);  // here all channels are alike
+      const bool lists = asked.maxdata_list != nullptr || asked.flaglist != nullptr || asked.rangelist != nullptr;
+      return asked.subdev >= subdevices || lists ? refused(EINVAL) : 0;
+    }
     case COMEDI_RANGEINFO:
       return describe(*static_cast<const comedi_rangeinfo*>(argument));
     case COMEDI_SETRSUBD:
