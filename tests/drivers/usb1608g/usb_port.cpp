@@ -23,6 +23,11 @@ std::string numbered(const char* format, int number) {
   return copy;
 }
 
+/// What the program has at an address; null where it was killed while it asked.
+UMockdevIoctlData* memory(UMockdevIoctlData* at, gsize offset, gsize bytes) {
+  return umockdev_ioctl_data_resolve(at, offset, bytes, nullptr);
+}
+
 usbdevfs_urb& urb_in(UMockdevIoctlData* data) { return *reinterpret_cast<usbdevfs_urb*>(data->data); }
 
 }  // namespace
@@ -97,8 +102,8 @@ void UsbPort::answer(UMockdevIoctlClient* client) {
   if (!connected(program) && request != USBDEVFS_REAPURB && request != USBDEVFS_REAPURBNDELAY) return complete(ENODEV);
   switch (request) {
     case USBDEVFS_GET_CAPABILITIES: {
-      UMockdevIoctlData* word =
-          umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(guint32), nullptr);
+      UMockdevIoctlData* word = memory(umockdev_ioctl_client_get_arg(client), 0, sizeof(guint32));
+      if (word == nullptr) return complete(EFAULT);
       constexpr guint32 able = USBDEVFS_CAP_BULK_SCATTER_GATHER | USBDEVFS_CAP_BULK_CONTINUATION |
                                USBDEVFS_CAP_NO_PACKET_SIZE_LIM | USBDEVFS_CAP_REAP_AFTER_DISCONNECT |
                                USBDEVFS_CAP_ZERO_PACKET;
@@ -113,8 +118,8 @@ void UsbPort::answer(UMockdevIoctlClient* client) {
       program.owns = false;
       return complete(0);
     case USBDEVFS_CLEAR_HALT: {
-      UMockdevIoctlData* endpoint =
-          umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(unsigned), nullptr);
+      UMockdevIoctlData* endpoint = memory(umockdev_ioctl_client_get_arg(client), 0, sizeof(unsigned));
+      if (endpoint == nullptr) return complete(EFAULT);
       device_.clear_halt(endpoint->data[0]);
       umockdev_ioctl_data_unref(endpoint);
       return complete(0);
@@ -133,14 +138,18 @@ void UsbPort::answer(UMockdevIoctlClient* client) {
 
 void UsbPort::submit(UMockdevIoctlClient* client, Client& program) {
   Urb urb;
-  urb.data = umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(usbdevfs_urb), nullptr);
+  urb.data = memory(umockdev_ioctl_client_get_arg(client), 0, sizeof(usbdevfs_urb));
+  if (urb.data == nullptr) return umockdev_ioctl_client_complete(client, -1, EFAULT);
   const usbdevfs_urb& asked = urb_in(urb.data);
   if (asked.type != USBDEVFS_URB_TYPE_CONTROL && !program.owns) {
     umockdev_ioctl_data_unref(urb.data);
     return umockdev_ioctl_client_complete(client, -1, EINVAL);
   }
-  urb.buffer = umockdev_ioctl_data_resolve(urb.data, offsetof(usbdevfs_urb, buffer),
-                                           static_cast<gsize>(asked.buffer_length), nullptr);
+  urb.buffer = memory(urb.data, offsetof(usbdevfs_urb, buffer), static_cast<gsize>(asked.buffer_length));
+  if (urb.buffer == nullptr) {
+    umockdev_ioctl_data_unref(urb.data);
+    return umockdev_ioctl_client_complete(client, -1, EFAULT);
+  }
   program.urbs.push_back(urb);
   if (asked.type == USBDEVFS_URB_TYPE_CONTROL) carry_out(program.urbs.back());
   umockdev_ioctl_client_complete(client, 0, 0);
@@ -194,8 +203,8 @@ void UsbPort::reap(UMockdevIoctlClient* client, Client& program) {
       std::this_thread::sleep_for(std::chrono::microseconds(500));  // its descriptor is always ready
     return umockdev_ioctl_client_complete(client, -1, connected(program) ? EAGAIN : ENODEV);
   }
-  UMockdevIoctlData* where =
-      umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(gpointer), nullptr);
+  UMockdevIoctlData* where = memory(umockdev_ioctl_client_get_arg(client), 0, sizeof(gpointer));
+  if (where == nullptr) return umockdev_ioctl_client_complete(client, -1, EFAULT);
   umockdev_ioctl_data_set_ptr(where, 0, ready->data);
   umockdev_ioctl_data_unref(where);
   umockdev_ioctl_client_complete(client, 0, 0);
