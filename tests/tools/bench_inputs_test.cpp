@@ -148,8 +148,8 @@ TEST_F(BenchInputCommands, CalibrateIsLearntOnTheSimulatedBench) {
   const auto speed_at_rest = [&] {
     EXPECT_EQ(call({"check", file}), 0) << last->out() << last->err();
     const std::string out = last->out();
-    const std::size_t at = out.find("\nomega ");
-    return at == std::string::npos ? std::nan("") : std::stod(out.substr(at + 7));
+    const std::size_t at = out.find("\n  omega ");
+    return at == std::string::npos ? std::nan("") : std::stod(out.substr(at + 9));
   };
   EXPECT_NEAR(speed_at_rest(), 3, 0.2);
   const std::string typed = write("typed", "0\n50\n100\n1500 rpm\n\n").string();
@@ -214,7 +214,58 @@ TEST_F(BenchInputCommands, CalibrateFitsTheShuntOfAMeter) {
   const YamlMap meter = YamlMap::load(file).map("devices").map("meter");
   EXPECT_NEAR(meter.number("scale"), 1 / 0.096, 0.1);
   EXPECT_NEAR(meter.number("offset"), -0.002 / 0.096, 0.01);
-  EXPECT_THAT(read(file), HasSubstr("# [A/V] a shunt of 0.1 ohm; calibrated 20"));
+  EXPECT_THAT(read(file), HasSubstr("   # calibrated 20"));
+  EXPECT_THAT(read(file), HasSubstr("# [A/V] a shunt of 0.1 ohm\n")) << "what somebody wrote stays";
+}
+
+TEST_F(BenchInputCommands, CalibrateWritesInTheUnitOfAModbusRegister) {
+  const PseudoTerminal ours;
+  const PseudoTerminal theirs;
+  const AtTheOtherEnd wires([&] {
+    theirs.write(ours.read(0.001));
+    ours.write(theirs.read(0.001));
+  });
+  const auto answer = [&](const std::string& mood) { std::filesystem::rename(write("mood.new", mood), path("mood")); };
+  answer("well");
+  const Process server({"/usr/bin/python3", EMTB_SOURCE_DIR "/tests/drivers/modbus_meter/server.py",
+                        path("mood").string(), "rtu", theirs.path()},
+                       path("server"));
+  const std::string file = write("modbus.yaml",
+                                 "name: b\n"
+                                 "reference: {device: daq, min: 0, max: 6, safe: 0}\n"
+                                 "devices:\n"
+                                 "  daq: {driver: usb1608g, channels: {omega: {channel: 0, scale: 20}}}\n"
+                                 "  meter:\n"
+                                 "    driver: modbus_meter\n"
+                                 "    port: " +
+                                     ours.path() +
+                                     "\n"
+                                     "    line: 19200 8N1\n"
+                                     "    unit: 7\n"
+                                     "    period: 0.05\n"
+                                     "    registers:\n"
+                                     "      i_a: {address: 0, type: s16, unit: mA}\n")
+                               .string();
+  // The register is 530, and 810 later.
+  const std::string script = "(sleep 1; echo 1.01; while [ ! -e " + path("fast").string() +
+                             " ]; do sleep 0.1; done; sleep 1; echo 1.57) | " + EMTB + " bench calibrate " + file +
+                             " i_a --seconds 0.5";
+  int ended = -1;
+  ASSERT_TRUE(eventually([&] {  // the server takes its time to come up
+    std::error_code absent;
+    std::filesystem::remove(path("fast"), absent);
+    answer("well");
+    Process emtb({"/bin/sh", "-c", script}, path("calibrate"));
+    eventually([&] { return !emtb.running() || emtb.out().find("2> ") != std::string::npos; });
+    answer("fast");
+    write("fast", "");
+    ended = emtb.wait();
+    return ended == 0;
+  })) << ended
+      << server.err();
+  const YamlMap i_a = YamlMap::load(file).map("devices").map("meter").map("registers").map("i_a");
+  EXPECT_NEAR(i_a.number("scale"), 2, 1e-4) << "[mA]";
+  EXPECT_NEAR(i_a.number("offset"), -50, 0.01) << "[mA]";
 }
 
 TEST_F(BenchInputCommands, CalibrateSaysOfAMeterThatHasNoScaleWhy) {

@@ -96,7 +96,7 @@ TEST_F(ImportCommand, RefusesInOneLineALogThatCannotBePlaced) {
               HasSubstr("the log has 2 readings; 12 are the least"));
   std::ostringstream other;  // of a day on which nothing like this happened
   other << "Time [s];Display [mA]\n";
-  for (int k = 0; k < 70; ++k) other << 0.4 * k << ";" << (k * 7919 % 503) << "\n";
+  for (int k = 0; k < 70; ++k) other << 4 * k / 10 << "," << 4 * k % 10 << ";" << (k * 7919 % 503) << "\n";
   EXPECT_THAT(complaint(run_, write("other.csv", other.str()).string()),
               HasSubstr("the log does not look like the run anywhere"));
   EXPECT_THAT(complaint(run_, write("volts.csv", "Time [s];Volts\n0,4;1\n0,8;2\n").string()),
