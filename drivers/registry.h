@@ -20,11 +20,11 @@ struct BenchInputs {
     std::string name;
     std::unique_ptr<InputDevice> input;  ///< nothing where the device measures nothing, or does not open
     std::string why_not;                 ///< it does not open
+    /// Of a simulated device: its machine is held where a signal has a value. Nothing: a person must.
+    std::function<void(Signal, double)> hold{};
   };
   std::shared_ptr<Clock> clock;
   std::vector<Device> devices;
-  /// Of a simulated bench: the machine is held where a signal has a value. Nothing: a person must.
-  std::function<void(Signal, double)> hold;
 };
 
 /// Opens every device to look at its signals. No output is opened; where a device has its output and its inputs on one

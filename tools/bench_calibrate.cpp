@@ -127,6 +127,7 @@ int calibrate_channel(const CalibrateOptions& o) {
   BenchInputs inputs = open_one(bench, place.device);
   const std::string unit(info(*signal).unit);
 
+  const auto& hold = inputs.devices.front().hold;
   Channel channel;
   for (const Channel& one : inputs.devices.front().input->channels()) {
     if (one.signal == *signal) channel = one;
@@ -139,16 +140,15 @@ int calibrate_channel(const CalibrateOptions& o) {
 
   std::cout << o.signal << " is " << channel.source << ": scale " << pretty(old.scale, 6) << " " << unit << " per "
             << old.unit << ", offset " << pretty(old.offset, 6) << " " << unit
-            << (inputs.hold
-                    ? ".\nThe machine is simulated: type a value, and it is held there. An empty line ends.\n"
-                    : ".\nHold the machine at a known value, let it settle, type the value. An empty line ends.\n");
+            << (hold ? ".\nThe machine is simulated: type a value, and it is held there. An empty line ends.\n"
+                     : ".\nHold the machine at a known value, let it settle, type the value. An empty line ends.\n");
   std::vector<SensorPoint> points;
   std::string line;
   while (std::cout << points.size() + 1 << "> " << std::flush, std::getline(std::cin, line)) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) break;
     try {
       const double reference = reference_of(line, *signal, o.arm);
-      if (inputs.hold) inputs.hold(*signal, reference);
+      if (hold) hold(*signal, reference);
       points.push_back(point_at(reference, seen_on(inputs, *signal, o.seconds)));
       std::cout << "   " << pretty(reference, 6) << " " << unit << " at " << pretty(points.back().raw, 6) << " +- "
                 << pretty(points.back().scatter, 2) << " " << old.unit << "\n";
