@@ -107,7 +107,8 @@ Card* map_card(int number) {
 std::uint32_t convert(const Card& card, unsigned packed) {
   const unsigned channel = CR_CHAN(packed);
   double volts = card.inputs[channel];
-  if (CR_AREF(packed) == AREF_DIFF) volts -= card.inputs[channel + 8];
+  if (CR_AREF(packed) == AREF_DIFF)
+    volts -= card.inputs[(channel + 8) % card.inputs.size()];     // 9 has no pair: nonsense
   const double full = input_ranges[CR_RANGE(packed)].max * 1e-6;  // [V]
   const double code = (volts / full + 1) / 2 * Card::top;
   return static_cast<std::uint32_t>(std::lround(std::clamp(code, 0.0, static_cast<double>(Card::top))));
