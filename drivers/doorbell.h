@@ -27,10 +27,14 @@ class Doorbell {
     const std::uint64_t one = 1;
     [[maybe_unused]] const ssize_t sent = write(file_, &one, sizeof one);  // fails only where it rings already
   }
-  /// Returns once it rings, or has rung since the wait before; or after so many seconds.
-  void wait(double seconds) const noexcept {
+  /// Returns once it rings, or has rung; or after so many seconds. @return whether it rings
+  bool listen(double seconds) const noexcept {
     pollfd bell{.fd = file_, .events = POLLIN, .revents = 0};
-    if (poll(&bell, 1, static_cast<int>(std::ceil(std::max(seconds, 0.0) * 1e3))) > 0) answer();
+    return poll(&bell, 1, static_cast<int>(std::ceil(std::max(seconds, 0.0) * 1e3))) > 0;
+  }
+  /// The same, and then it rings no longer.
+  void wait(double seconds) const noexcept {
+    if (listen(seconds)) answer();
   }
   /// It rings no longer.
   void answer() const noexcept {

@@ -42,6 +42,15 @@ struct OpenRequest {
   }
 };
 
+/// Opens a device that only measures, in real time. @param read_settings of the device's entry
+template <class Device, class ReadSettings>
+OpenedDevice open_input(const OpenRequest& request, ReadSettings read_settings) {
+  request.need_real_time();
+  OpenedDevice opened;
+  opened.input = std::make_unique<Device>(request.device.name, request.clock, read_settings(request.device.yaml));
+  return opened;
+}
+
 /// A kind of device, by the name under which bench files ask for it.
 struct Driver {
   std::string_view name;

@@ -11,6 +11,7 @@
 #include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
 #include "drivers/simulated/plant_port.h"
+#include "drivers/simulated/world.h"
 #include "drivers/usb1608g/open.h"
 #include "hal/error.h"
 
@@ -99,6 +100,9 @@ BenchInputs open_inputs(const BenchConfig& config) {
   for (const BenchConfig::Device& device : config.devices) {
     BenchInputs::Device& opened = inputs.devices.emplace_back();
     opened.name = device.name;
+    if (world && device.driver.starts_with("simulated_")) {  // a real one beside them sees a real machine
+      opened.hold = [plant = world](Signal signal, double value) { plant->hold(signal, value); };
+    }
     try {
       opened.input = driver_of(device)
                          .open({.bench = config, .device = device, .clock = clock, .world = world, .input_only = true})

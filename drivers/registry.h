@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct BenchInputs {
     std::string name;
     std::unique_ptr<InputDevice> input;  ///< nothing where the device measures nothing, or does not open
     std::string why_not;                 ///< it does not open
+    /// Of a simulated device: its machine is held where a signal has a value. Nothing: a person must.
+    std::function<void(Signal, double)> hold{};
   };
   std::shared_ptr<Clock> clock;
   std::vector<Device> devices;

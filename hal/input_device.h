@@ -17,10 +17,14 @@ namespace emtb {
 
 /// How a reading comes from what a converter saw: value = scale · raw + offset.
 struct Conversion {
-  double scale = 0;             ///< [the signal's unit per unit of raw]; 0: the device does not tell
-  double offset = 0;            ///< [the signal's unit]
-  std::string_view unit = "V";  ///< of raw: volts at the input, or what else the device counts in
-  bool from_file = false;       ///< scale and offset are keys of the channel in the bench file
+  double scale = 0;                        ///< [the signal's unit per unit of raw]; 0: the device does not tell
+  double offset = 0;                       ///< [the signal's unit]
+  std::string_view unit = "V";             ///< of raw: volts at the input, or what else the device counts in
+  bool from_file = false;                  ///< scale and offset are keys of the channel in the bench file
+  std::string_view offset_key = "offset";  ///< there
+  /// In the file the value stands in a unit of its own: SI = file_unit · value + file_zero.
+  double file_unit = 1;
+  double file_zero = 0;
 };
 
 /// What a device measures on one channel, and how.

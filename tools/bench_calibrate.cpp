@@ -17,8 +17,9 @@
 namespace emtb {
 namespace {
 
-constexpr double gravity = 9.80665;  // [m/s2] standard; a place's own differs by 0.3 % at most
-constexpr double much = 1.25;        // a scale that changes by more than this is worth a word
+constexpr double gravity = 9.80665;             // [m/s2] standard; a place's own differs by 0.3 % at most
+constexpr const char* usual_of_meters = "i_a";  // that say nothing else
+constexpr double much = 1.25;                   // a scale that changes by more than this is worth a word
 
 /// The device that measures the signal, and the keys that lead to its scale and offset.
 struct Place {
@@ -29,12 +30,23 @@ struct Place {
 Place place_of(const BenchConfig& bench, Signal signal) {
   const std::string name(info(signal).name);
   for (const BenchConfig::Device& device : bench.devices) {
-    const bool has_some = device.yaml.has("channels") && device.yaml.node()["channels"].IsMap();
-    if (has_some && device.yaml.map("channels").has(name))
-      return {device.name, {"devices", device.name, "channels", name}};
+    bool has_lists = false;
+    for (const char* list : {"channels", "registers"}) {
+      if (!device.yaml.has(list) || !device.yaml.node()[list].IsMap()) continue;
+      has_lists = true;
+      if (device.yaml.map(list).has(name)) return {device.name, {"devices", device.name, list, name}};
+    }
+    if (!has_lists && device.yaml.text_or("signal", usual_of_meters) == name) {
+      return {device.name, {"devices", device.name}};
+    }
   }
-  throw Error(bench.file.string() + ": no device has a channel " + name + ". A meter that sends " + name +
-              " in its unit is calibrated at the meter");
+  throw Error(bench.file.string() + ": no device has a channel " + name + ", and no meter measures it");
+}
+
+/// scale and offset as the file has them.
+std::array<KeyedNumber, 2> as_in_file(const SensorFit& fit, const Conversion& conversion) {
+  return {KeyedNumber{"scale", fit.scale / conversion.file_unit},
+          KeyedNumber{std::string(conversion.offset_key), (fit.offset - conversion.file_zero) / conversion.file_unit}};
 }
 
 /// `157`, `1500 rpm`, `0.5 kg` (with an arm), or the signal's own unit behind the number.
@@ -115,24 +127,28 @@ int calibrate_channel(const CalibrateOptions& o) {
   BenchInputs inputs = open_one(bench, place.device);
   const std::string unit(info(*signal).unit);
 
+  const auto& hold = inputs.devices.front().hold;
   Channel channel;
   for (const Channel& one : inputs.devices.front().input->channels()) {
     if (one.signal == *signal) channel = one;
   }
   const Conversion old = channel.conversion;
   if (!old.from_file) {
-    throw Error(bench.file.string() + ": " + channel.source + " has no scale and offset in the bench file");
+    throw Error(bench.file.string() + ": " + channel.source +
+                " has no scale and offset in the bench file: its readings are taken as they come");
   }
 
   std::cout << o.signal << " is " << channel.source << ": scale " << pretty(old.scale, 6) << " " << unit << " per "
             << old.unit << ", offset " << pretty(old.offset, 6) << " " << unit
-            << ".\nHold the machine at a known value, let it settle, type the value. An empty line ends.\n";
+            << (hold ? ".\nThe machine is simulated: type a value, and it is held there. An empty line ends.\n"
+                     : ".\nHold the machine at a known value, let it settle, type the value. An empty line ends.\n");
   std::vector<SensorPoint> points;
   std::string line;
   while (std::cout << points.size() + 1 << "> " << std::flush, std::getline(std::cin, line)) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) break;
     try {
       const double reference = reference_of(line, *signal, o.arm);
+      if (hold) hold(*signal, reference);
       points.push_back(point_at(reference, seen_on(inputs, *signal, o.seconds)));
       std::cout << "   " << pretty(reference, 6) << " " << unit << " at " << pretty(points.back().raw, 6) << " +- "
                 << pretty(points.back().scatter, 2) << " " << old.unit << "\n";
@@ -156,12 +172,12 @@ int calibrate_channel(const CalibrateOptions& o) {
     std::cout << "The scale has changed by a factor of " << pretty(change, 3) << ".\n";
   }
 
+  const std::array numbers = as_in_file(fit, old);
   const std::filesystem::path file = std::filesystem::canonical(bench.file);  // a link stays one
   if (YamlMap::read_text(file) != bench.text) {
-    throw Error(file.string() + ": has changed meanwhile, and stays as it is. Write scale: " + pretty(fit.scale, 6) +
-                ", offset: " + pretty(fit.offset, 6));
+    throw Error(file.string() + ": has changed meanwhile, and stays as it is. Write scale: " +
+                pretty(numbers[0].second, 6) + ", " + numbers[1].first + ": " + pretty(numbers[1].second, 6));
   }
-  const std::array numbers{KeyedNumber{"scale", fit.scale}, KeyedNumber{"offset", fit.offset}};
   const std::string text = edited(bench.text, file, place.path, numbers, "calibrated " + today() + ": " + residual);
   const auto mode = std::filesystem::status(file).permissions();
   replace_file(file, [&](const std::filesystem::path& draft) {

@@ -11,25 +11,12 @@
 namespace emtb::comedi {
 namespace {
 
-constexpr double reopen_after = 0.5;       // [s] between attempts to open a card that has gone
-constexpr double idle = 10;                // [s] of one wait without a scan
 constexpr double longest_wait = 0.05;      // [s] until a wish to end is seen
 constexpr double silence = 1;              // [s] without a sample, beyond ten scans
 constexpr double rate_tolerance = 0.05;    // what a card's clock divider may make of the rate
 constexpr double wake_each_scan_to = 5e3;  // [Hz] beyond, the card's usual blocks are quick enough
-constexpr double loop_away = 0.5;          // [s] that the loop may be away before readings are lost
 constexpr double nanoseconds = 1e9;        // in a second
 constexpr int attempts = 4;                // a driver may adjust a command in several steps
-
-/// A scan that must begin anew.
-struct Broken {
-  Fault fault;
-};
-
-std::size_t capacity(const InputSettings& settings) {
-  const double readings = settings.rate * static_cast<double>(settings.channels.size()) * loop_away;
-  return static_cast<std::size_t>(std::clamp(readings, 1024.0, 1e6));
-}
 
 /// Lets the driver adjust a command until it takes it. @return whether it does
 bool settle(comedi_t* card, comedi_cmd& command) {
@@ -43,42 +30,13 @@ bool settle(comedi_t* card, comedi_cmd& command) {
 
 }  // namespace
 
-Input::Input(std::string name, std::shared_ptr<Clock> clock, InputSettings settings)
-    : name_(std::move(name)),
-      clock_(std::move(clock)),
-      settings_(std::move(settings)),
-      opened_([this] {
-        try {
-          return std::make_unique<Link>(settings_.card);
-        } catch (const DeviceError& e) {
-          throw DeviceError(name_ + ": " + e.what());
-        }
-      }()),
-      plan_([this] {
-        try {
-          return plan(*opened_);
-        } catch (const DeviceError& e) {
-          throw DeviceError(name_ + ": " + e.what());
-        }
-      }()),
-      descriptions_(describe()),
-      handover_(descriptions_, capacity(settings_)) {
-  thread_ = std::thread([this, link = std::move(opened_)]() mutable { run(std::move(link)); });
+void Inputs::open() {
+  link_ = std::make_unique<Link>(settings_.card);
+  plan_ = plan();
 }
 
-Input::~Input() {
-  quit_ = true;
-  bell_.ring();
-  thread_.join();
-}
-
-void Input::start() {
-  handover_.restart();
-  wanted_ = true;
-  bell_.ring();
-}
-
-Input::Plan Input::plan(const Link& link) const {
+Inputs::Plan Inputs::plan() const {
+  const Link& link = *link_;
   Plan made;
   made.subdevice = link.subdevice(COMEDI_SUBD_AI, "analog inputs");
   const unsigned int flags = link.flags(made.subdevice);
@@ -127,7 +85,7 @@ Input::Plan Input::plan(const Link& link) const {
   return made;
 }
 
-std::vector<Channel> Input::describe() const {
+std::vector<Channel> Inputs::describe(const std::string& name) const {
   std::vector<Channel> descriptions;
   for (std::size_t k = 0; k < settings_.channels.size(); ++k) {
     const InputChannel& channel = settings_.channels[k];
@@ -138,7 +96,7 @@ std::vector<Channel> Input::describe() const {
                             .period = plan_.period,
                             .window = 0,
                             .lsb = std::abs(b - a) / plan_.converters[k].top,
-                            .source = name_ + " channel " + std::to_string(channel.channel),
+                            .source = name + " channel " + std::to_string(channel.channel),
                             .low = std::min(a, b),
                             .high = std::max(a, b),
                             .conversion = {.scale = channel.scale, .offset = channel.offset, .from_file = true}});
@@ -146,29 +104,8 @@ std::vector<Channel> Input::describe() const {
   return descriptions;
 }
 
-void Input::run(std::unique_ptr<Link> link) noexcept {
-  while (!quit_) {
-    if (!wanted_) {
-      bell_.wait(idle);
-      continue;
-    }
-    try {
-      if (!link) {
-        link = std::make_unique<Link>(settings_.card);
-        plan_.converters = plan(*link).converters;
-      }
-      scan(*link);
-    } catch (const Broken& broken) {
-      handover_.raise(broken.fault);
-    } catch (const std::exception&) {  // it has gone, or is not back yet
-      link.reset();
-      handover_.raise(Fault::device_lost);
-      bell_.wait(reopen_after);
-    }
-  }
-}
-
-void Input::scan(const Link& link) {
+void Inputs::run(Scan& scan) {
+  const Link& link = *link_;
   comedi_cancel(link.get(), plan_.subdevice);  // a scan that broke may still run
   comedi_cmd command = plan_.command;
   command.chanlist = plan_.list.data();
@@ -179,48 +116,31 @@ void Input::scan(const Link& link) {
     ~Cancel() { comedi_cancel(link.get(), subdevice); }
   } at_the_end{link, plan_.subdevice};
 
-  ScanAssembler assembler(plan_.list.size(), plan_.width);
-  SampleClock samples(plan_.period);
-  samples.arrived(0, clock_->now());
-  std::uint64_t scans = 0;
+  scan.began();
   double heard = machine_.now();
   std::array<std::uint8_t, 65536> buffer{};
-  while (!quit_) {
+  while (scan.wanted()) {
     std::array<pollfd, 1> ready{{{.fd = link.descriptor(), .events = POLLIN, .revents = 0}}};
     poll(ready.data(), ready.size(), static_cast<int>(longest_wait * 1e3));
-    if (machine_.now() - heard > silence + 10 * plan_.period) throw Broken{Fault::scan_broken};
+    if (machine_.now() - heard > silence + 10 * plan_.period) throw ScanBroken{Fault::scan_broken};
     if (ready[0].revents == 0) continue;
     const ssize_t got = ::read(link.descriptor(), buffer.data(), buffer.size());
     if (got < 0) {
       if (errno == EAGAIN || errno == EINTR) continue;
-      if (errno == EPIPE || errno == EOVERFLOW) throw Broken{Fault::samples_lost};
+      if (errno == EPIPE || errno == EOVERFLOW) throw ScanBroken{Fault::samples_lost};
       throw Gone(link.name() + ": has gone");
     }
-    if (got == 0) throw Broken{Fault::scan_broken};  // the command has ended, though it was to have no end
+    if (got == 0) throw ScanBroken{Fault::scan_broken};  // the command has ended, though it was to have no end
     heard = machine_.now();
-    const std::span bytes(buffer.data(), static_cast<std::size_t>(got));
-    const std::uint64_t complete = scans + assembler.scans_in(bytes.size());
-    if (complete > scans) samples.arrived(complete - 1, clock_->now());
-    clock_report_.store(samples.estimate());
-    assembler.feed(bytes, [&](std::span<const lsampl_t> codes) { deliver(codes, samples.time_of(scans++)); });
+    scan.take(std::span(buffer).first(static_cast<std::size_t>(got)),
+              [this](std::size_t channel, std::uint32_t code) { return volts(channel, code); });
   }
 }
 
-void Input::deliver(std::span<const lsampl_t> codes, double time) noexcept {
-  bool clipped = false;
-  for (std::size_t k = 0; k < codes.size(); ++k) {
-    if (plan_.converters[k].saturated(codes[k])) {
-      clipped = true;
-      continue;
-    }
-    const InputChannel& channel = settings_.channels[k];
-    handover_.deliver(channel.signal, time, channel.scale * plan_.converters[k].volts(codes[k]) + channel.offset);
-  }
-  if (clipped) {
-    handover_.raise(Fault::over_range);
-  } else {
-    handover_.clear();
-  }
+std::optional<double> Inputs::volts(std::size_t channel, std::uint32_t code) const noexcept {
+  const Converter& converter = plan_.converters[channel];
+  if (converter.saturated(code)) return std::nullopt;
+  return converter.volts(code);
 }
 
 }  // namespace emtb::comedi

@@ -1,18 +1,12 @@
 #pragma once
 
-#include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "drivers/clock_report.h"
+#include "drivers/card_input.h"
 #include "drivers/comedi/link.h"
-#include "drivers/doorbell.h"
-#include "drivers/handover.h"
-#include "drivers/sample_clock.h"
-#include "hal/clock.h"
-#include "hal/input_device.h"
 
 namespace emtb::comedi {
 
@@ -32,25 +26,20 @@ struct InputSettings {
   double rate = 1000;                  ///< [Hz] scans that are asked for
 };
 
-/// The inputs of a card, scanned all the time by its own clock (a comedi command), in a thread of its own.
+/// The inputs of a card by comedi, as CardInput drives them: a command that runs without end.
 ///
-/// A reading bears the time at which the card's clock says it was taken (SampleClock); a scan that had to be begun anew
-/// leaves a gap. A buffer that overran is Fault::samples_lost; a command that ends or falls silent is
-/// Fault::scan_broken; a card that has gone is Fault::device_lost; an input at an end of its range is
-/// Fault::over_range. Each stands until a scan is whole again. Samples of a broken scan are never spliced to the next.
-class Input final : public InputDevice {
+/// A buffer that overran, and a command that ends or falls silent, break the scan.
+class Inputs final : public ScannedInputs {
  public:
-  /// Opens the card, chooses ranges, has it check the command, and reads each channel once.
-  /// @throws DeviceError where the card is absent or in use, has no such channel or range, or cannot scan at the rate
-  Input(std::string name, std::shared_ptr<Clock> clock, InputSettings settings);
-  Input(const Input&) = delete;
-  Input& operator=(const Input&) = delete;
-  ~Input() override;
+  explicit Inputs(InputSettings settings) : settings_(std::move(settings)) {}
 
-  std::span<const Channel> channels() const noexcept override { return descriptions_; }
-  void start() override;  ///< the scan begins with the first
-  Readings read(std::span<Reading> out) noexcept override { return handover_.take(out); }
-  std::optional<ClockEstimate> own_clock() const noexcept override { return clock_report_.load(); }
+  /// Chooses ranges, has the card check the command, and reads each channel once.
+  /// @throws DeviceError where it has no such channel or range, or cannot scan at the rate
+  void open() override;
+  void close() noexcept override { link_.reset(); }
+  std::vector<Channel> describe(const std::string& name) const override;
+  std::size_t width() const noexcept override { return plan_.width; }
+  void run(Scan& scan) override;
 
  private:
   /// What the card is told.
@@ -64,25 +53,13 @@ class Input final : public InputDevice {
     double period = 0;     ///< [s] that the card makes of it
   };
 
-  Plan plan(const Link& link) const;
-  std::vector<Channel> describe() const;
-  void run(std::unique_ptr<Link> link) noexcept;
-  void scan(const Link& link);
-  void deliver(std::span<const lsampl_t> codes, double time) noexcept;
+  Plan plan() const;
+  std::optional<double> volts(std::size_t channel, std::uint32_t code) const noexcept;
 
-  std::string name_;
-  std::shared_ptr<Clock> clock_;
   InputSettings settings_;
-  std::unique_ptr<Link> opened_;  ///< until the thread has it
+  std::unique_ptr<Link> link_;
   Plan plan_;
-  std::vector<Channel> descriptions_;
-  Handover handover_;
-  ClockReport clock_report_;
   MonotonicClock machine_;
-  Doorbell bell_;
-  std::atomic<bool> quit_ = false;
-  std::atomic<bool> wanted_ = false;  ///< the scan
-  std::thread thread_;
 };
 
 }  // namespace emtb::comedi

@@ -49,31 +49,4 @@ Converter nominal(Range range, lsampl_t top) noexcept;
 /// @return [s], or nothing where the command is not paced by a timer
 std::optional<double> scan_period(const comedi_cmd& command, std::size_t count) noexcept;
 
-/// Puts the bytes that a command delivers together to scans: reads end where they like, within a scan or a sample.
-class ScanAssembler {
- public:
-  /// @param width [bytes] of a sample: 2, or 4 where the subdevice says SDF_LSAMPL; in the machine's own order
-  ScanAssembler(std::size_t channels, std::size_t width) : codes_(channels), width_(width) {}
-
-  /// Calls `scan(codes)` for each scan that is complete.
-  template <class Take>
-  void feed(std::span<const std::uint8_t> bytes, Take scan) {
-    for (const std::uint8_t byte : bytes) {
-      lsampl_t& code = codes_[filled_ / width_];
-      const std::size_t place = filled_ % width_;
-      code = place == 0 ? byte : code | static_cast<lsampl_t>(byte) << 8U * place;
-      if (++filled_ < width_ * codes_.size()) continue;
-      filled_ = 0;
-      scan(std::span<const lsampl_t>(codes_));
-    }
-  }
-  /// How many scans will have been completed when so many more bytes have come.
-  std::size_t scans_in(std::size_t bytes) const noexcept { return (filled_ + bytes) / (width_ * codes_.size()); }
-
- private:
-  std::vector<lsampl_t> codes_;
-  std::size_t width_;
-  std::size_t filled_ = 0;  ///< [bytes]
-};
-
 }  // namespace emtb::comedi

@@ -4,6 +4,9 @@
 #include <cctype>
 #include <cmath>
 
+#include "drivers/scanning_card.h"
+#include "drivers/settings.h"
+
 namespace emtb::comedi {
 namespace {
 
@@ -12,10 +15,8 @@ constexpr double fastest_scan = 1e6;  // [Hz] of all channels together; the card
 constexpr double usual_range = 10;    // [V] of either sign
 constexpr int most_channels = 256;    // that an entry of a channel list can name
 
-unsigned int channel_number(const YamlMap& yaml, double fallback) {
-  const double value = yaml.within_or("channel", 0, most_channels - 1, fallback);
-  if (value != std::floor(value)) yaml.fail("channel", "must be a whole number");
-  return static_cast<unsigned int>(value);
+unsigned int channel_number(const YamlMap& yaml) {
+  return static_cast<unsigned int>(whole_number(yaml, "channel", 0, most_channels - 1, 0));
 }
 
 /// `range: 10` for -10 to 10 V, or `range: [0, 10]`.
@@ -34,7 +35,7 @@ InputChannel read_channel(Signal signal, const YamlMap& yaml) {
   InputChannel entry;
   entry.signal = signal;
   if (!yaml.has("channel")) yaml.fail("channel", "is missing");
-  entry.channel = channel_number(yaml, 0);
+  entry.channel = channel_number(yaml);
   const std::string wiring = yaml.text_or("wiring", "single_ended");
   if (wiring != "single_ended" && wiring != "differential" && wiring != "common") {
     yaml.fail("wiring", "is `" + wiring + "`. Known: single_ended, differential, common (against AISENSE)");
@@ -43,11 +44,7 @@ InputChannel read_channel(Signal signal, const YamlMap& yaml) {
                  : wiring == "common"     ? Wiring::common
                                           : Wiring::single_ended;
   entry.wanted = read_range(yaml);
-  if (signal != Signal::u_ref && signal != Signal::e_a && !yaml.has("scale")) {
-    yaml.fail("scale", "is missing: how many " + std::string(info(signal).unit) + " is one volt at the card?");
-  }
-  entry.scale = yaml.number_or("scale", 1);
-  if (entry.scale == 0) yaml.fail("scale", "is 0: every reading would be the same");
+  entry.scale = read_volts_scale(signal, yaml);
   entry.offset = yaml.number_or("offset", 0);
   return entry;
 }
@@ -60,15 +57,7 @@ InputSettings read_settings(const YamlMap& device, double rate) {
   settings.card = {.node = device.text_or("device", settings.card.node),
                    .board = device.text_or("board", ""),
                    .calibration = device.text_or("calibration", "auto")};
-  const YamlMap entries = device.map("channels");
-  for (const auto& [name, entry] : entries.entries()) {
-    const auto signal = signal_named(name);
-    if (!signal || *signal == Signal::theta || *signal == Signal::armature_open) {
-      entries.fail(name, "is no voltage. The card may give u_ref, e_a, i_a, omega, torque, i_f, temperature");
-    }
-    settings.channels.push_back(read_channel(*signal, entry));
-  }
-  if (settings.channels.empty()) device.fail("channels", "is empty. Give at least one signal");
+  for (const auto& [signal, entry] : voltage_channels(device)) settings.channels.push_back(read_channel(signal, entry));
   const double most = std::floor(fastest_scan / static_cast<double>(settings.channels.size()));
   settings.rate = device.within_or("rate", lowest_rate, most, rate);
   return settings;
@@ -77,22 +66,13 @@ InputSettings read_settings(const YamlMap& device, double rate) {
 OutputSettings read_output(const BenchConfig::Reference& reference, const CardSettings& card) {
   reference.yaml.only({"device", "min", "max", "safe", "rate", "channel", "read_back"});
   return {.card = card,
-          .channel = channel_number(reference.yaml, 0),
+          .channel = channel_number(reference.yaml),
           .limits = reference.limits,
           .read_back = reference.yaml.flag_or("read_back", true)};
 }
 
 OpenedDevice open_card(const OpenRequest& request) {
-  request.need_real_time();
-  const InputSettings input = read_settings(request.device.yaml, request.bench.rate);
-  OpenedDevice opened;
-  // The output first: whatever else may be wrong with the card, the reference is safe by then.
-  if (request.drives_reference()) {
-    opened.output = std::make_unique<Output>(request.device.name, read_output(request.bench.reference, input.card));
-  }
-  if (request.output_only) return opened;
-  opened.input = std::make_unique<Input>(request.device.name, request.clock, input);
-  return opened;
+  return open_scanning_card<Inputs, OutputConverter>(request, read_settings, read_output);
 }
 
 std::vector<std::pair<std::string, std::string>> connected_cards(const std::filesystem::path& dev) {

@@ -1,15 +1,9 @@
 #pragma once
 
-#include <atomic>
-#include <limits>
 #include <memory>
-#include <string>
-#include <thread>
 
+#include "drivers/card_output.h"
 #include "drivers/comedi/link.h"
-#include "drivers/doorbell.h"
-#include "hal/analog_output.h"
-#include "hal/clock.h"
 
 namespace emtb::comedi {
 
@@ -20,51 +14,27 @@ struct OutputSettings {
   bool read_back = true;  ///< ask the card what it was told
 };
 
-/// One analog output of a card, in a thread of its own and beside whoever scans the inputs.
-///
-/// The card keeps its last voltage when the host program dies, so it is made safe when it is opened and when it is
-/// closed, and `emtbd --safe` does just that. Four times a second the card is asked what it was told. A request that
-/// fails or takes longer than 0.2 s, and an output that reads back otherwise, are Fault::output_failed, until one is
-/// well again.
-class Output final : public AnalogOutput {
+/// One analog output of a card, in the narrowest of its ranges that will do.
+class OutputConverter final : public CardConverter {
  public:
-  /// The output is safe, and reads back so, when this returns.
-  /// @throws DeviceError where the card is absent, has no such output, or does not do as it is told
-  Output(std::string name, OutputSettings settings);
-  Output(const Output&) = delete;
-  Output& operator=(const Output&) = delete;
-  ~Output() override;
+  explicit OutputConverter(const OutputSettings& settings)
+      : card_(settings.card), channel_(settings.channel), reach_{settings.limits.min, settings.limits.max} {}
 
-  Fault set(double volts) noexcept override;
-  Fault make_safe() noexcept override;
-  Limits limits() const noexcept override { return settings_.limits; }
+  void open(bool again) override;
+  void close() noexcept override { link_.reset(); }
+  std::uint32_t code(double volts) const noexcept override { return converter_.code(volts); }
+  void write(std::uint32_t code) override { link_->write(subdevice_, channel_, range_, code); }
+  std::uint32_t read_back() override;
+  std::string name() const override { return link_->name() + ": output " + std::to_string(channel_); }
 
  private:
-  void open();
-  void write(double volts);
-  void check();
-  void run() noexcept;
-  Fault verdict() const noexcept;
-
-  std::string name_;
-  OutputSettings settings_;
-  MonotonicClock machine_;
-
-  // Of the thread.
+  CardSettings card_;
+  unsigned int channel_;
+  Range reach_;
   std::unique_ptr<Link> link_;
   unsigned int subdevice_ = 0;
   std::size_t range_ = 0;
   Converter converter_;
-  lsampl_t written_ = 0;
-
-  static constexpr double never = std::numeric_limits<double>::infinity();
-  std::atomic<double> wanted_;              ///< [V] within the limits
-  std::atomic<bool> anew_ = false;          ///< even if it is what was written last
-  std::atomic<Fault> fault_ = Fault::none;  ///< of the last request
-  std::atomic<double> busy_since_ = never;  ///< [s] a request is under way
-  std::atomic<bool> quit_ = false;
-  Doorbell bell_;
-  std::thread thread_;
 };
 
 }  // namespace emtb::comedi

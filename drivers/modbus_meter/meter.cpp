@@ -21,7 +21,13 @@ std::vector<Channel> described(const std::string& name, const MeterSettings& set
                         .lsb = entry.digit,
                         .source = name + " (Modbus " + name_of(settings.address) + " unit " +
                                   std::to_string(settings.unit) + ", function " + std::to_string(entry.function) +
-                                  ", register " + std::to_string(entry.address) + ")"});
+                                  ", register " + std::to_string(entry.address) + ")",
+                        .conversion = {.scale = entry.scale,
+                                       .offset = entry.offset,
+                                       .unit = "of the register",
+                                       .from_file = true,
+                                       .file_unit = entry.unit,
+                                       .file_zero = entry.zero}});
   }
   return channels;
 }

@@ -24,6 +24,8 @@ struct Register {
   Order order;
   double scale = 1;                ///< reading = scale * number + offset, SI
   double offset = 0;               ///< SI
+  double unit = 1;                 ///< SI per unit of the bench file's scale and offset
+  double zero = 0;                 ///< SI where a value in that unit is 0
   std::optional<double> overload;  ///< the number by which the meter says that its range is exceeded
   double window = 0;               ///< [s] that a reading averages
   double digit = 0;                ///< SI; 0: unknown

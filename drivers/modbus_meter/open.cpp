@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "drivers/settings.h"
 #include "session/units.h"
 
 namespace emtb::modbus_meter {
@@ -10,21 +11,12 @@ namespace {
 
 constexpr int usual_tcp_port = 502;
 
-int whole(const YamlMap& yaml, std::string_view key, double min, double max, double fallback) {
-  const double value = yaml.within_or(key, min, max, fallback);
-  if (value != std::floor(value)) yaml.fail(key, "must be a whole number");
-  return static_cast<int>(value);
-}
-
 Address read_address(const YamlMap& device) {
   if (device.has("tcp") == device.has("port")) {
     device.fail("tcp", "or port: give one of them, tcp: HOST:PORT or port: /dev/...");
   }
   if (device.has("port")) {
-    const std::string text = device.text_or("line", "9600 8N1");
-    const auto line = read_line(text, {});
-    if (!line) device.fail("line", "is `" + text + "`. Write baud, bits, parity, stop bits: 9600 8N1");
-    return RtuAddress{.port = device.text("port"), .line = *line};
+    return RtuAddress{.port = device.text("port"), .line = read_line_key(device, {}, "9600 8N1")};
   }
   if (device.has("line")) device.fail("line", "is for a serial line, but the meter is on tcp. Remove it");
   const std::string text = device.text("tcp");
@@ -45,8 +37,8 @@ Register read_register(Signal signal, const YamlMap& yaml) {
   Register entry;
   entry.signal = signal;
   if (!yaml.has("address")) yaml.fail("address", "is missing");
-  entry.address = whole(yaml, "address", 0, 65535, 0);
-  entry.function = whole(yaml, "function", 3, 4, 4);
+  entry.address = whole_number(yaml, "address", 0, 65535, 0);
+  entry.function = whole_number(yaml, "function", 3, 4, 4);
   const auto type = type_named(yaml.text("type"));
   if (!type) yaml.fail("type", "is `" + yaml.text("type") + "`. Known: u16, s16, u32, s32, f32");
   entry.type = *type;
@@ -57,9 +49,9 @@ Register read_register(Signal signal, const YamlMap& yaml) {
   const std::string unit = yaml.text_or("unit", info(signal).unit);
   const auto conversion = unit_of(signal, unit);
   if (!conversion) yaml.fail("unit", "is `" + unit + "`. Known: " + known_units(signal));
-  const double scale = yaml.number_or("scale", 1);
-  if (scale == 0) yaml.fail("scale", "is 0: every reading would be the same");
-  entry.scale = conversion->scale * scale;
+  entry.unit = conversion->scale;
+  entry.zero = conversion->offset;
+  entry.scale = conversion->scale * read_scale(yaml);
   entry.offset = conversion->scale * yaml.number_or("offset", 0) + conversion->offset;
   if (yaml.has("overload")) entry.overload = yaml.number("overload");
   entry.window = yaml.within_or("window", 0, unbounded, 0);
@@ -72,7 +64,8 @@ Register read_register(Signal signal, const YamlMap& yaml) {
 
 MeterSettings read_settings(const YamlMap& device) {
   device.only({"driver", "tcp", "port", "line", "unit", "period", "timeout", "latency", "registers"});
-  MeterSettings settings{.address = read_address(device), .unit = whole(device, "unit", 0, 255, 1), .registers = {}};
+  MeterSettings settings{
+      .address = read_address(device), .unit = whole_number(device, "unit", 0, 255, 1), .registers = {}};
   settings.period = device.has("period") ? device.positive("period") : settings.period;
   settings.timeout = device.within_or("timeout", 0.01, 60, settings.timeout);
   settings.latency = device.within_or("latency", 0, unbounded, 0);
@@ -89,11 +82,6 @@ MeterSettings read_settings(const YamlMap& device) {
   return settings;
 }
 
-OpenedDevice open_meter(const OpenRequest& request) {
-  request.need_real_time();
-  OpenedDevice opened;
-  opened.input = std::make_unique<Meter>(request.device.name, request.clock, read_settings(request.device.yaml));
-  return opened;
-}
+OpenedDevice open_meter(const OpenRequest& request) { return open_input<Meter>(request, read_settings); }
 
 }  // namespace emtb::modbus_meter

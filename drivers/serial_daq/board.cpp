@@ -58,7 +58,7 @@ Board::Board(std::string name, std::shared_ptr<Clock> clock, BoardSettings setti
       handover_(descriptions_, static_cast<std::size_t>(std::max(
                                    256.0, loop_away * settings_.rate * static_cast<double>(descriptions_.size())))),
       scan_(period_),
-      wanted_(settings_.limits.safe) {
+      target_(settings_.limits, bell_) {
   try {
     connect();
   } catch (const DeviceError& e) {
@@ -82,19 +82,16 @@ void Board::start() {
 }
 
 Fault Board::set(double volts) noexcept {
-  if (!std::isfinite(volts)) {
+  if (!target_.set(volts)) {
     make_safe();
     return Fault::non_finite;
   }
-  const double within = std::clamp(volts, settings_.limits.min, settings_.limits.max);
-  if (wanted_.exchange(within) != within) bell_.ring();
   return dropped_ ? Fault::output_failed : output_.load();
 }
 
 Fault Board::make_safe() noexcept {
-  wanted_ = settings_.limits.safe;
   dropped_ = false;
-  bell_.ring();
+  target_.make_safe();
   return output_;
 }
 
@@ -166,7 +163,7 @@ void Board::talk() {
 
 double Board::command(bool at_once) {
   bell_.answer();  // before the look at what is wanted: what changes after it rings anew
-  const std::int16_t duty = duty_of(wanted_);
+  const std::int16_t duty = duty_of(target_.volts());
   const double wait = told_ + (duty != told_duty_ ? breath : alive) - machine_.now();
   if (wait > 0 && !at_once) return wait;
   port_->write(framed(set_duty(duty)));

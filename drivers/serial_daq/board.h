@@ -17,6 +17,7 @@
 #include "drivers/serial_daq/frame.h"
 #include "drivers/serial_daq/message.h"
 #include "drivers/serial_port.h"
+#include "drivers/target.h"
 #include "hal/analog_output.h"
 #include "hal/clock.h"
 #include "hal/input_device.h"
@@ -70,7 +71,7 @@ class Board {
   Board& operator=(const Board&) = delete;
 
   std::span<const Channel> channels() const noexcept { return descriptions_; }
-  const Limits& limits() const noexcept { return settings_.limits; }
+  const Limits& limits() const noexcept { return target_.limits(); }
   void start();
   Readings read(std::span<Reading> out) noexcept { return handover_.take(out); }
   Fault set(double volts) noexcept;
@@ -120,13 +121,13 @@ class Board {
   double told_ = 0;   ///< [s] the last duty
   std::int16_t told_duty_ = 0;
 
-  std::atomic<double> wanted_;  ///< [V] within the limits
   std::atomic<bool> start_ = false;
   std::atomic<Fault> output_ = Fault::none;
   std::atomic<bool> dropped_ = false;  ///< the watchdog has bitten, until make_safe()
   std::atomic<std::uint64_t> broken_ = 0;
   std::atomic<bool> quit_ = false;
   Doorbell bell_;
+  Target target_;
   std::thread thread_;
 };
 

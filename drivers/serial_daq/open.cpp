@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "drivers/settings.h"
+
 namespace emtb::serial_daq {
 namespace {
 
@@ -43,9 +45,8 @@ std::optional<std::size_t> analog_named(const std::string& name) {
 
 Analog read_analog(const YamlMap& yaml, std::size_t input) {
   yaml.only({"from", "scale", "offset"});
-  const Analog analog{.input = input, .scale = yaml.number("scale"), .offset = yaml.number_or("offset", 0)};
-  if (analog.scale == 0) yaml.fail("scale", "is 0: every reading would be the same");
-  return analog;
+  yaml.number("scale");  // must be there
+  return {.input = input, .scale = read_scale(yaml), .offset = yaml.number_or("offset", 0)};
 }
 
 BoardChannel read_channel(Signal signal, const YamlMap& yaml, const YamlMap& device) {
@@ -88,11 +89,7 @@ std::variant<double, Analog> read_bus(const YamlMap& device) {
 BoardSettings read_settings(const YamlMap& device, const BenchConfig::Reference* reference) {
   device.only({"driver", "port", "line", "rate", "start_up", "counts", "gear", "bus", "channels"});
   BoardSettings settings{.port = device.text("port"), .channels = {}, .limits = {}};
-  if (device.has("line")) {
-    const auto line = read_line(device.text("line"), settings.line);
-    if (!line) device.fail("line", "is `" + device.text("line") + "`. Write baud, bits, parity, stop bits: 115200 8N1");
-    settings.line = *line;
-  }
+  settings.line = read_line_key(device, settings.line, "115200 8N1");
   settings.rate = device.within_or("rate", lowest_rate, highest_rate, settings.rate);
   if (settings.rate * settings.line.wire_time(sample_frame) > busiest) {
     device.fail("rate", "is more than the line carries: at " + std::to_string(settings.line.baud) + " baud " +

@@ -6,6 +6,8 @@
 
 namespace emtb::serial_meter {
 
+constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+
 /// A number as a display shows it: `-012.34`.
 struct Decimal {
   double value = 0;
@@ -32,7 +34,7 @@ inline std::optional<Decimal> unsigned_decimal(std::string_view text, int expone
     if (c == '.') {
       if (point) return std::nullopt;
       point = true;
-    } else if (c >= '0' && c <= '9') {
+    } else if (is_digit(c)) {
       value = 10 * value + (c - '0');
       ++digits;
       behind += point ? 1 : 0;

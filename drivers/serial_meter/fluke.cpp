@@ -8,7 +8,6 @@
 namespace emtb::serial_meter::fluke {
 namespace {
 
-constexpr std::size_t longest_line = 80;
 constexpr double overload_from = 1e9;  // +1E+9 on all ranges
 
 struct Unit {
@@ -23,8 +22,6 @@ constexpr std::array units{
     Unit{"AAC", Quantity::current, Coupling::ac},          Unit{"AACDC", Quantity::current, Coupling::ac_and_dc},
     Unit{"OHMS", Quantity::resistance, Coupling::unsaid},  Unit{"HZ", Quantity::frequency, Coupling::unsaid},
 };
-
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
 }  // namespace
 
@@ -66,7 +63,7 @@ Message classify(std::string_view line) noexcept {
   return {.kind = Message::Kind::noise};  // an echo of our own command, for one
 }
 
-Message find(std::string_view received) noexcept { return find_line(received, longest_line, classify); }
+Message find(std::string_view received) noexcept { return find_line(received, classify); }
 
 std::vector<std::string> set_up(const Function& function) {
   const auto unit = std::ranges::find_if(units, [&](const Unit& u) {

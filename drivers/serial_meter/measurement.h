@@ -95,16 +95,18 @@ Message find_frame_ending(std::string_view received, char last,
   return {.kind = Message::Kind::noise, .length = end + 1};
 }
 
+inline constexpr std::size_t longest_line = 80;  ///< [bytes] of an answer; what is longer is noise
+
 /// Find for lines of text that end with CR, LF or both.
-/// @param longest a line that is longer is noise
 template <class Classify>
-Message find_line(std::string_view received, std::size_t longest, Classify classify) noexcept {
+Message find_line(std::string_view received, Classify classify) noexcept {
   const std::size_t end = received.find_first_of("\r\n");
   if (end == 0) return {.kind = Message::Kind::noise, .length = 1};
   if (end == std::string_view::npos) {
-    return received.size() > longest ? Message{.kind = Message::Kind::noise, .length = received.size()} : Message{};
+    return received.size() > longest_line ? Message{.kind = Message::Kind::noise, .length = received.size()}
+                                          : Message{};
   }
-  Message message = end > longest ? Message{.kind = Message::Kind::noise} : classify(received.substr(0, end));
+  Message message = end > longest_line ? Message{.kind = Message::Kind::noise} : classify(received.substr(0, end));
   message.length = end + 1;
   return message;
 }

@@ -18,12 +18,16 @@ Meter::Meter(const std::string& name, std::shared_ptr<Clock> clock, const MeterS
     : clock_(std::move(clock)),
       settings_(settings),
       protocol_(*settings.model->protocol),
-      description_{.signal = settings.signal,
-                   .period = settings.period,
-                   .window = settings.window,
-                   .lsb = settings.digit,
-                   .source = name + " (" + std::string(settings.model->maker) + ", " +
-                             std::string(settings.function.name) + ")"},
+      description_{
+          .signal = settings.signal,
+          .period = settings.period,
+          .window = settings.window,
+          .lsb = settings.digit,
+          .source = name + " (" + std::string(settings.model->maker) + ", " + std::string(settings.function.name) + ")",
+          .conversion = {.scale = settings.scale,
+                         .offset = settings.offset,
+                         .unit = settings.function.unit,
+                         .from_file = true}},
       handover_(std::span(&description_, 1)) {
   auto port = std::make_unique<SerialPort>(settings_.port, settings_.line);
   thread_ = std::thread([this, open = std::move(port)]() mutable { run(std::move(open)); });

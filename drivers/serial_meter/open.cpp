@@ -4,6 +4,8 @@
 #include <array>
 #include <sstream>
 
+#include "drivers/settings.h"
+
 namespace emtb::serial_meter {
 namespace {
 
@@ -87,12 +89,7 @@ double digit_in_range(const YamlMap& device, const Model& model, const Function&
 }
 
 LineSettings read_line_settings(const YamlMap& device, const Model& model) {
-  LineSettings line = model.line;
-  if (device.has("line")) {
-    const auto read = read_line(device.text("line"), line);
-    if (!read) device.fail("line", "is `" + device.text("line") + "`. Write baud, bits, parity, stop bits: 9600 8N1");
-    line = *read;
-  }
+  LineSettings line = read_line_key(device, model.line, "9600 8N1");
   line.dtr = device.flag_or("dtr", line.dtr);
   line.rts = device.flag_or("rts", line.rts);
   return line;
@@ -107,8 +104,7 @@ MeterSettings read_settings(const YamlMap& device) {
   MeterSettings settings{.port = device.text("port"), .model = &model, .line = read_line_settings(device, model)};
   settings.signal = read_signal(device);
   settings.function = read_function(device, settings.signal);
-  settings.scale = device.number_or("scale", 1);
-  if (settings.scale == 0) device.fail("scale", "is 0: every reading would be the same");
+  settings.scale = read_scale(device);
   settings.offset = device.number_or("offset", 0);
   if (device.has("range")) {
     settings.range = device.positive("range");
@@ -127,11 +123,6 @@ MeterSettings read_settings(const YamlMap& device) {
   return settings;
 }
 
-OpenedDevice open_meter(const OpenRequest& request) {
-  request.need_real_time();
-  OpenedDevice opened;
-  opened.input = std::make_unique<Meter>(request.device.name, request.clock, read_settings(request.device.yaml));
-  return opened;
-}
+OpenedDevice open_meter(const OpenRequest& request) { return open_input<Meter>(request, read_settings); }
 
 }  // namespace emtb::serial_meter

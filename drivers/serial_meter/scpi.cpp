@@ -10,7 +10,6 @@
 namespace emtb::serial_meter::scpi {
 namespace {
 
-constexpr std::size_t longest_line = 80;
 constexpr double overload_from = 9e37;  // 9.9E+37 on all of them
 
 struct Name {
@@ -34,8 +33,6 @@ std::string number_text(double value) {
   text << value;
   return text.str();
 }
-
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
 /// `-113,"Undefined header"`
 bool is_error_report(std::string_view line) noexcept {
@@ -82,7 +79,7 @@ Message classify(std::string_view line) noexcept {
   return {.kind = Message::Kind::noise};
 }
 
-Message find(std::string_view received) noexcept { return find_line(received, longest_line, classify); }
+Message find(std::string_view received) noexcept { return find_line(received, classify); }
 
 std::vector<std::string> set_up(const Function& function, double range, double line_cycles) {
   std::string name;

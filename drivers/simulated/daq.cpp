@@ -8,8 +8,6 @@
 namespace emtb::simulated {
 namespace {
 
-constexpr double card_span = 20;  // [V] the range stands for -10..10 V at the card
-
 double truth(Signal signal, const Plant& plant, double reference) noexcept {
   switch (signal) {
     case Signal::u_ref:
@@ -52,16 +50,19 @@ Converters::Converters(const std::string& name, std::uint64_t seed, std::vector<
       throw ConfigError(name + ": the simulated plant has no " + signal +
                         ". It has u_ref, e_a, i_a, omega, theta, torque");
     }
-    Channel description{.signal = channel.signal,
-                        .period = period,
-                        .window = 0,
-                        .lsb = channel.lsb(),
-                        .source = name + " " + signal + " (simulated)"};
+    const DaqChannel::Line line = channel.line();
+    Channel description{
+        .signal = channel.signal,
+        .period = period,
+        .window = 0,
+        .lsb = channel.lsb() * std::abs(line.scale / channel.nominal().scale),
+        .source = name + " " + signal + " (simulated)",
+        .conversion = {.scale = line.scale, .offset = line.zero, .from_file = true, .offset_key = "zero"}};
     if (channel.bits > 0) {
-      description.low = channel.low;
-      description.high = channel.high - channel.lsb();
-      description.conversion = {.scale = (channel.high - channel.low) / card_span,
-                                .offset = (channel.high + channel.low) / 2};
+      const double a = channel.reading(channel.low);
+      const double b = channel.reading(channel.high - channel.lsb());
+      description.low = std::min(a, b);
+      description.high = std::max(a, b);
     }
     noise_.emplace_back(channel.noise, channel.correlation, stream(seed_, 0, description.source));
     descriptions_.push_back(std::move(description));
@@ -76,12 +77,13 @@ void Converters::start() {
   }
 }
 
-void Converters::read(const Plant& plant, double reference, double t, std::uint64_t sequence,
+void Converters::read(const World& world, const Plant& plant, double t, std::uint64_t sequence,
                       std::span<Reading> out) noexcept {
   for (std::size_t c = 0; c < settings_.size(); ++c) {
     const DaqChannel& channel = settings_[c];
-    const double value = channel.gain * truth(channel.signal, plant, reference) + channel.offset + noise_[c].next();
-    out[c] = {.signal = channel.signal, .time = t, .value = quantise(channel, value), .sequence = sequence};
+    const double there = world.held(channel.signal).value_or(truth(channel.signal, plant, world.reference()));
+    const double value = quantise(channel, channel.gain * there + channel.offset + noise_[c].next());
+    out[c] = {.signal = channel.signal, .time = t, .value = channel.reading(value), .sequence = sequence};
   }
 }
 
@@ -99,9 +101,8 @@ void Daq::start() {
 }
 
 void Daq::sample() noexcept {
-  world_->look([this](double t, const Plant& plant, double reference) {
-    converters_.read(plant, reference, t, sequence_, sample_);
-  });
+  world_->look(
+      [this](double t, const Plant& plant, double) { converters_.read(*world_, plant, t, sequence_, sample_); });
   ++sequence_;
   next_ = 0;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,20 @@ struct DaqChannel {
   double gain = 1;         ///< reading = gain * truth + offset: a sensor that is not calibrated
   double offset = 0;       ///< [SI]
 
+  /// What somebody found when the sensor was calibrated; without it, `low` and `high` are believed.
+  struct Line {
+    double scale;  ///< [SI per V] of the card, whose ends are at -10 and 10 V
+    double zero;   ///< [SI] at 0 V
+  };
+  std::optional<Line> calibrated{};
+
+  Line line() const noexcept { return calibrated.value_or(nominal()); }
+  Line nominal() const noexcept { return {.scale = (high - low) / 20, .zero = (high + low) / 2}; }
+  /// A reading, of what the converter's steps stand for as it was built.
+  double reading(double quantised) const noexcept {
+    return calibrated ? calibrated->scale * (quantised - nominal().zero) / nominal().scale + calibrated->zero
+                      : quantised;
+  }
   double lsb() const noexcept { return bits > 0 ? (high - low) / static_cast<double>(1LL << bits) : 0; }
 };
 
@@ -40,8 +55,8 @@ class Converters {
   std::size_t size() const noexcept { return settings_.size(); }
   void start();  ///< another recording: with noise of its own
 
-  /// One reading of each channel. @param out as long as size()
-  void read(const Plant& plant, double reference, double t, std::uint64_t sequence, std::span<Reading> out) noexcept;
+  /// One reading of each channel of a world that is being looked at. @param out as long as size()
+  void read(const World& world, const Plant& plant, double t, std::uint64_t sequence, std::span<Reading> out) noexcept;
 
  private:
   std::uint64_t seed_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "drivers/settings.h"
 #include "drivers/simulated/daq.h"
 #include "drivers/simulated/meter.h"
 #include "drivers/simulated/output.h"
@@ -168,14 +169,10 @@ Laws read_laws(const YamlMap& yaml) {
   return laws == "other" ? Laws::other : Laws::usual;
 }
 
-int read_bits(const YamlMap& yaml, int fallback) {
-  const double bits = yaml.within_or("bits", 0, 24, fallback);
-  if (bits != std::floor(bits)) yaml.fail("bits", "must be a whole number");
-  return static_cast<int>(bits);
-}
+int read_bits(const YamlMap& yaml, int fallback) { return whole_number(yaml, "bits", 0, 24, fallback); }
 
 DaqChannel read_channel(Signal signal, int bits, const YamlMap& yaml) {
-  yaml.only({"range", "bits", "noise", "correlation", "gain", "offset"});
+  yaml.only({"range", "bits", "noise", "correlation", "gain", "offset", "scale", "zero"});
   DaqChannel channel{.signal = signal, .bits = read_bits(yaml, bits)};
   const std::vector<double> range = yaml.numbers("range");
   if (range.size() != 2 || range[0] >= range[1]) {
@@ -185,6 +182,10 @@ DaqChannel read_channel(Signal signal, int bits, const YamlMap& yaml) {
   channel.high = range[1];
   Overlay(yaml).not_negative("noise", channel.noise).any_sign("gain", channel.gain).any_sign("offset", channel.offset);
   channel.correlation = yaml.within_or("correlation", 0, 0.9999, 0);
+  if (yaml.has("scale") || yaml.has("zero")) {
+    channel.calibrated = {.scale = yaml.has("scale") ? read_scale(yaml) : channel.nominal().scale,
+                          .zero = yaml.number_or("zero", channel.nominal().zero)};
+  }
   return channel;
 }
 

@@ -51,7 +51,7 @@ double ScanningDaq::due() const noexcept {
 }
 
 void ScanningDaq::look(const Plant& plant) noexcept {
-  converters_.read(plant, world_->reference(), due(), scans_, stored(scans_));
+  converters_.read(*world_, plant, due(), scans_, stored(scans_));
   ++scans_;
 }
 

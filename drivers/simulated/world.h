@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -8,6 +9,7 @@
 
 #include "drivers/simulated/plant.h"
 #include "hal/clock.h"
+#include "hal/signal.h"
 
 namespace emtb::simulated {
 
@@ -50,6 +52,14 @@ class World {
     act(plant_);
   }
 
+  /// A person holds the machine where this signal has this value, as for a calibration: its sensors see that, and the
+  /// plant goes on without them.
+  void hold(Signal signal, double value) noexcept {
+    const Lock lock(busy_);
+    held_[index(signal)] = value;
+  }
+  std::optional<double> held(Signal signal) const noexcept { return held_[index(signal)]; }  ///< within look()
+
   /// [V] from now on.
   void set_reference(double volts) noexcept;
 
@@ -86,6 +96,7 @@ class World {
   std::atomic<double> reference_ = 0;
   std::atomic_flag busy_;
   std::vector<Observer*> observers_;
+  std::array<std::optional<double>, signal_count> held_{};
   bool restarted_ = true;
   std::optional<double> origin_;  ///< [s] clock time of step 0
   std::int64_t steps_ = 0;        ///< [us] done since

@@ -2,18 +2,15 @@
 
 #include <cmath>
 
+#include "drivers/scanning_card.h"
+#include "drivers/settings.h"
+
 namespace emtb::usb1608g {
 namespace {
 
 constexpr double output_full_scale = 10;  // [V] of either sign
 constexpr double fastest_scan = 500e3;    // [Hz] of the fastest card, with one channel
 constexpr double lowest_rate = 1;         // [Hz]
-
-int whole_number(const YamlMap& yaml, std::string_view key, double min, double max, double fallback) {
-  const double value = yaml.within_or(key, min, max, fallback);
-  if (value != std::floor(value)) yaml.fail(key, "must be a whole number");
-  return static_cast<int>(value);
-}
 
 InputChannel read_channel(Signal signal, const YamlMap& yaml) {
   yaml.only({"channel", "wiring", "range", "scale", "offset"});
@@ -28,11 +25,7 @@ InputChannel read_channel(Signal signal, const YamlMap& yaml) {
   const auto range = range_of(yaml.number_or("range", ranges[0]));
   if (!range) yaml.fail("range", "is not one of the card's: 10, 5, 2 or 1 V, of either sign");
   entry.slot.range = *range;
-  if (signal != Signal::u_ref && signal != Signal::e_a && !yaml.has("scale")) {
-    yaml.fail("scale", "is missing: how many " + std::string(info(signal).unit) + " is one volt at the card?");
-  }
-  entry.scale = yaml.number_or("scale", 1);
-  if (entry.scale == 0) yaml.fail("scale", "is 0: every reading would be the same");
+  entry.scale = read_volts_scale(signal, yaml);
   entry.offset = yaml.number_or("offset", 0);
   return entry;
 }
@@ -52,16 +45,8 @@ CardSettings read_card(const YamlMap& device) {
 InputSettings read_settings(const YamlMap& device, double rate) {
   device.only({"driver", "serial", "fpga", "calibration", "rate", "latency", "pacer", "start_bytes", "channels"});
   InputSettings settings{.card = read_card(device), .channels = {}};
-  const YamlMap entries = device.map("channels");
-  for (const auto& [name, entry] : entries.entries()) {
-    const auto signal = signal_named(name);
-    if (!signal || *signal == Signal::theta || *signal == Signal::armature_open) {
-      entries.fail(name, "is no voltage. The card may give u_ref, e_a, i_a, omega, torque, i_f, temperature");
-    }
-    settings.channels.push_back(read_channel(*signal, entry));
-  }
+  for (const auto& [signal, entry] : voltage_channels(device)) settings.channels.push_back(read_channel(signal, entry));
   const auto count = static_cast<double>(settings.channels.size());
-  if (count == 0) device.fail("channels", "is empty. Give at least one signal");
   settings.rate = device.within_or("rate", lowest_rate, std::floor(fastest_scan / count), rate);
   settings.latency = device.within_or("latency", 0, 0.1, settings.latency);
   const std::string pacer = device.text_or("pacer", "scan");
@@ -82,16 +67,7 @@ OutputSettings read_output(const BenchConfig::Reference& reference, const CardSe
 }
 
 OpenedDevice open_card(const OpenRequest& request) {
-  request.need_real_time();
-  const InputSettings input = read_settings(request.device.yaml, request.bench.rate);
-  OpenedDevice opened;
-  // The output first: whatever else may be wrong with the card, the reference is safe by then.
-  if (request.drives_reference()) {
-    opened.output = std::make_unique<Output>(request.device.name, read_output(request.bench.reference, input.card));
-  }
-  if (request.output_only) return opened;
-  opened.input = std::make_unique<Input>(request.device.name, request.clock, input);
-  return opened;
+  return open_scanning_card<Inputs, Converter>(request, read_settings, read_output);
 }
 
 }  // namespace emtb::usb1608g

@@ -2,7 +2,15 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <atomic>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include "config/yaml.h"
+#include "tests/drivers/pseudo_terminal.h"
 #include "tests/drivers/serial_daq/desk.h"
+#include "tests/drivers/serial_meter/frames.h"
 #include "tests/process.h"
 #include "tests/session/scratch.h"
 
@@ -133,6 +141,139 @@ TEST_F(BenchInputCommands, CalibrateFitsWhatIsTypedAndWritesIt) {
   EXPECT_EQ(after.st_mode & 0777U, 0640U);
 }
 
+TEST_F(BenchInputCommands, CalibrateIsLearntOnTheSimulatedBench) {
+  // The tacho gives a tenth too little and stands at 3 rad/s at rest; its card is believed to be 20 rad/s a volt.
+  const std::string file = changed("omega: {range: [-200, 200], noise: 0.2}",
+                                   "omega: {range: [-200, 200], noise: 0.2, gain: 0.9, offset: 3}");
+  const auto speed_at_rest = [&] {
+    EXPECT_EQ(call({"check", file}), 0) << last->out() << last->err();
+    const std::string out = last->out();
+    const std::size_t at = out.find("\n  omega ");
+    return at == std::string::npos ? std::nan("") : std::stod(out.substr(at + 9));
+  };
+  EXPECT_NEAR(speed_at_rest(), 3, 0.2);
+  const std::string typed = write("typed", "0\n50\n100\n1500 rpm\n\n").string();
+  Process emtb(
+      {"/bin/sh", "-c", std::string("exec ") + EMTB + " bench calibrate " + file + " omega --seconds 0.3 < " + typed},
+      path("calibrate"));
+  EXPECT_EQ(emtb.wait(), 0) << emtb.out() << emtb.err();
+  EXPECT_THAT(emtb.out(),
+              HasSubstr("omega is daq omega (simulated): scale 20 rad/s per V, offset 0 rad/s.\nThe machine "
+                        "is simulated: type a value, and it is held there."));
+  const YamlMap omega = YamlMap::load(file).map("devices").map("daq").map("channels").map("omega");
+  EXPECT_NEAR(omega.number("scale"), 20 / 0.9, 0.02);
+  EXPECT_NEAR(omega.number("zero"), -3 / 0.9, 0.1);
+  EXPECT_EQ(omega.number("offset"), 3) << "the sensor is as wrong as it was; now it is allowed for";
+  EXPECT_NEAR(speed_at_rest(), 0, 0.2);
+}
+
+TEST_F(BenchInputCommands, CalibrateFitsTheShuntOfAMeter) {
+  const PseudoTerminal line;
+  std::atomic<double> volts = 0;
+  const AtTheOtherEnd metex([&] {
+    std::ostringstream shown;
+    shown << std::fixed << std::setprecision(4) << volts;
+    for (const char c : line.read(0.005)) {
+      if (c == 'D') line.write(serial_meter::metex_frame("DC", shown.str(), "V"));
+    }
+  });
+  const std::string file = write("meter.yaml",
+                                 "name: b\n"
+                                 "reference: {device: daq, min: 0, max: 6, safe: 0}\n"
+                                 "devices:\n"
+                                 "  daq: {driver: usb1608g, channels: {omega: {channel: 0, scale: 20}}}\n"
+                                 "  meter:\n"
+                                 "    driver: serial_meter\n"
+                                 "    model: metex_m4650cr\n"
+                                 "    port: " +
+                                     line.path() +
+                                     "\n"
+                                     "    function: dc_voltage\n"
+                                     "    scale: 10      # [A/V] a shunt of 0.1 ohm\n"
+                                     "    period: 0.02\n")
+                               .string();
+  const std::string typed = path("typed").string();
+  ASSERT_EQ(mkfifo(typed.c_str(), 0600), 0);
+  Process emtb(
+      {"/bin/sh", "-c", std::string("exec ") + EMTB + " bench calibrate " + file + " i_a --seconds 0.5 < " + typed},
+      path("calibrate"));
+  {
+    std::ofstream keyboard(typed);
+    int points = 0;
+    for (const double amperes : {0.0, 0.5, 1.0}) {
+      const std::string prompt = std::to_string(++points) + "> ";
+      ASSERT_TRUE(eventually([&] { return emtb.out().find(prompt) != std::string::npos; })) << emtb.out() << emtb.err();
+      volts = 0.002 + 0.096 * amperes;  // what the shunt really is
+      std::this_thread::sleep_for(std::chrono::milliseconds(500));
+      keyboard << amperes << std::endl;
+    }
+    ASSERT_TRUE(eventually([&] { return emtb.out().find("4> ") != std::string::npos; })) << emtb.out();
+    keyboard << std::endl;
+  }
+  EXPECT_EQ(emtb.wait(), 0) << emtb.out() << emtb.err();
+  const YamlMap meter = YamlMap::load(file).map("devices").map("meter");
+  EXPECT_NEAR(meter.number("scale"), 1 / 0.096, 0.1);
+  EXPECT_NEAR(meter.number("offset"), -0.002 / 0.096, 0.01);
+  EXPECT_THAT(read(file), HasSubstr("   # calibrated 20"));
+  EXPECT_THAT(read(file), HasSubstr("# [A/V] a shunt of 0.1 ohm\n")) << "what somebody wrote stays";
+}
+
+TEST_F(BenchInputCommands, CalibrateWritesInTheUnitOfAModbusRegister) {
+  const PseudoTerminal ours;
+  const PseudoTerminal theirs;
+  const AtTheOtherEnd wires([&] {
+    theirs.write(ours.read(0.001));
+    ours.write(theirs.read(0.001));
+  });
+  const auto answer = [&](const std::string& mood) { std::filesystem::rename(write("mood.new", mood), path("mood")); };
+  answer("well");
+  const Process server({"/usr/bin/python3", EMTB_SOURCE_DIR "/tests/drivers/modbus_meter/server.py",
+                        path("mood").string(), "rtu", theirs.path()},
+                       path("server"));
+  const std::string file = write("modbus.yaml",
+                                 "name: b\n"
+                                 "reference: {device: daq, min: 0, max: 6, safe: 0}\n"
+                                 "devices:\n"
+                                 "  daq: {driver: usb1608g, channels: {omega: {channel: 0, scale: 20}}}\n"
+                                 "  meter:\n"
+                                 "    driver: modbus_meter\n"
+                                 "    port: " +
+                                     ours.path() +
+                                     "\n"
+                                     "    line: 19200 8N1\n"
+                                     "    unit: 7\n"
+                                     "    period: 0.05\n"
+                                     "    registers:\n"
+                                     "      i_a: {address: 0, type: s16, unit: mA}\n")
+                               .string();
+  // The register is 530, and 810 later.
+  const std::string script = "(sleep 1; echo 1.01; while [ ! -e " + path("fast").string() +
+                             " ]; do sleep 0.1; done; sleep 1; echo 1.57) | " + EMTB + " bench calibrate " + file +
+                             " i_a --seconds 0.5";
+  int ended = -1;
+  ASSERT_TRUE(eventually([&] {  // the server takes its time to come up
+    std::error_code absent;
+    std::filesystem::remove(path("fast"), absent);
+    answer("well");
+    Process emtb({"/bin/sh", "-c", script}, path("calibrate"));
+    eventually([&] { return !emtb.running() || emtb.out().find("2> ") != std::string::npos; });
+    answer("fast");
+    write("fast", "");
+    ended = emtb.wait();
+    return ended == 0;
+  })) << ended
+      << server.err();
+  const YamlMap i_a = YamlMap::load(file).map("devices").map("meter").map("registers").map("i_a");
+  EXPECT_NEAR(i_a.number("scale"), 2, 1e-4) << "[mA]";
+  EXPECT_NEAR(i_a.number("offset"), -50, 0.01) << "[mA]";
+}
+
+TEST_F(BenchInputCommands, CalibrateSaysOfAMeterThatHasNoScaleWhy) {
+  EXPECT_EQ(call({"calibrate", changed(), "i_a"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("bench.yaml: meter i_a (simulated) has no scale and offset in the bench file: its "
+                                     "readings are taken as they come"));
+}
+
 TEST_F(BenchInputCommands, CalibrateLeavesTheFileWhereTheReferencesMakeNoLine) {
   serial_daq::Desk desk;
   desk.set_a2(400);
@@ -152,7 +293,7 @@ TEST_F(BenchInputCommands, CalibrateLeavesTheFileWhereTheReferencesMakeNoLine) {
   EXPECT_THAT(last->out(), HasSubstr("not taken: a weight needs its lever"));
   EXPECT_THAT(last->err(), HasSubstr("two points at least"));
   EXPECT_EQ(calibrate("", "omega"), 2);
-  EXPECT_THAT(last->err(), HasSubstr("no device has a channel omega"));
+  EXPECT_THAT(last->err(), HasSubstr("no device has a channel omega, and no meter measures it"));
   EXPECT_EQ(read(file), before);
 }
 

@@ -277,7 +277,7 @@ TEST_F(SerialDaqBoard, ThatHearsNothingDropsThePwmAndSaysSo) {
   ASSERT_TRUE(log.comes([&] { return desk.duty() == 1; }));
   desk.make_deaf(true);
   ASSERT_TRUE(log.comes([&] { return output().set(6) == Fault::output_failed; }));
-  EXPECT_EQ(desk.duty(), 0);
+  EXPECT_TRUE(eventually([&] { return desk.duty() == 0; }, 10)) << "its watchdog";
   output().make_safe();
   desk.make_deaf(false);
   EXPECT_TRUE(log.comes([&] { return output().make_safe() == Fault::none && output().set(0) == Fault::none; }));

@@ -58,6 +58,10 @@ void Board::set_input(int channel, double volts) {
   catch_up();
   still_[static_cast<std::size_t>(channel)] = volts;
 }
+void Board::stream(std::function<bool(std::span<std::uint8_t>)> give) {
+  const std::lock_guard lock(mutex_);
+  stream_ = std::move(give);
+}
 void Board::overrun() {
   const std::lock_guard lock(mutex_);
   overrun_ = true;
@@ -248,6 +252,7 @@ int Board::bulk_in(std::uint8_t endpoint, std::span<std::uint8_t> data) {
   if (endpoint != 0x86) return -EPIPE;
   if (silent_) return -EAGAIN;
   if (stalled_) return -EPIPE;
+  if (stream_) return scanning_ && stream_(data) ? static_cast<int>(data.size()) : -EAGAIN;
   catch_up();
   const bool full = 2 * packet_ == bus_packet;  // then the transfer goes on until it is full
   const std::size_t samples = full ? data.size() / 2 : packet_;

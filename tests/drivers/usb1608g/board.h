@@ -39,10 +39,13 @@ class Board final : public UsbDevice {
   std::uint32_t requests(std::uint8_t request) const;          ///< how many came
   std::vector<std::uint8_t> last(std::uint8_t request) const;  ///< data of the last one
   void set_input(int channel, double volts);                   ///< where there is no world
-  void overrun();                                              ///< its buffer is full
-  void halt_scan();                                            ///< without a word
-  void stall_scan();                                           ///< the endpoint stalls until it is cleared
-  void shorten_packet(std::size_t bytes);                      ///< the next one
+  /// From now on a scan gives what `give` writes, as fast as the host takes it, instead of what its clock and its
+  /// inputs say. @param give fills a transfer; false: nothing yet
+  void stream(std::function<bool(std::span<std::uint8_t>)> give);
+  void overrun();                          ///< its buffer is full
+  void halt_scan();                        ///< without a word
+  void stall_scan();                       ///< the endpoint stalls until it is cleared
+  void shorten_packet(std::size_t bytes);  ///< the next one
   void lose_fpga();
   void silence(bool silent);  ///< answers nothing any more
   void refuse(std::uint8_t request, bool refused = true);
@@ -87,6 +90,7 @@ class Board final : public UsbDevice {
   std::size_t packet_ = 1;         // [samples]
   std::size_t shorten_ = 0;        // [bytes]
   std::deque<std::uint16_t> fifo_;
+  std::function<bool(std::span<std::uint8_t>)> stream_;
 };
 
 }  // namespace emtb::usb1608g

@@ -8,6 +8,7 @@
 #include "hal/error.h"
 #include "tests/drivers/device_log.h"
 #include "tests/drivers/usb1608g/board.h"
+#include "tests/drivers/usb1608g/counted_stream.h"
 #include "tests/temporary_file.h"
 
 namespace emtb::usb1608g {
@@ -52,6 +53,8 @@ class Usb1608gCard : public ::testing::Test {
   std::unique_ptr<UsbPort> port;
   Bench bench;
 };
+
+constexpr std::array input_signals{Signal::omega, Signal::torque, Signal::e_a, Signal::i_a};
 
 double value_of(const DeviceLog& log, Signal signal) {
   double value = std::nan("");
@@ -119,6 +122,25 @@ TEST_F(Usb1608gCard, LosesNothingOfAScanInFullPackets) {
     }
     return count > 100'000;
   }));
+}
+
+TEST_F(Usb1608gCard, LosesNothingOfAScanAsFastAsItCanBeEmulated) {
+  plug();
+  // So many samples may wait for a busy machine's turn.
+  const auto stream = std::make_shared<CountedStream>(input_signals, 100'000);
+  board->stream([stream](std::span<std::uint8_t> bytes) { return stream->give(bytes); });
+  channels = CountedStream::channels(input_signals);
+  open(", calibration: nominal, rate: 125000, latency: 0.02");  // 500 kS/s is what the real card can do
+  std::vector<Reading> buffer(65536);
+  input().start();
+  ASSERT_TRUE(eventually([&] {
+    for (Readings got = input().read(buffer); got.count > 0; got = input().read(buffer)) {
+      EXPECT_EQ(got.fault, Fault::none);
+      stream->take(std::span(buffer).first(got.count));
+    }
+    return stream->taken() > 2'000'000;
+  }));
+  EXPECT_EQ(stream->wrong(), 0U) << "each as it was sent, and none left out";
 }
 
 TEST_F(Usb1608gCard, ClampsItsOutputBelowEveryCaller) {

@@ -10,7 +10,6 @@
 
 #include "drivers/sample_clock.h"
 #include "drivers/usb1608g/calibration.h"
-#include "drivers/usb1608g/scan_decoder.h"
 
 namespace emtb::usb1608g {
 namespace {
@@ -118,27 +117,6 @@ TEST(Usb1608gCalibration, CodesAreVoltsAndBack) {
   EXPECT_EQ(code_of(0, {.slope = 1, .offset = 3}), 0x8003);
   EXPECT_EQ(code_of(-11, {}), 0) << "never around the corner";
   EXPECT_EQ(code_of(11, {}), 0xFFFF);
-}
-
-TEST(Usb1608gScan, IsPutTogetherWhereverTransfersEnd) {
-  std::vector<std::uint8_t> bytes;
-  for (unsigned n = 0; n < 300; ++n) {
-    bytes.push_back(static_cast<std::uint8_t>(n));
-    bytes.push_back(static_cast<std::uint8_t>(n >> 8U));
-  }
-  std::mt19937 random(7);
-  ScanDecoder decoder(3);
-  unsigned next = 0;
-  for (std::size_t at = 0; at < bytes.size();) {
-    const std::size_t length = std::min<std::size_t>(random() % 17, bytes.size() - at);
-    decoder.feed(std::span(bytes).subspan(at, length), [&](std::span<const std::uint16_t> codes) {
-      EXPECT_THAT(codes, ElementsAre(next, next + 1, next + 2));
-      next += 3;
-    });
-    at += length;
-  }
-  EXPECT_EQ(next, 300U);
-  EXPECT_TRUE(decoder.whole());
 }
 
 TEST(SampleClockTest, FollowsTheEarliestArrivals) {
