@@ -47,14 +47,19 @@ function(emtb_room name)
     target_include_directories(emtb_${name} PUBLIC ${CMAKE_SOURCE_DIR})
     target_link_libraries(emtb_${name} PUBLIC ${ROOM_USES})
     emtb_warnings(emtb_${name})
-    if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")  # all at once compiles in half the time; `debug` is for changing one file
-      set_target_properties(emtb_${name} PROPERTIES UNITY_BUILD ON)
-      set_source_files_properties(${ROOM_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    endif()
+    emtb_at_once(emtb_${name})
+    set_source_files_properties(${ROOM_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   else()
     add_library(emtb_${name} INTERFACE)
     target_include_directories(emtb_${name} INTERFACE ${CMAKE_SOURCE_DIR})
     target_link_libraries(emtb_${name} INTERFACE ${ROOM_USES})
+  endif()
+endfunction()
+
+# All sources at once compile in half the time; `debug` is for changing one file.
+function(emtb_at_once target)
+  if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
   endif()
 endfunction()
 

@@ -19,7 +19,7 @@ using nlohmann::json;
 constexpr double rest = 2;     // [s] before and after each level: five readings of a slow meter
 constexpr double first = 0.5;  // of spin.u_ref: the level of the first attempt
 
-struct Options {
+struct BenchOptions {
   std::string what;
   CalibrateOptions calibrate;  // its file is check's, too
   std::shared_ptr<const std::string> socket;
@@ -64,7 +64,7 @@ int spin(Client& daemon) {
   return 0;
 }
 
-int bench_command(const Options& options) {
+int bench_command(const BenchOptions& options) {
   const bool on_file = options.what == "check" || options.what == "calibrate";
   if (!on_file && options.what != "spin") {
     throw Error("emtb bench " + options.what + ": not known. Known: spin, check, calibrate");
@@ -83,7 +83,7 @@ int bench_command(const Options& options) {
 }  // namespace
 
 void add_bench_command(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<BenchOptions>();
   options->socket = socket;
   line.command("bench",
                "check: reads each signal once and moves nothing; calibrate: fits a sensor's scale and offset to "

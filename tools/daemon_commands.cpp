@@ -39,7 +39,7 @@ std::string clock_in_words(const json& clock) {
          pretty(clock["std_error_ppm"].get<double>(), 2) + ")";
 }
 
-struct Options {
+struct DaemonOptions {
   std::shared_ptr<const std::string> socket;
   std::string json_file;
   std::string profile;
@@ -55,7 +55,7 @@ struct Options {
   Client connect() const { return Client(socket_to_call(*socket)); }
 };
 
-int status(const Options& options) {
+int status(const DaemonOptions& options) {
   Client daemon = options.connect();
   const json now = daemon.call("status", json::object());
   write_json(options.json_file, now);
@@ -84,7 +84,7 @@ int status(const Options& options) {
   return 0;
 }
 
-int watch(const Options& options) {
+int watch(const DaemonOptions& options) {
   if (!(options.seconds > 0)) throw Error("--seconds: must be more than 0");
   Client daemon = options.connect();
   daemon.call("subscribe", {{"rate", options.rate}});
@@ -133,7 +133,7 @@ std::string profile_parameter(const std::string& profile) {
   return text.str();
 }
 
-int run(const Options& options) {
+int run(const DaemonOptions& options) {
   Client daemon = options.connect();
   daemon.call("subscribe", {{"rate", 10}});
   if (options.reset) daemon.call("reset", json::object());
@@ -154,13 +154,13 @@ int run(const Options& options) {
   return 1;
 }
 
-int stop(const Options& options) {
+int stop(const DaemonOptions& options) {
   const json stopped = options.connect().call("stop", json::object());
   if (stopped["stopped"].is_null()) std::cerr << "emtb: no run is on\n";
   return 0;
 }
 
-int reset(const Options& options) {
+int reset(const DaemonOptions& options) {
   try {
     options.connect().call("reset", json::object());
   } catch (const rpc::Refusal& refusal) {
@@ -171,12 +171,12 @@ int reset(const Options& options) {
   return 0;
 }
 
-int confirm(const Options& options) {
+int confirm(const DaemonOptions& options) {
   options.connect().call("confirm", json::object());
   return 0;
 }
 
-int estimates(const Options& options) {
+int estimates(const DaemonOptions& options) {
   Client daemon = options.connect();
   json wish = json::object();
   if (!options.model.empty()) wish["model"] = to_yaml(read_model(options.model));
@@ -208,9 +208,9 @@ int estimates(const Options& options) {
 }  // namespace
 
 void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DaemonOptions>();
   options->socket = socket;
-  const auto act = [&options](int (*command)(const Options&)) {
+  const auto act = [&options](int (*command)(const DaemonOptions&)) {
     return [options, command] { return command(*options); };
   };
 

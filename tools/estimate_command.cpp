@@ -26,7 +26,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-struct Options {
+struct EstimateOptions {
   std::string model, map, json_file, png, svg;
   std::vector<std::string> sessions, what, settled;
 
@@ -41,7 +41,7 @@ struct Options {
 constexpr std::string_view by_inverse_dynamics = "inverse-dynamics";
 
 /// What is to be found: names of experiments; `inverse-dynamics` among them or not.
-std::vector<std::string_view> wanted(const Options& o) {
+std::vector<std::string_view> wanted(const EstimateOptions& o) {
   std::vector<std::string> names = o.what;
   if (names.empty()) names.emplace_back(o.model.empty() ? "all" : by_inverse_dynamics);
   std::vector<std::string_view> all;
@@ -71,7 +71,7 @@ double seconds(std::string_view text, const std::string& whole) {
   return value;
 }
 
-SettledOptions settled_options(const Options& o) {
+SettledOptions settled_options(const EstimateOptions& o) {
   SettledOptions options;
   for (const std::string& text : o.settled) {
     const std::size_t colon = std::min(text.find(':'), text.size());
@@ -200,7 +200,7 @@ void draw(const std::vector<StaticEstimate>& all, const std::string& folder, boo
   }
 }
 
-int inverse_dynamics_alone(const Options& o) {
+int inverse_dynamics_alone(const EstimateOptions& o) {
   if (o.model.empty()) throw Error("inverse dynamics need --model FILE: its K_m turns the current into torque");
   const InverseDynamics result = inverse_dynamics(o.runs(), read_model(o.model).values()[2]);
   json out = json::object();
@@ -218,7 +218,7 @@ int inverse_dynamics_alone(const Options& o) {
   return 0;
 }
 
-int estimate_command(const Options& o) {
+int estimate_command(const EstimateOptions& o) {
   std::vector<std::string_view> what = wanted(o);
   if (what == std::vector{by_inverse_dynamics}) return inverse_dynamics_alone(o);
   const std::vector<Run> measured = o.runs(), runs = with_speed(measured);
@@ -256,7 +256,7 @@ int estimate_command(const Options& o) {
 }  // namespace
 
 void add_estimate_command(CommandLine& line) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<EstimateOptions>();
   line.command("estimate", "estimates parameters by the experiments of the paper, without a simulation")
       .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5")
       .options(

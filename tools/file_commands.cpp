@@ -23,7 +23,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-struct Options {
+struct FileOptions {
   std::string model, profile, effect, map, out, json_file, truth, log;
   std::vector<std::string> sessions, models;
   double rate = 1000;  ///< [Hz]
@@ -37,7 +37,7 @@ struct Options {
   }
 };
 
-int effects_command(const Options& o) {
+int effects_command(const FileOptions& o) {
   if (o.effect.empty()) {
     Table table({"id", "stage", "parameters", "equation"});
     for (const EffectInfo& e : effect_catalogue()) {
@@ -62,7 +62,7 @@ int effects_command(const Options& o) {
 }
 
 /// The reference of a profile, sampled as the loop would set it, through driver, motor and sensors in a row.
-int simulate_command(const Options& o) {
+int simulate_command(const FileOptions& o) {
   const Model model = read_model(o.model);
   const Profile profile = read_profile(profile_path(o.profile));
   if (!(o.rate >= 10 && o.rate <= 1e5)) throw Error("--rate must be 10 to 100000 Hz");
@@ -73,7 +73,7 @@ int simulate_command(const Options& o) {
 }
 
 /// The log of a meter's own software, by its own clock, becomes i_a of a recorded run.
-int merge_log(const Options& o) {
+int merge_log(const FileOptions& o) {
   const SessionSpec spec = parse_session_spec(o.sessions.front());
   Session session = read_session(spec.path);
   session.runs = read_runs(o.sessions.front());
@@ -104,7 +104,7 @@ int merge_log(const Options& o) {
   return 0;
 }
 
-int convert_command(const Options& o) {
+int convert_command(const FileOptions& o) {
   if (o.sessions.size() != 1) throw Error("one SESSION at a time");
   if (o.out.empty()) throw Error("--out FILE is missing: where the session goes, .csv or .h5");
   if (!o.log.empty()) return merge_log(o);
@@ -121,7 +121,7 @@ int convert_command(const Options& o) {
   return 0;
 }
 
-int info_command(const Options& o) {
+int info_command(const FileOptions& o) {
   json all = json::array();
   for (const std::string& text : o.sessions) {
     const SessionSpec spec = parse_session_spec(text);
@@ -158,7 +158,7 @@ int info_command(const Options& o) {
 }
 
 /// The parameters of several models side by side; --truth adds what a simulated bench was built with.
-int table_command(const Options& o) {
+int table_command(const FileOptions& o) {
   std::vector<Model> models;
   for (const std::string& file : o.models) models.push_back(read_model(file));
   std::vector<std::string> names;
@@ -211,8 +211,8 @@ int table_command(const Options& o) {
 }  // namespace
 
 void add_file_commands(CommandLine& line) {
-  const auto o = std::make_shared<Options>();
-  const auto act = [&o](int (*command)(const Options&)) { return [o, command] { return command(*o); }; };
+  const auto o = std::make_shared<FileOptions>();
+  const auto act = [&o](int (*command)(const FileOptions&)) { return [o, command] { return command(*o); }; };
   const auto session_help = "PATH[#RUN][@T0:T1], .csv or .h5";
   const auto map_help = "how the columns of foreign CSV files become signals";
 

@@ -27,7 +27,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-struct Options {
+struct InvestigateOptions {
   std::shared_ptr<const std::string> socket;
   std::string model, folder = "investigation", json_file;
   std::vector<std::string> sessions, held_out;
@@ -39,7 +39,7 @@ struct Options {
 /// The bench at the other end of the socket, which moves only after somebody agreed.
 class Bench {
  public:
-  explicit Bench(const Options& o) : daemon_(socket_to_call(*o.socket)), yes_(o.yes) {
+  explicit Bench(const InvestigateOptions& o) : daemon_(socket_to_call(*o.socket)), yes_(o.yes) {
     const nlohmann::json config = daemon_.call("config", nlohmann::json::object());
     name_ = config["bench"];
     rate_ = config["rate"];
@@ -108,7 +108,7 @@ std::string seconds(double s) { return pretty(s, 3) + " s"; }
 /// One investigation: sessions and rounds so far.
 class Investigation {
  public:
-  Investigation(const Options& o, Bench& bench) : o_(o), bench_(bench), train_(o.sessions), held_out_(o.held_out) {
+  Investigation(const InvestigateOptions& o, Bench& bench) : o_(o), bench_(bench), train_(o.sessions), held_out_(o.held_out) {
     std::filesystem::create_directories(o.folder);
   }
 
@@ -231,7 +231,7 @@ class Investigation {
     return nullptr;
   }
 
-  const Options& o_;
+  const InvestigateOptions& o_;
   Bench& bench_;
   std::vector<std::string> train_, held_out_;
   bool recorded_first_ = false;
@@ -239,7 +239,7 @@ class Investigation {
   json confirmed_;
 };
 
-int investigate_command(const Options& o) {
+int investigate_command(const InvestigateOptions& o) {
   if (!(o.reach > 0 && o.reach <= 1)) throw Error("--reach is a share of the bench's reference: above 0, at most 1");
   if (o.sessions.empty() && !o.held_out.empty()) {
     throw Error("--held-out judges a fit to --sessions: give those, too, or neither for six experiments first");
@@ -261,7 +261,7 @@ int investigate_command(const Options& o) {
 }  // namespace
 
 void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<InvestigateOptions>();
   o->socket = socket;
   line.command("investigate",
                "lets the bench find out what the model is missing: diagnose, run what tells more, repeat")

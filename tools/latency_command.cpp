@@ -22,7 +22,7 @@ constexpr double good_work = 0.5;       // periods, of 99 %: half of the time is
 constexpr double good_missed = 1e-4;    // of all deadlines
 constexpr double bad_missed = 1e-2;
 
-struct Options {
+struct LatencyOptions {
   std::shared_ptr<const std::string> socket;
   std::string config;
   std::string json_file;
@@ -61,7 +61,7 @@ void print(const char* what, const json& us) {
               us["p50"].get<double>(), us["p99"].get<double>(), us["p999"].get<double>(), us["max"].get<double>());
 }
 
-int measure(Client& daemon, const Options& options) {
+int measure(Client& daemon, const LatencyOptions& options) {
   Progress progress;
   const json before = daemon.call("status", json::object());
   const auto start = std::chrono::steady_clock::now();
@@ -114,7 +114,7 @@ int measure(Client& daemon, const Options& options) {
   return fits ? 0 : 1;
 }
 
-int latency(const Options& options) {
+int latency(const LatencyOptions& options) {
   if (!(options.seconds > 0 && options.seconds <= 86'400)) throw Error("--seconds: must be above 0, a day at most");
   if (options.config.empty()) {
     Client daemon(socket_to_call(*options.socket));
@@ -128,7 +128,7 @@ int latency(const Options& options) {
 }  // namespace
 
 void add_latency_command(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<LatencyOptions>();
   options->socket = socket;
   line.command("latency",
                "whether this computer is good enough for the bench's rate: how late the loop wakes, how long it works")

@@ -32,7 +32,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-struct Options {
+struct ModelOptions {
   std::string effect, model;
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file, candidates;
@@ -138,14 +138,14 @@ double error_on(std::span<const PreparedRun> runs, const Model& model) {
   return error_of(mean_squares(residuals(runs, model, model.values(), {})));
 }
 
-void finish_model(const Options& o, const Model& model) {
+void finish_model(const ModelOptions& o, const Model& model) {
   if (o.out.empty()) return;
   write_model(o.out, model);
   std::cout << "written: " << o.out << "\n";
 }
 
 /// Fits, reports, writes: what calibrate and add have in common.
-int fit_and_report(const Options& o, const Model& start, const Dataset& data, const std::string& action, json extra) {
+int fit_and_report(const ModelOptions& o, const Model& start, const Dataset& data, const std::string& action, json extra) {
   Calibration c = calibrate(data.train, start, o.calibration());
   HistoryEntry entry{action, error_on(data.train, c.model), {}, o.sessions};
   if (!data.held_out.empty()) entry.held_out = error_on(data.held_out, c.model);
@@ -173,13 +173,13 @@ int fit_and_report(const Options& o, const Model& start, const Dataset& data, co
   return c.converged ? 0 : 1;
 }
 
-int calibrate_command(const Options& o) {
+int calibrate_command(const ModelOptions& o) {
   const Model model = read_model(o.model);
   const Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
   return fit_and_report(o, model, data, "calibrated", json::object());
 }
 
-int add_command(const Options& o) {
+int add_command(const ModelOptions& o) {
   const Model model = o.model_with_candidates();
   const std::size_t effect = model.effect_named(o.effect);
   if (model.includes(effect)) throw Error(o.model + " includes " + o.effect + " already. Use emtb calibrate");
@@ -222,7 +222,7 @@ void plot_worst(std::span<const Run> runs, const Model& model) {
 bool is_model_file(const std::string& argument) { return argument.ends_with(".yaml") || argument.ends_with(".yml"); }
 
 /// Several models on the same runs, weighed alike: the error of each, signal by signal.
-int compare_models(const Options& o, const std::vector<std::string>& files, const std::vector<std::string>& sessions) {
+int compare_models(const ModelOptions& o, const std::vector<std::string>& files, const std::vector<std::string>& sessions) {
   if (sessions.empty()) throw Error("compare needs a SESSION behind the models: a .csv or .h5");
   if (!o.out.empty()) throw Error("compare writes no model where it compares several: leave --out away");
   std::vector<Model> models;
@@ -270,7 +270,7 @@ int compare_models(const Options& o, const std::vector<std::string>& files, cons
   return 0;
 }
 
-int compare_command(const Options& o) {
+int compare_command(const ModelOptions& o) {
   const auto others = std::ranges::partition_point(o.sessions, is_model_file);
   if (others != o.sessions.begin()) {
     std::vector<std::string> files{o.model};
@@ -299,7 +299,7 @@ int compare_command(const Options& o) {
   return 0;
 }
 
-int diagnose_command(const Options& o) {
+int diagnose_command(const ModelOptions& o) {
   const Model model = o.model_with_candidates();
   const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
   Progress progress;
@@ -356,7 +356,7 @@ int diagnose_command(const Options& o) {
 }  // namespace
 
 void add_model_commands(CommandLine& line) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ModelOptions>();
   const auto on_files = [&](Command command) {
     command.argument("MODEL", o->model, "the model's YAML")
         .arguments("SESSION", o->sessions,
@@ -368,7 +368,7 @@ void add_model_commands(CommandLine& line) {
         .options("--outputs", o->outputs, "fits to these signals alone: omega, i_a, e_a, torque");
     return command;
   };
-  const auto act = [&o](int (*command)(const Options&)) { return [o, command] { return command(*o); }; };
+  const auto act = [&o](int (*command)(const ModelOptions&)) { return [o, command] { return command(*o); }; };
   on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))
       .action(act(calibrate_command));
   on_files(

@@ -22,7 +22,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-struct Options {
+struct ReportOptions {
   std::string model, map, candidates, out = "report.html", png, json_file, command;
   std::vector<std::string> sessions, held_out;
 };
@@ -71,14 +71,14 @@ class Pictures {
   std::map<std::string, int> taken_;
 };
 
-int finish(const Options& o, const Page& page) {
+int finish(const ReportOptions& o, const Page& page) {
   std::ofstream out(o.out);
   out << page.html();
   if (!out.flush()) throw Error(o.out + ": cannot be written. Give another --out FILE.html");
   return 0;
 }
 
-int report_command(const Options& o) {
+int report_command(const ReportOptions& o) {
   const Mapping mapping = o.map.empty() ? Mapping{} : read_mapping(o.map);
   ReportInput in{.model_file = o.model,
                  .model = read_model(o.model),
@@ -126,7 +126,7 @@ int report_command(const Options& o) {
 }  // namespace
 
 void add_report_command(CommandLine& line, int argc, const char* const* argv) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ReportOptions>();
   for (int i = 0; i < argc; ++i) o->command += (i == 0 ? "" : " ") + shell_quoted(i == 0 ? "emtb" : argv[i]);
   line.command("report", "diagnoses a model and writes all of it as one HTML page, with figures")
       .argument("MODEL", o->model, "the model's YAML")
