@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "estimate/linear_algebra.h"
+#include "estimate/live_misfit.h"
 #include "estimate/live_pass.h"
 #include "estimate/live_voltage.h"
 #include "estimate/residuals.h"
@@ -139,8 +140,9 @@ struct LiveEstimator::Impl {
 
   std::vector<LiveChapter> history;
   std::unique_ptr<LivePass> front, back;
-  bool following = false;  ///< the back pass is on its way
-  std::size_t hold = 0;    ///< tick of the last chapter whose successors must be there before it is taken
+  std::unique_ptr<LiveMisfit> misfit;  ///< null: not wanted
+  bool following = false;              ///< the back pass is on its way
+  std::size_t hold = 0;                ///< tick of the last chapter whose successors must be there before it is taken
   bool new_run = true;
 
   Eigen::VectorXd low, high;
@@ -189,6 +191,7 @@ LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_cha
       history(2),
       front(std::make_unique<LivePass>(plan)),
       back(std::make_unique<LivePass>(plan)),
+      misfit(options.misfit && free.size() > 0 ? std::make_unique<LiveMisfit>(model, plan) : nullptr),
       voltage(plan.structure, model.driver.has_value()) {
   for (LiveChapter& chapter : history) {
     chapter.ticks.reserve(capacity + look_ahead + lag + 2);
@@ -355,6 +358,10 @@ void LiveEstimator::Impl::work() {
   const std::size_t end = complete();
   for (int k = 0; k < options.catch_up && front->advance(history, end); ++k) {
   }
+  if (misfit) {
+    for (int k = 0; k < options.catch_up && misfit->advance(history, end); ++k) {
+    }
+  }
   if (following) {
     for (int k = 0; k < options.catch_up && back->advance(history, end); ++k) {
     }
@@ -414,6 +421,7 @@ void LiveEstimator::Impl::solve() {
   gradient = g;
   step = bounded_step(h, g, low - at, high - at);
   front->expect(step);
+  if (misfit) misfit->hear(colour);
 }
 
 /// Standard errors that hold whatever the colour of the noise, and where one source of it is in several signals: by
@@ -490,6 +498,7 @@ void LiveEstimator::Impl::judge_back() {
   }
   damping = damping < 1e-3 ? 0 : damping / 10;
   std::swap(front, back);
+  if (misfit) misfit->learn(front->values());
   step.setZero();
   solve();
   judge_errors();
@@ -497,6 +506,8 @@ void LiveEstimator::Impl::judge_back() {
 
 void LiveEstimator::Impl::fold() {
   while (front->advance(history, history.back().ticks.size())) {
+  }
+  while (misfit && misfit->advance(history, history.back().ticks.size())) {
   }
   following = false;
   if (free.size() > 0 && !history.front().ticks.empty()) {
@@ -540,6 +551,7 @@ void LiveEstimator::Impl::fold() {
   for (const auto& machine : front->machines()) current.machines.push_back(machine);
   hold = 0;
   front->forget_chapter();
+  if (misfit) misfit->forget_chapter();
 }
 
 LiveEstimator::LiveEstimator(const Model& model, std::span<const Channel> channels, double rate)
@@ -556,6 +568,10 @@ void LiveEstimator::start_run() {
 }
 
 void LiveEstimator::take(Signal signal, double t, double value) { impl_->take(signal, t, value); }
+
+std::vector<LiveChange> LiveEstimator::news() {
+  return impl_->misfit ? impl_->misfit->news() : std::vector<LiveChange>();
+}
 
 LiveEstimates LiveEstimator::estimates() const {
   const Impl& i = *impl_;
@@ -602,6 +618,7 @@ LiveEstimates LiveEstimator::estimates() const {
     innovation.normalised = floor > 0 ? std::sqrt(watch.square / watch.weight) / floor : 0;
     e.innovation.push_back(innovation);
   }
+  if (i.misfit) e.misfit = i.misfit->report();
   return e;
 }
 

@@ -33,6 +33,7 @@ inline constexpr int repaired = 3;   ///< the recording ended abruptly and was r
 inline constexpr int run_ended = 4;  ///< the run ended as planned
 inline constexpr int state = 5;      ///< the loop's state changed, as a black box tells
 inline constexpr int figures = 6;    ///< how punctual the loop was in this run
+inline constexpr int changed = 10;   ///< the motor stopped being what the run so far had shown
 }  // namespace event_code
 
 /// One experiment with an initial state of its own.
