@@ -172,6 +172,7 @@ struct LiveEstimator::Impl {
   double torque_sum = 0, torque_before = 0, torque_changes = 0, torque_lsb = 0;
   double loaded_until = -1;
   LiveVoltage voltage;
+  SteadyMean steady_load;
   std::uint64_t samples = 0, skipped = 0, gaps = 0;
   std::size_t since_solved = 0, since_judged = 0;
 };
@@ -287,7 +288,8 @@ double LiveEstimator::Impl::load_of(double torque) {
   const double mean = std::abs(torque_sum) / load_mean;
   const double limit = 6 * std::sqrt(0.5 * torque_changes / load_mean) + 2 * torque_lsb;
   if (mean > limit) loaded_until = last_t + 1;
-  return last_t < loaded_until ? torque : 0;
+  const double steady = steady_load.next(torque);
+  return last_t < loaded_until ? steady : 0;
 }
 
 void LiveEstimator::Impl::close_tick(double t, double u_ref) {

@@ -29,7 +29,11 @@ constexpr int alarm_looks = 3;     ///< for which it stands until it is told
 constexpr double doubtful_at = 4;  ///< standard errors, above which nothing is learnt
 constexpr double tied_within = 6;  ///< χ² within which two explain it equally well
 constexpr std::size_t most_tied = 3;
-constexpr double drift_share = 1e-3;  ///< of a parameter's value, that is no change
+constexpr double drift_share = 3e-3;       ///< of a parameter's value, that is no change
+constexpr double flux_drift = 1e-3;        ///< the same of K_b and K_m
+constexpr double drift_of_null = 0.02;     ///< the same of what the model lacks, of its believed size
+constexpr double digit_share = 0.3;        ///< of an instrument's resolution by which its mean may be off
+constexpr double transient_share = 0.005;  ///< of what the inertia does, that a simulation may be off in a transient
 constexpr double gross_share = 0.05;  ///< of a parameter's value, beyond which what is linear about it is worth nothing
 constexpr double material_share = 0.1;  ///< of what is left, that an effect has to explain
 constexpr double believed = 0.02;       ///< of what the motor does, as the size of what the model lacks
@@ -188,6 +192,7 @@ LiveMisfit::LiveMisfit(Setup setup)
   ring_.assign(ring_slots, Slot{.sums = none});
   for (std::size_t j = 0; j < directions_.size(); ++j) {
     if (directions_[j].name == "K_b") flux_ = j;
+    if (directions_[j].name == "J") inertia_ = j;
     if (j >= plan_.moved.size() && plan_.direct[j - plan_.moved.size()] == Signal::torque) gauge_ = j;
   }
   for (const auto& output : plan_.outputs) {
@@ -238,8 +243,21 @@ bool LiveMisfit::advance(const std::vector<LiveChapter>& history, std::size_t en
 
 void LiveMisfit::take(const LiveRow& row) {
   Slot& open = ring_[filled_];
-  open.sums[row.output].add(row.s, row.r);
-  if (row.follows) open.sums[row.output].add_pair(row.s_before, row.r_before, row.s, row.r);
+  // A step of the reference shows the inertia a hundred times better than the simulation can be trusted.
+  const auto trust = [&](const Eigen::VectorXd& s) {
+    if (colour_.empty()) return 1.0;
+    const double off = transient_share * s[static_cast<Eigen::Index>(inertia_)] * value_of_direction(inertia_) /
+                       colour_[row.output].sigma;
+    return 1 / std::sqrt(1 + off * off);
+  };
+  const double now = trust(row.s);
+  scaled_ = now * row.s;
+  open.sums[row.output].add(scaled_, now * row.r);
+  if (row.follows) {
+    const double then = trust(row.s_before);
+    scaled_before_ = then * row.s_before;
+    open.sums[row.output].add_pair(scaled_before_, then * row.r_before, scaled_, now * row.r);
+  }
   reach_omega_ = std::max(reach_omega_, std::abs(row.omega));
   reach_i_a_ = std::max(reach_i_a_, std::abs(row.i_a));
   if (colour_.empty()) return;
@@ -284,6 +302,7 @@ void LiveMisfit::close_slot() {
   if (blocks == 0) return;  // a motor that stands tells nothing; its time does not count
   ++filled_;
   ++slots_seen_;
+  if (slots_seen_ < learn_slots || colour_.empty()) colour_ = heard_;
   if (!colour_.empty()) {
     if (changed_slots_ > 0) {
       follow_change();
@@ -333,6 +352,18 @@ double LiveMisfit::belief(const Direction& d) const {
   if (d.name.ends_with(".V_b")) return believed * voltage;
   if (d.name.ends_with(".omega_0")) return believed * reach_omega_;
   return believed * reach_i_a_;
+}
+
+/// By how much an unknown may differ from one time to another without being worth a word.
+double LiveMisfit::slack_of(std::size_t j) const {
+  const Direction& d = directions_[j];
+  if (d.in_model) return (d.name.starts_with("K") ? flux_drift : drift_share) * std::abs(value_of_direction(j));
+  double digit = 0;
+  if (j >= plan_.moved.size()) {
+    const Signal signal = plan_.direct[j - plan_.moved.size()];
+    digit = std::ranges::find(plan_.outputs, signal, &LivePlan::Output::signal)->lsb;
+  }
+  return std::max(digit_share * digit, drift_of_null * belief(d));
 }
 
 LiveMisfit::Equations LiveMisfit::before(std::size_t slots) const {
@@ -390,8 +421,8 @@ LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recen
   for (Eigen::Index i = 0; i < n; ++i) {  // what moves by itself
     if (digits_[i] > 0) {
       covariance(i, i) += digits_[i] * digits_[i] / 6;
-    } else if (directions_[static_cast<std::size_t>(i)].in_model) {
-      const double slack = drift_share * value_of_direction(static_cast<std::size_t>(i));
+    } else {
+      const double slack = slack_of(static_cast<std::size_t>(i));
       covariance(i, i) += slack * slack;
     }
   }
@@ -483,6 +514,7 @@ void LiveMisfit::evaluate() {
   score_ = worst.score;
   look_for_effects(all);
   standing_ = worst.score >= alarm_at ? standing_ + 1 : 0;
+  if (score_ < doubtful_at) colour_ = heard_;
   if (standing_ > 0 && !own_) return clear();  // the motor is not known yet
   if (standing_ >= alarm_looks) {
     standing_ = 0;

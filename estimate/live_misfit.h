@@ -44,7 +44,7 @@ class LiveMisfit final : private LiveRows {
   void forget_chapter() { pass_.forget_chapter(); }
 
   /// The noise floor of each output, as the estimator has it.
-  void hear(const std::vector<Colour>& colours) { colour_ = colours; }
+  void hear(const std::vector<Colour>& colours) { heard_ = colours; }
 
   /// The estimator found better values, in the order of the model. Taken while the motor is not known yet.
   void learn(std::span<const double> values);
@@ -101,6 +101,7 @@ class LiveMisfit final : private LiveRows {
   void close_slot();
   void retire_oldest();
   double belief(const Direction& d) const;
+  double slack_of(std::size_t j) const;
   Equations before(std::size_t slots) const;
   Equations last(std::size_t slots) const;
   void evaluate();
@@ -118,14 +119,16 @@ class LiveMisfit final : private LiveRows {
   const std::size_t slot_ticks_;
   const Eigen::VectorXd digits_;  ///< [SI] of each unknown that is a meter's rounding; 0: it is none
 
-  std::optional<std::size_t> gauge_;        ///< the unknown that is a load which a gauge shows
-  double gauge_digit_ = 0;                  ///< [N m]
+  std::optional<std::size_t> gauge_;  ///< the unknown that is a load which a gauge shows
+  double gauge_digit_ = 0;            ///< [N m]
+  Eigen::VectorXd scaled_, scaled_before_;
+  std::size_t inertia_ = 0;                 ///< the unknown that is J
   std::size_t flux_ = 0;                    ///< the unknown that is K_b
   double reach_omega_ = 0, reach_i_a_ = 0;  ///< the most that was seen
 
   std::vector<double> point_;  ///< values of the structure about which all is linear
   LivePass pass_;
-  std::vector<Colour> colour_;
+  std::vector<Colour> colour_, heard_;  ///< that is used, and the latest: a change spoils that
 
   // Knowledge about the unknowns, from point_.
   Eigen::MatrixXd base_prior_, base_;
