@@ -21,13 +21,13 @@ constexpr double old_memory = 180;        ///< [s] after which what was seen cou
 constexpr std::size_t recent_slots = 20;  ///< in which a change is looked for
 constexpr std::size_t follow_slots = 30;  ///< for which the size of a change is followed
 constexpr std::size_t learn_slots = 20;   ///< before which nothing is a change
-constexpr std::size_t own_slots = 40;     ///< after which the estimator's values are no longer waited for
+constexpr std::size_t own_slots = 60;     ///< after which the estimator's values are no longer waited for
 constexpr std::size_t ring_slots = recent_slots + follow_slots + 8;
 constexpr std::array<std::size_t, 9> splits{1, 2, 3, 4, 6, 8, 11, 15, 20};
-constexpr double alarm_at = 5;     ///< standard errors
-constexpr int alarm_looks = 3;     ///< for which it stands until it is told
-constexpr double doubtful_at = 4;  ///< standard errors, above which nothing is learnt
-constexpr double tied_within = 6;  ///< χ² within which two explain it equally well
+constexpr double alarm_at = 5;        ///< standard errors
+constexpr int alarm_looks = 3;        ///< for which it stands until it is told
+constexpr double doubtful_at = 4;     ///< standard errors, above which nothing is learnt
+constexpr double tied_within = 0.02;  ///< of what the best explains: those explain it as well
 constexpr std::size_t most_tied = 3;
 constexpr double drift_share = 3e-3;       ///< of a parameter's value, that is no change
 constexpr double flux_drift = 1e-3;        ///< the same of K_b and K_m
@@ -36,6 +36,7 @@ constexpr double digit_share = 0.3;        ///< of an instrument's resolution by
 constexpr double transient_share = 0.005;  ///< of what the inertia does, that a simulation may be off in a transient
 constexpr double gross_share = 0.05;  ///< of a parameter's value, beyond which what is linear about it is worth nothing
 constexpr double material_share = 0.1;  ///< of what is left, that an effect has to explain
+constexpr double standstill = 0.04;     ///< of the highest speed, below which nothing counts
 constexpr double believed = 0.02;       ///< of what the motor does, as the size of what the model lacks
 constexpr std::size_t most_told = 8;    ///< changes that are kept
 constexpr double grid_memory = 300;     ///< blocks in one bin of the grid
@@ -243,6 +244,10 @@ bool LiveMisfit::advance(const std::vector<LiveChapter>& history, std::size_t en
 
 void LiveMisfit::take(const LiveRow& row) {
   Slot& open = ring_[filled_];
+  reach_omega_ = std::max(reach_omega_, std::abs(row.omega));
+  reach_i_a_ = std::max(reach_i_a_, std::abs(row.i_a));
+  // About to stop or to break loose, friction is another than at speed, and small errors decide which.
+  if (std::abs(row.omega) < standstill * reach_omega_) return;
   // A step of the reference shows the inertia a hundred times better than the simulation can be trusted.
   const auto trust = [&](const Eigen::VectorXd& s) {
     if (colour_.empty()) return 1.0;
@@ -258,8 +263,6 @@ void LiveMisfit::take(const LiveRow& row) {
     scaled_before_ = then * row.s_before;
     open.sums[row.output].add_pair(scaled_before_, then * row.r_before, scaled_, now * row.r);
   }
-  reach_omega_ = std::max(reach_omega_, std::abs(row.omega));
-  reach_i_a_ = std::max(reach_i_a_, std::abs(row.i_a));
   if (colour_.empty()) return;
   const double left = (row.r - row.s.dot(expects_)) / colour_[row.output].sigma;
   open.weight += left * left;
@@ -311,7 +314,7 @@ void LiveMisfit::close_slot() {
     }
   }
   while (changed_slots_ == 0 && filled_ > recent_slots) retire_oldest();
-  own_ = own_ || slots_seen_ >= own_slots;
+  own_ = own_ || (slots_seen_ >= own_slots && score_ < doubtful_at);
 }
 
 void LiveMisfit::retire_oldest() {
@@ -447,6 +450,7 @@ LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recen
   struct Scored {
     LiveSuspect suspect;
     std::size_t direction;
+    double drop;  ///< of the squares
   };
   std::vector<Scored> all;
   for (std::size_t j = 0; j < directions_.size(); ++j) {
@@ -460,15 +464,21 @@ LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recen
     const double value = value_of_direction(j) + at[static_cast<Eigen::Index>(j)] + change;
     if (!std::isfinite(change) || value < d.low || value > d.high) continue;
     const double score = std::abs(a.dot(white)) / std::sqrt(information);
-    all.push_back({{d.name, d.unit, change, unit / std::sqrt(information), score}, j});
+    found.score = std::max(found.score, score);
+    if (score < doubtful_at) continue;
+    // What it takes of the squares that are there, whatever uncertainty may excuse.
+    const auto i = static_cast<Eigen::Index>(j);
+    const double pull = recent.g[i] - recent.h.row(i).dot(at);
+    all.push_back({{d.name, d.unit, change, unit / std::sqrt(information), score}, j, pull * pull / recent.h(i, i)});
   }
   if (all.empty()) return found;
-  std::ranges::sort(all, std::greater{}, [](const Scored& x) { return x.suspect.score; });
-  found.score = all.front().suspect.score;
-  const double explained = found.score * found.score;
-  if (white.squaredNorm() - static_cast<double>(rank) > 2 * explained) return found;  // it is something else
+  std::ranges::sort(all, std::greater{}, &Scored::drop);
+  found.drop = all.front().drop;
+  // Of those that explain it alike, first what the data say most surely.
+  const auto tied = std::ranges::find_if(all, [&](const Scored& x) { return x.drop < (1 - tied_within) * found.drop; });
+  std::ranges::sort(all.begin(), tied, std::greater{}, [](const Scored& x) { return x.suspect.score; });
   for (const Scored& x : all) {
-    if (found.suspects.size() == most_tied || explained - x.suspect.score * x.suspect.score > tied_within) break;
+    if (found.suspects.size() == most_tied || x.drop < (1 - tied_within) * found.drop) break;
     found.suspects.push_back(x.suspect);
     found.directions.push_back(x.direction);
   }
@@ -505,13 +515,18 @@ void LiveMisfit::evaluate() {
   if (slots_seen_ < learn_slots) return;
 
   Suspicion worst;
+  double most = 0;
   for (const std::size_t slots : splits) {
     if (slots + learn_slots / 2 > slots_seen_ || slots > filled_) break;
     Suspicion s = look(before(slots), last(slots));
     s.slots = slots;
-    if (s.score > worst.score) worst = std::move(s);
+    most = std::max(most, s.score);
+    // Of the moments at which it may have been, the one with which a single change explains most.
+    const bool better = s.score >= alarm_at ? worst.score < alarm_at || s.drop > worst.drop
+                                            : worst.score < alarm_at && s.score > worst.score;
+    if (better) worst = std::move(s);
   }
-  score_ = worst.score;
+  score_ = most;
   look_for_effects(all);
   standing_ = worst.score >= alarm_at ? standing_ + 1 : 0;
   if (score_ < doubtful_at) colour_ = heard_;

@@ -77,6 +77,7 @@ class LiveMisfit final : private LiveRows {
   };
   struct Suspicion {
     double score = 0;  ///< of the best, standard errors
+    double drop = 0;   ///< of the squares, by the best
     std::vector<LiveSuspect> suspects;
     std::vector<std::size_t> directions;  ///< of the suspects
     std::size_t slots = 0;                ///< the last so many are the changed ones
