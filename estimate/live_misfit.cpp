@@ -222,11 +222,6 @@ void LiveMisfit::clear() {
   expects_ = scatter_ = expected_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(plan_.unknowns()));
   score_ = 0;
   standing_ = 0;
-  points_to_.clear();
-  for (Grid* grid : {&by_speed_, &by_current_}) {
-    grid->reach = 0;
-    for (auto& cell : grid->cells) std::ranges::fill(cell, Grid::Cell{});
-  }
 }
 
 bool LiveMisfit::advance(const std::vector<LiveChapter>& history, std::size_t end) {
@@ -268,7 +263,7 @@ void LiveMisfit::take(const LiveRow& row) {
   open.weight += left * left;
   open.omega += left * left * row.omega;
   open.i_a += left * left * row.i_a;
-  if (slots_seen_ < learn_slots) return;
+  if (slots_seen_ < learn_slots / 2) return;
   by_speed_.add(row.omega, row.output, left);
   by_current_.add(row.i_a, row.output, left);
 }
@@ -512,6 +507,7 @@ void LiveMisfit::evaluate() {
   const Eigen::VectorXd x = inverse_of(all.h(inner, inner)) * all.g(inner);
   if (!x.allFinite()) return clear();
   for (std::size_t k = 0; k < inner.size(); ++k) expects_[inner[k]] = x[static_cast<Eigen::Index>(k)];
+  if (slots_seen_ >= learn_slots / 2) look_for_effects(all);
   if (slots_seen_ < learn_slots) return;
 
   Suspicion worst;
@@ -522,12 +518,11 @@ void LiveMisfit::evaluate() {
     s.slots = slots;
     most = std::max(most, s.score);
     // Of the moments at which it may have been, the one with which a single change explains most.
-    const bool better = s.score >= alarm_at ? worst.score < alarm_at || s.drop > worst.drop
+    const bool better = s.score >= alarm_at ? worst.score < alarm_at || (1 - tied_within) * s.drop > worst.drop
                                             : worst.score < alarm_at && s.score > worst.score;
     if (better) worst = std::move(s);
   }
   score_ = most;
-  look_for_effects(all);
   standing_ = worst.score >= alarm_at ? standing_ + 1 : 0;
   if (score_ < doubtful_at) colour_ = heard_;
   if (standing_ > 0 && !own_) return clear();  // the motor is not known yet
@@ -571,7 +566,7 @@ void LiveMisfit::settle_into_change() {
   const bool explained = !change.suspects.empty() && at.allFinite() && covariance.allFinite();
   const Eigen::VectorXd scatter = scatter_, expected = expected_;
   clear();
-  own_ = explained;
+  own_ = false;  // it is learnt anew what it has become
   if (!explained) return;
   scatter_ = scatter;
   expected_ = expected;
@@ -599,7 +594,7 @@ void LiveMisfit::look_for_effects(const Equations& all) {
   for (std::size_t j = 0; j < directions_.size(); ++j) {
     const Direction& d = directions_[j];
     const auto i = static_cast<Eigen::Index>(j);
-    if (d.in_model) continue;
+    if (d.in_model || j == gauge_) continue;  // what a gauge shows is known
     const Eigen::VectorXd with = all.h(inner, i);
     const double information = all.h(i, i) - with.dot(covariance * with);
     const double left = all.g[i] - with.dot(expects_(inner));
@@ -627,7 +622,11 @@ void LiveMisfit::learn(std::span<const double> values) {
                   std::abs(to - from) > gross_share * std::abs(from));
   }
   move_point(d);
-  if (far) clear();
+  if (!far) return;
+  clear();
+  for (Grid* grid : {&by_speed_, &by_current_}) {
+    for (auto& cell : grid->cells) std::ranges::fill(cell, Grid::Cell{});
+  }
 }
 
 /// The unknowns count from another point. @param d of which only the model's own parameters move
