@@ -36,6 +36,7 @@ constexpr double digit_share = 0.3;        ///< of an instrument's resolution by
 constexpr double transient_share = 0.005;  ///< of what the inertia does, that a simulation may be off in a transient
 constexpr double gross_share = 0.05;  ///< of a parameter's value, beyond which what is linear about it is worth nothing
 constexpr double material_share = 0.1;  ///< of what is left, that an effect has to explain
+constexpr double most_varied = 3;       ///< times the noise of a gauge, beyond which loads come and go
 constexpr double standstill = 0.04;     ///< of the highest speed, below which nothing counts
 constexpr double believed = 0.02;       ///< of what the motor does, as the size of what the model lacks
 constexpr std::size_t most_told = 8;    ///< changes that are kept
@@ -410,7 +411,7 @@ LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recen
   covariance = by.asDiagonal() * covariance * by.asDiagonal();
   if (gauge_) {  // where it shows a load anyway, the load is known, whatever it is
     const auto j = static_cast<Eigen::Index>(*gauge_);
-    if (std::abs(at[j]) > alarm_at * std::sqrt(covariance(j, j)) + gauge_digit_) {
+    if (by[j] > most_varied || std::abs(at[j]) > alarm_at * std::sqrt(covariance(j, j)) + gauge_digit_) {
       recent.h.row(j).setZero();
       recent.h.col(j).setZero();
       recent.g[j] = 0;
@@ -622,11 +623,7 @@ void LiveMisfit::learn(std::span<const double> values) {
                   std::abs(to - from) > gross_share * std::abs(from));
   }
   move_point(d);
-  if (!far) return;
-  clear();
-  for (Grid* grid : {&by_speed_, &by_current_}) {
-    for (auto& cell : grid->cells) std::ranges::fill(cell, Grid::Cell{});
-  }
+  if (far) clear();
 }
 
 /// The unknowns count from another point. @param d of which only the model's own parameters move
