@@ -69,7 +69,8 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                        for (const DeviceClock& clock : device_clocks(bench_)) texts.push_back(describe(clock));
                        return texts;
                      },
-                 .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); }},
+                 .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); },
+                 .remarks = [this] { return estimator_.remarks(); }},
                 {.disk_low = &mailbox_.disk_low,
                  .room = settings_.room,
                  .black_box =

@@ -23,6 +23,43 @@ std::size_t queue_size(const Estimator::Settings& settings) {
   return static_cast<std::size_t>(std::clamp(per_second * queue_seconds, 4096.0, 1e6));
 }
 
+json to_json(const std::vector<LiveSuspect>& suspects) {
+  json all = json::array();
+  for (const LiveSuspect& s : suspects) {
+    all.push_back({{"name", s.name},
+                   {"change", finite_or_null(s.change)},
+                   {"std_error", finite_or_null(s.std_error)},
+                   {"score", finite_or_null(s.score)},
+                   {"unit", s.unit}});
+  }
+  return all;
+}
+
+json to_json(const LiveMisfitReport& misfit) {
+  json changes = json::array(), where = json::array();
+  for (const LiveChange& c : misfit.changes) {
+    changes.push_back({{"since", c.since},
+                       {"noticed", c.noticed},
+                       {"omega", finite_or_null(c.omega)},
+                       {"i_a", finite_or_null(c.i_a)},
+                       {"text", describe(c)},
+                       {"suspects", to_json(c.suspects)}});
+  }
+  for (const LiveBin& bin : misfit.where) {
+    json normalised = json::object();
+    for (const auto& [signal, times] : bin.normalised) {
+      normalised[std::string(info(signal).name)] = finite_or_null(times);
+    }
+    where.push_back(
+        {{"against", info(bin.against).name}, {"from", bin.from}, {"to", bin.to}, {"normalised", normalised}});
+  }
+  return {{"watching", misfit.watching},
+          {"score", finite_or_null(misfit.score)},
+          {"changes", changes},
+          {"points_to", to_json(misfit.points_to)},
+          {"where", where}};
+}
+
 }  // namespace
 
 json to_json(const LiveEstimator& estimator, const std::string& model, std::uint64_t lost) {
@@ -44,11 +81,17 @@ json to_json(const LiveEstimator& estimator, const std::string& model, std::uint
                                                     {"sigma", finite_or_null(i.sigma)},
                                                     {"unit", info(i.signal).unit}};
   }
-  return {{"model", model},           {"t", e.t},
-          {"samples", e.samples},     {"lost", lost},
-          {"skipped", e.skipped},     {"gaps", e.gaps},
-          {"parameters", parameters}, {"states", states},
-          {"innovation", innovation}, {"left_out", e.left_out}};
+  return {{"model", model},
+          {"t", e.t},
+          {"samples", e.samples},
+          {"lost", lost},
+          {"skipped", e.skipped},
+          {"gaps", e.gaps},
+          {"parameters", parameters},
+          {"states", states},
+          {"innovation", innovation},
+          {"left_out", e.left_out},
+          {"misfit", to_json(e.misfit)}};
 }
 
 Estimator::Estimator(Settings settings) : settings_(std::move(settings)), queue_(queue_size(settings_)) {
@@ -80,6 +123,24 @@ void Estimator::take(const Record& record) noexcept {
   if (record.kind == Record::Kind::end) ++run_;
   if (record.kind != Record::Kind::sample || !record.signal) return;
   if (!queue_.push({*record.signal, run_, record.t, record.value})) lost_.fetch_add(1, std::memory_order_relaxed);
+}
+
+std::vector<Event> Estimator::remarks() {
+  std::vector<Event> now;
+  const std::unique_lock lock(remarks_mutex_, std::try_to_lock);
+  if (!lock || remarks_.empty()) return now;
+  for (Remark& r : remarks_) {
+    if (r.run == run_) now.push_back(std::move(r.event));  // that of a run whose session is closed comes too late
+  }
+  remarks_.clear();
+  return now;
+}
+
+void Estimator::remark() {
+  for (const LiveChange& change : estimator_->news()) {
+    const std::lock_guard lock(remarks_mutex_);
+    remarks_.push_back({followed_run_, {change.noticed, event_code::changed, describe(change)}});
+  }
 }
 
 json Estimator::estimates() const {
@@ -122,6 +183,7 @@ void Estimator::work() {
       }
       estimator_->take(item.signal, item.t, item.value);
     }
+    if (estimator_ && count > 0) remark();
     news = news || count > 0;
     const auto now = std::chrono::steady_clock::now();
     if (estimator_ && news && now >= due) {

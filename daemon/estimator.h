@@ -13,6 +13,7 @@
 #include "daemon/ring.h"
 #include "hal/input_device.h"
 #include "model/model.h"
+#include "session/session.h"
 
 namespace emtb {
 
@@ -43,7 +44,11 @@ class Estimator {
   /// What the loop told the recorder; on the recorder's thread. Never waits.
   void take(const Record& record) noexcept;
 
-  /// The latest: model, t, samples, lost, parameters, states, innovation ... From any thread.
+  /// What the session of the run that is on should tell: changes of the motor that were noticed since the last call. On
+  /// the thread of take(). Never waits: what cannot be had now comes with the next call.
+  std::vector<Event> remarks();
+
+  /// The latest: model, t, samples, lost, parameters, states, innovation, misfit ... From any thread.
   /// @throws ModelError where no model is followed: why.
   nlohmann::json estimates() const;
 
@@ -57,8 +62,14 @@ class Estimator {
     double t = 0, value = 0;
   };
 
+  struct Remark {
+    std::uint32_t run = 0;
+    Event event;
+  };
+
   void work();
   void publish();
+  void remark();
 
   const Settings settings_;
   boost::lockfree::spsc_queue<Item> queue_;
@@ -73,6 +84,9 @@ class Estimator {
       "no model is followed. Name one in the bench file, estimates: {model: FILE}, or give one: "
       "emtb estimates --model FILE";
 
+  std::mutex remarks_mutex_;
+  std::vector<Remark> remarks_;
+
   // The thread's own
   std::unique_ptr<LiveEstimator> estimator_;
   std::string name_;
@@ -83,7 +97,9 @@ class Estimator {
 };
 
 /// Numbers for the wire: {model, t, samples, lost, skipped, gaps, parameters {name: {value, std_error, unit, excited,
-/// fixed}}, states {name: {value, unit}}, innovation {signal: {value, normalised, sigma, unit}}, left_out}.
+/// fixed}}, states {name: {value, unit}}, innovation {signal: {value, normalised, sigma, unit}}, left_out, misfit
+/// {watching, score, changes [{since, noticed, omega, i_a, text, suspects [{name, change, std_error, score, unit}]}],
+/// points_to [{name, change, std_error, score, unit}], where [{against, from, to, normalised {signal: times}}]}}.
 nlohmann::json to_json(const LiveEstimator& estimator, const std::string& model, std::uint64_t lost);
 
 }  // namespace emtb

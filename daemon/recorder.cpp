@@ -132,6 +132,7 @@ std::size_t Recorder::work(double now) {
   {
     const std::lock_guard lock(mutex_);
     now_ = now;
+    take_remarks();  // of the run whose end may be in the ring
     count = ring_.consume_all([this](const Record& record) { take(record); });
     write_batches();
     if (sink_ && (now - flushed_ >= flush_every || now < flushed_)) {
@@ -197,6 +198,14 @@ void Recorder::take(const Record& record) {
     case Record::Kind::end:
       close(record);
       return;
+  }
+}
+
+void Recorder::take_remarks() {
+  if (!listeners_.remarks) return;
+  for (const Event& event : listeners_.remarks()) {
+    if (listeners_.happened) listeners_.happened(event.text);
+    if (sink_) attempt([&] { sink_->append(event); });
   }
 }
 

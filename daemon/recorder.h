@@ -69,6 +69,7 @@ class Recorder {
     std::function<std::string()> figures{};  ///< how punctual the loop was in the run that ends; empty: not known
     std::function<std::vector<std::string>()> clocks{};  ///< how the devices' clocks ran until now, one text each
     std::function<void(const std::filesystem::path&)> dumped{};  ///< where a black box was written
+    std::function<std::vector<Event>()> remarks{};  ///< what others have for the session that is on; must not wait
   };
 
   /// What surrounds the recordings.
@@ -101,6 +102,7 @@ class Recorder {
   };
 
   void take(const Record& record);
+  void take_remarks();
   void close(const Record& end);
   void write_batches();
   void attempt(const std::function<void()>& write);

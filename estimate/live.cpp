@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "estimate/linear_algebra.h"
+#include "estimate/live_misfit.h"
 #include "estimate/live_pass.h"
 #include "estimate/live_voltage.h"
 #include "estimate/residuals.h"
@@ -94,9 +95,7 @@ LivePlan plan_for(const Model& model, const FreeParameters& free, std::span<cons
     throw ModelError("model `" + model.name +
                      "` has nothing to be compared with: the bench measures neither omega nor i_a");
   }
-  const std::vector<double> p = model.values();
-  const double by_voltage = p[4] * p[0] / (p[1] * p[2]);
-  const double time_constant = model.input == Signal::i_a ? p[4] / std::max(p[3], 1e-12) : by_voltage;  // [s]
+  const double time_constant = model.mechanical_time_constant();
   plan.longest_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
   // Short against the shaft's time constant, so that a block's mean says what its readings do.
   plan.block = static_cast<std::size_t>(std::max(2.0, std::clamp(time_constant / 2, 0.0, 0.1) / plan.period));
@@ -139,8 +138,9 @@ struct LiveEstimator::Impl {
 
   std::vector<LiveChapter> history;
   std::unique_ptr<LivePass> front, back;
-  bool following = false;  ///< the back pass is on its way
-  std::size_t hold = 0;    ///< tick of the last chapter whose successors must be there before it is taken
+  std::unique_ptr<LiveMisfit> misfit;  ///< null: not wanted
+  bool following = false;              ///< the back pass is on its way
+  std::size_t hold = 0;                ///< tick of the last chapter whose successors must be there before it is taken
   bool new_run = true;
 
   Eigen::VectorXd low, high;
@@ -170,6 +170,7 @@ struct LiveEstimator::Impl {
   double torque_sum = 0, torque_before = 0, torque_changes = 0, torque_lsb = 0;
   double loaded_until = -1;
   LiveVoltage voltage;
+  SteadyMean steady_load;
   std::uint64_t samples = 0, skipped = 0, gaps = 0;
   std::size_t since_solved = 0, since_judged = 0;
 };
@@ -189,6 +190,7 @@ LiveEstimator::Impl::Impl(const Model& given, std::span<const Channel> given_cha
       history(2),
       front(std::make_unique<LivePass>(plan)),
       back(std::make_unique<LivePass>(plan)),
+      misfit(options.misfit && free.size() > 0 ? std::make_unique<LiveMisfit>(model, plan) : nullptr),
       voltage(plan.structure, model.driver.has_value()) {
   for (LiveChapter& chapter : history) {
     chapter.ticks.reserve(capacity + look_ahead + lag + 2);
@@ -284,7 +286,8 @@ double LiveEstimator::Impl::load_of(double torque) {
   const double mean = std::abs(torque_sum) / load_mean;
   const double limit = 6 * std::sqrt(0.5 * torque_changes / load_mean) + 2 * torque_lsb;
   if (mean > limit) loaded_until = last_t + 1;
-  return last_t < loaded_until ? torque : 0;
+  const double steady = steady_load.next(torque);
+  return last_t < loaded_until ? steady : 0;
 }
 
 void LiveEstimator::Impl::close_tick(double t, double u_ref) {
@@ -355,6 +358,10 @@ void LiveEstimator::Impl::work() {
   const std::size_t end = complete();
   for (int k = 0; k < options.catch_up && front->advance(history, end); ++k) {
   }
+  if (misfit) {
+    for (int k = 0; k < options.catch_up && misfit->advance(history, end); ++k) {
+    }
+  }
   if (following) {
     for (int k = 0; k < options.catch_up && back->advance(history, end); ++k) {
     }
@@ -414,6 +421,7 @@ void LiveEstimator::Impl::solve() {
   gradient = g;
   step = bounded_step(h, g, low - at, high - at);
   front->expect(step);
+  if (misfit) misfit->hear(colour);
 }
 
 /// Standard errors that hold whatever the colour of the noise, and where one source of it is in several signals: by
@@ -490,6 +498,7 @@ void LiveEstimator::Impl::judge_back() {
   }
   damping = damping < 1e-3 ? 0 : damping / 10;
   std::swap(front, back);
+  if (misfit) misfit->learn(front->values());
   step.setZero();
   solve();
   judge_errors();
@@ -497,6 +506,8 @@ void LiveEstimator::Impl::judge_back() {
 
 void LiveEstimator::Impl::fold() {
   while (front->advance(history, history.back().ticks.size())) {
+  }
+  while (misfit && misfit->advance(history, history.back().ticks.size())) {
   }
   following = false;
   if (free.size() > 0 && !history.front().ticks.empty()) {
@@ -540,6 +551,7 @@ void LiveEstimator::Impl::fold() {
   for (const auto& machine : front->machines()) current.machines.push_back(machine);
   hold = 0;
   front->forget_chapter();
+  if (misfit) misfit->forget_chapter();
 }
 
 LiveEstimator::LiveEstimator(const Model& model, std::span<const Channel> channels, double rate)
@@ -556,6 +568,10 @@ void LiveEstimator::start_run() {
 }
 
 void LiveEstimator::take(Signal signal, double t, double value) { impl_->take(signal, t, value); }
+
+std::vector<LiveChange> LiveEstimator::news() {
+  return impl_->misfit ? impl_->misfit->news() : std::vector<LiveChange>();
+}
 
 LiveEstimates LiveEstimator::estimates() const {
   const Impl& i = *impl_;
@@ -602,6 +618,7 @@ LiveEstimates LiveEstimator::estimates() const {
     innovation.normalised = floor > 0 ? std::sqrt(watch.square / watch.weight) / floor : 0;
     e.innovation.push_back(innovation);
   }
+  if (i.misfit) e.misfit = i.misfit->report();
   return e;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "estimate/live_change.h"
 #include "hal/input_device.h"
 #include "hal/signal.h"
 #include "model/model.h"
@@ -40,6 +41,7 @@ struct LiveEstimates {
   std::vector<std::string> left_out;      ///< effects of the model that take no part: those that repeat with the angle
   std::map<Signal, double> states;        ///< SI, as the model has them: omega, i_a, e_a
   std::vector<LiveInnovation> innovation;
+  LiveMisfitReport misfit;
 };
 
 /// Follows a bench while it runs: the parameters of a model with its effects, recursively, from readings as they come.
@@ -60,6 +62,7 @@ class LiveEstimator {
   struct Options {
     double chapter = 60;  ///< [s] of history that is kept at least, in full; up to twice as much
     int catch_up = 30;    ///< ticks of the history that a tick may bring along
+    bool misfit = true;   ///< watches for changes, too
   };
 
   /// @param channels what the bench measures; `u_ref` is given to take() as commanded
@@ -77,6 +80,9 @@ class LiveEstimator {
   void take(Signal signal, double t, double value);
 
   LiveEstimates estimates() const;
+
+  /// Changes of the motor that were noticed since the last call (estimate/live_misfit.h).
+  std::vector<LiveChange> news();
 
  private:
   struct Impl;

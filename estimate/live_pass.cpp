@@ -87,8 +87,9 @@ Colour DifferenceFloor::colour() const {
   return {.sigma = std::sqrt(0.5 * first / (1 - rho) * doubt), .rho = rho};
 }
 
-LivePass::LivePass(const LivePlan& plan)
+LivePass::LivePass(const LivePlan& plan, LiveRows* rows)
     : plan_(plan),
+      rows_(rows),
       p_((plan.moved.size() + lanes - 1) / lanes + (plan.moved.empty() ? 1 : 0)),
       sums_(2, std::vector(plan.seconds, std::vector<LagSums>(plan.outputs.size(),
                                                               LagSums(static_cast<Eigen::Index>(plan.unknowns()))))),
@@ -113,14 +114,18 @@ LivePass::LivePass(const LivePlan& plan)
   machines_.reserve(p_.size());
 }
 
-void LivePass::begin(std::span<const double> values) {
+void LivePass::follow(std::span<const double> values) {
   values_.assign(values.begin(), values.end());
   for (std::size_t g = 0; g < p_.size(); ++g) {
-    p_[g].assign(values.begin(), values.end());
+    p_[g].assign(values.begin(), values.end());  // in the same place: machines look there
     for (std::size_t j = g * lanes; j < std::min(plan_.moved.size(), (g + 1) * lanes); ++j) {
       for (const std::size_t place : plan_.moved[j]) p_[g][place].d[j - g * lanes] = 1;
     }
   }
+}
+
+void LivePass::begin(std::span<const double> values) {
+  follow(values);
   for (auto& chapter : sums_) {
     for (auto& second : chapter) {
       for (LagSums& sums : second) sums.clear();
@@ -325,6 +330,7 @@ void LivePass::close_blocks() {
       for (std::size_t j = 0; j < plan_.moved.size(); ++j) {
         row_.data()[j] = block.sum[j / lanes].d[j % lanes] * each;
       }
+      add_direct(o);
       floor_[o].add(block.residual * each);
       take_row(o, block.residual * each, static_cast<double>(plan_.block) * plan_.period);
     } else {
@@ -374,9 +380,16 @@ void LivePass::close_slow(const SlowReading& reading) {
   if (again) return;
   // What moves is rounded now up, now down; what stands, always alike.
   if (std::abs(predicted - predicted_before_[o]) < plan_.outputs[o].lsb) row_.data()[plan_.outputs[o].offset] = 1;
+  add_direct(o);
   read_before_[o] = reading.value;
   predicted_before_[o] = predicted;
   take_row(o, reading.value - predicted, reading.end - reading.begin);
+}
+
+void LivePass::add_direct(std::size_t output) {
+  for (std::size_t k = 0; k < plan_.direct.size(); ++k) {
+    if (plan_.direct[k] == plan_.outputs[output].signal) row_.data()[plan_.moved.size() + k] = 1;
+  }
 }
 
 void LivePass::take_row(std::size_t output, double residual, double seconds) {
@@ -392,9 +405,23 @@ void LivePass::take_row(std::size_t output, double residual, double seconds) {
   watch.square = kept * watch.square + left * left;
   watch.weight = kept * watch.weight + 1;
   double informs = 0;
-  for (std::size_t j = 0; j < plan_.moved.size(); ++j) informs += std::abs(row_.data()[j]);
+  for (std::size_t j = 0; j < plan_.moved.size() + plan_.direct.size(); ++j) informs += std::abs(row_.data()[j]);
   if (informs == 0) {  // a motor that stands tells nothing, its noise neither
     before.there = false;
+    return;
+  }
+  if (rows_ != nullptr) {
+    rows_->take({.output = output,
+                 .s = row_,
+                 .r = residual,
+                 .follows = before.there,
+                 .s_before = before.s,
+                 .r_before = before.r,
+                 .omega = machines_[0].omega.v,
+                 .i_a = machines_[0].i_a.v});
+    before.s = row_;
+    before.r = residual;
+    before.there = true;
     return;
   }
   recent_[output].noalias() += row_ * row_.transpose();

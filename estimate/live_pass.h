@@ -42,6 +42,24 @@ struct LiveChapter {
   std::vector<Machine<WideSensitive>> machines;  ///< as they were when it began; none: it begins with a run
 };
 
+/// A block of a fast signal or a reading of a slow one: how far it is from the simulation, and what would move it.
+struct LiveRow {
+  std::size_t output = 0;    ///< place in LivePlan::outputs
+  const Eigen::VectorXd& s;  ///< derivatives by the unknowns
+  double r = 0;              ///< SI, measured less simulated
+  bool follows = false;      ///< the one before it came without a hole between
+  const Eigen::VectorXd& s_before;
+  double r_before = 0;
+  double omega = 0, i_a = 0;  ///< SI, as simulated
+};
+
+/// Takes the rows of a pass, in the place of its own sums.
+class LiveRows {
+ public:
+  virtual ~LiveRows() = default;
+  virtual void take(const LiveRow& row) = 0;
+};
+
 /// What is compared with what, and which parameters move.
 struct LivePlan {
   struct Output {
@@ -64,8 +82,11 @@ struct LivePlan {
   double settling = 1;         ///< [s] after which a wrong initial state is forgotten
   double longest_window = 1;   ///< [s] of a slow meter, and how late it may come
 
-  /// Unknowns: the free parameters, then what each slow meter's rounding does to a value that stands still.
-  std::size_t unknowns() const { return moved.size() + offsets; }
+  std::vector<Signal> direct;  ///< what an unknown adds to the readings of a signal, and to nothing else
+
+  /// Unknowns: the free parameters, what is direct, then what each slow meter's rounding does to a value that stands
+  /// still.
+  std::size_t unknowns() const { return moved.size() + direct.size() + offsets; }
   std::size_t offsets = 0;
 };
 
@@ -90,10 +111,14 @@ class LivePass {
     double value = 0, square = 0, weight = 0;
   };
 
-  explicit LivePass(const LivePlan& plan);
+  /// @param rows takes the rows; null: they go into sums()
+  explicit LivePass(const LivePlan& plan, LiveRows* rows = nullptr);
 
   /// From the beginning of the history. @param values all parameters of the structure
   void begin(std::span<const double> values);
+
+  /// Goes on with other parameters, from the present state.
+  void follow(std::span<const double> values);
 
   /// Takes the next tick of the history. @return false where there is none
   /// @param end number of ticks of the last chapter that are complete
@@ -137,11 +162,13 @@ class LivePass {
   void close_blocks();
   void close_slow(const SlowReading& reading);
   void take_row(std::size_t output, double residual, double seconds);
+  void add_direct(std::size_t output);
   void interrupt();
   void renew_machines();
   std::size_t integral_at(double t) const;
 
   const LivePlan& plan_;
+  LiveRows* rows_;
   std::vector<double> values_;
   std::vector<std::vector<WideSensitive>> p_;  ///< for each machine: derivatives of its own
   std::vector<Machine<WideSensitive>> machines_;

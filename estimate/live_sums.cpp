@@ -32,6 +32,24 @@ void LagSums::add(const LagSums& other) {
   pairs_ += other.pairs_;
 }
 
+void LagSums::fade(double share) {
+  ss_ *= share;
+  ss_next_ *= share;
+  sr_ *= share;
+  sr_next_ *= share;
+  rr_ *= share;
+  rr_next_ *= share;
+  blocks_ *= share;
+  pairs_ *= share;
+}
+
+void LagSums::move_point(const Eigen::VectorXd& d) {
+  rr_ = squares(d);
+  rr_next_ = products(d);
+  sr_ -= ss_ * d;
+  sr_next_ -= ss_next_ * d;
+}
+
 // By pointer: Eigen checks every index and size, and this runs with the samples.
 
 void LagSums::add(const Eigen::VectorXd& s, double r) {

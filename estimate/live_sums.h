@@ -20,6 +20,10 @@ class LagSums {
 
   void clear();
   void add(const LagSums& other);
+  /// Counts for less. @param share 0 to 1
+  void fade(double share);
+  /// Residuals as they would be about another point: r - sᵀ d.
+  void move_point(const Eigen::VectorXd& d);
 
   /// A block.
   void add(const Eigen::VectorXd& s, double r);

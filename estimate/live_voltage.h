@@ -10,12 +10,46 @@
 
 namespace emtb {
 
+/// A measured input without its noise, for as long as it stays the same: its mean. Where it changes, it counts as it
+/// is.
+///
+/// Noise of a measured input is in the sensitivities as well as in the residuals, and their product does not average
+/// away: it would pull R_a up by a part of noise²/(R_a i)², and let a motor under a measured load seem heavier (errors
+/// in variables).
+class SteadyMean {
+ public:
+  double next(double x) {
+    // Noise from neighbours, which know nothing of slow errors.
+    const double change = x - before_;
+    before_ = x;
+    changes_ += (change * change - changes_) / std::min(++count_, 1000.0);
+    quick_ += (x - quick_) / std::min(++weight_, quick);
+    mean_ += (x - mean_) / std::min(weight_, slow);
+    const double noise = std::sqrt(0.5 * changes_);
+    if (weight_ >= quick && std::abs(quick_ - mean_) > 5 * noise / std::sqrt(2 * quick)) {
+      changing_ = static_cast<int>(2 * quick);
+      forget();
+    }
+    if (weight_ < quick) return x;
+    if (changing_ > 0) --changing_;
+    return changing_ > 0 ? x : mean_;
+  }
+
+  void forget() { weight_ = mean_ = quick_ = 0; }
+  bool changing() const { return changing_ > 0; }
+  double mean() const { return mean_; }
+
+ private:
+  static constexpr double quick = 20, slow = 500;  ///< readings: what shows a change, what averages
+
+  double mean_ = 0, quick_ = 0, weight_ = 0;
+  double before_ = 0, changes_ = 0, count_ = 0;  ///< its noise
+  int changing_ = 0;                             ///< ticks in which it counts as it is
+};
+
 /// The terminal voltage that drives the motor: what the known driver makes of the reference, and what the measurement
 /// adds to it, averaged for as long as that stays the same. Where it does not, the driver is not as known, and the
 /// measurement counts as it is.
-///
-/// Noise of a measured input is in the sensitivities as well as in the residuals, and their product does not average
-/// away: it would pull R_a up by a part of noise²/(R_a i)² (errors in variables).
 class LiveVoltage {
  public:
   LiveVoltage(const ModelStructure& structure, bool has_driver)
@@ -29,7 +63,7 @@ class LiveVoltage {
   void start(double u_ref, double e_a) {
     e_ = std::isfinite(e_a) ? e_a : target(u_ref);
     u_ref_ = u_ref;
-    forget();
+    added_.forget();
   }
 
   /// @param h [s] since the tick before. @param u_ref [V] from now on. @param e_a [V] as measured, NaN: not.
@@ -38,36 +72,17 @@ class LiveVoltage {
     if (!known_) return e_a;
     e_ = slew(e_, target(u_ref_), driver_.rise, driver_.fall, h).end;
     u_ref_ = u_ref;
-    if (!std::isfinite(e_a)) return trusted_ > 0 ? e_a : e_ + mean_;
-    const double added = e_a - e_;
-    // Noise from neighbours, which know nothing of slow errors.
-    const double change = added - added_;
-    added_ = added;
-    changes_ += (change * change - changes_) / std::min(++count_, 1000.0);
-    quick_ += (added - quick_) / std::min(++weight_, quick);
-    mean_ += (added - mean_) / std::min(weight_, slow);
-    const double noise = std::sqrt(0.5 * changes_);
-    if (weight_ >= quick && std::abs(quick_ - mean_) > 5 * noise / std::sqrt(2 * quick)) {
-      trusted_ = static_cast<int>(2 * quick);
-      forget();
-    }
-    if (weight_ < quick) return e_a;
-    if (trusted_ > 0) --trusted_;
-    return trusted_ > 0 ? e_a : e_ + mean_;
+    if (!std::isfinite(e_a)) return added_.changing() ? e_a : e_ + added_.mean();
+    return e_ + added_.next(e_a - e_);
   }
 
  private:
-  static constexpr double quick = 20, slow = 500;  ///< readings: what shows a change, what averages
-
   double target(double u_ref) const { return std::clamp(driver_.gain * u_ref, driver_.min, driver_.max); }
-  void forget() { weight_ = mean_ = quick_ = 0; }
 
   DriverModel driver_;
   bool known_;
   double e_ = 0, u_ref_ = 0;
-  double mean_ = 0, quick_ = 0, weight_ = 0;    ///< [V] of what the measurement adds
-  double added_ = 0, changes_ = 0, count_ = 0;  ///< its noise
-  int trusted_ = 0;                             ///< ticks in which the measurement counts as it is
+  SteadyMean added_;  ///< [V] by the measurement
 };
 
 }  // namespace emtb

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "model/dual.h"
-#include "model/effect.h"
 #include "model/structure.h"
 
 namespace emtb {
@@ -23,8 +23,9 @@ struct Excitation {
   std::vector<double> temperature;  ///< [degC] of the armature, held
   std::vector<char> armature_open;  ///< from its time to the next
   InitialState initial;
-  double longest_step = 2e-3;    ///< [s] longer intervals are divided
-  double quick_step = infinity;  ///< [s] the same, where an effect is quicker than the shaft or repeats with the angle
+  double longest_step = 2e-3;                                   ///< [s] longer intervals are divided
+  double quick_step = std::numeric_limits<double>::infinity();  ///< [s] the same, where an effect is quicker than the
+                                                                ///< shaft or repeats with the angle
 };
 
 /// How many derivatives one pass carries: one or two vector registers of AVX2 (docs/decisions/sensitivities.md).

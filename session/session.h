@@ -37,6 +37,7 @@ inline constexpr int paused = 7;      ///< the reference is held until a person 
 inline constexpr int resumed = 8;     ///< somebody did
 inline constexpr int unattended = 9;  ///< nobody did in time
 inline constexpr int clock = 10;      ///< how a device's clock ran against the loop's
+inline constexpr int changed = 11;    ///< the motor stopped being what the run so far had shown
 }  // namespace event_code
 
 /// One experiment with an initial state of its own.

@@ -24,6 +24,40 @@ std::pair<std::string, std::string> value_and_error(const json& p) {
   return {both.substr(0, at), error};
 }
 
+/// Where the model fails most, and the changes that were noticed: a line each.
+std::string misfit_lines(const json& misfit) {
+  std::string text;
+  const json* worst = nullptr;
+  std::string signal;
+  double most = 1.5;  // times the noise floor, below which nobody needs to look
+  for (const json& bin : misfit["where"]) {
+    for (const auto& [name, times] : bin["normalised"].items()) {
+      if (!times.is_number() || times.get<double>() <= most) continue;
+      most = times.get<double>();
+      worst = &bin;
+      signal = name;
+    }
+  }
+  if (worst != nullptr) {
+    text += "fails most in " + signal + " where " + (*worst)["against"].get<std::string>() + " is " +
+            in_words((*worst)["from"], 3) + " to " + in_words((*worst)["to"], 3) + ": " + pretty(most, 3) +
+            " times its noise\n";
+  }
+  if (!misfit["points_to"].empty()) {
+    text += "points to";
+    for (const json& s : misfit["points_to"]) {
+      text += (s == misfit["points_to"].front() ? " " : ", or ") + s["name"].get<std::string>() + " = " +
+              pretty(s["change"].get<double>(), s["std_error"].get<double>(), s["unit"].get<std::string>());
+    }
+    text += "\n";
+  }
+  if (misfit["changes"].empty()) {
+    text += misfit["watching"].get<bool>() ? "no change noticed\n" : "not yet watching for changes: too little seen\n";
+  }
+  for (const json& change : misfit["changes"]) text += "changed: " + change["text"].get<std::string>() + "\n";
+  return text;
+}
+
 }  // namespace
 
 std::string estimates_table(const json& now) {
@@ -49,6 +83,7 @@ std::string estimates_table(const json& now) {
                  in_words(i["normalised"], 3), i["unit"].get<std::string>()});
   }
   text += signals.text();
+  text += misfit_lines(now["misfit"]);
   if (!now["left_out"].empty()) {
     text += "left out, since they repeat with an angle that is not known:";
     for (const json& id : now["left_out"]) text += " " + id.get<std::string>();

@@ -48,6 +48,23 @@ void Plant::each(Function f) const noexcept {
 
 Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
   check(p_);
+  derive();
+  const auto& driver = p_.driver;
+  target_ = settled_voltage(0, driver, p_.laws);
+  state_.e = state_.lag_1 = state_.lag_2 = std::clamp(0.0, driver.min, driver.max);
+  state_.i = inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, 0), 0);
+}
+
+void Plant::become(const PlantParameters& parameters) {
+  check(parameters);
+  p_ = parameters;
+  inductance_ = see_ = lag_1_ = lag_2_ = tacho_1_ = tacho_2_ = gauge_1_ = gauge_2_ = stiffness_ = damping_ = 0;
+  derive();
+  resistance_ = p_.motor.R_a * (1 + copper * winding_) + p_.driver.output_resistance;
+}
+
+/// What follows from the parameters.
+void Plant::derive() {
   const auto& [laws, driver, motor, friction, shaft, load, sensors, torque, drop] = p_;
   const bool usual = laws == Laws::usual;
   resistance_ = motor.R_a + driver.output_resistance;
@@ -93,9 +110,6 @@ Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
     on_its_way_.resize(4 + static_cast<std::size_t>(driver.delay / 5e-5));  // a loop of 20 kHz
   }
   rare_ = see_ > 0 || lag_1_ > 0 || tacho_1_ > 0 || gauge_1_ > 0 || shaft.stiffness != unlimited;
-  target_ = settled_voltage(0, driver, laws);
-  state_.e = state_.lag_1 = state_.lag_2 = std::clamp(0.0, driver.min, driver.max);
-  state_.i = inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, 0), 0);
 }
 
 void Plant::advance(double dt, double reference) noexcept {

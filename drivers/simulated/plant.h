@@ -23,7 +23,10 @@ class Plant {
 
   // What a person does at the bench.
   void set_load(const LoadParameters& load);  ///< turns the brake. @throws ConfigError as the constructor
-  void open_armature(bool open) noexcept;     ///< the contactor: no current flows, the terminals show the back-EMF
+  /// The motor itself becomes another: a warm winding, a mass at the shaft, a bearing that rubs. Its state stays.
+  /// @throws ConfigError as the constructor
+  void become(const PlantParameters& parameters);
+  void open_armature(bool open) noexcept;  ///< the contactor: no current flows, the terminals show the back-EMF
   bool armature_open() const noexcept { return open_; }
 
   // The truth at the present time; tacho() and gauge() after what these two sensors themselves do to it.
@@ -68,6 +71,8 @@ class Plant {
     double due = 0;
     double value = 0;
   };
+
+  void derive();
 
   /// f(member) for each number that this plant integrates: most benches need only the first five.
   template <class Function>

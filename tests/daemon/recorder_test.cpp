@@ -60,11 +60,13 @@ class RecorderTest : public testing::Test {
   std::atomic<bool> failed{false};
   std::vector<Closed> closed;
   std::vector<std::string> log;
+  std::vector<Event> remarks;
   Recorder recorder{ring,
                     failed,
                     [this](const auto&, const auto&) { return std::make_unique<FakeSink>(written); },
                     {.closed = [this](const Closed& c) { closed.push_back(c); },
-                     .happened = [this](const std::string& text) { log.push_back(text); }}};
+                     .happened = [this](const std::string& text) { log.push_back(text); },
+                     .remarks = [this] { return std::exchange(remarks, {}); }}};
 };
 
 TEST_F(RecorderTest, WritesEachSignalInOrderAndFinishes) {
@@ -107,6 +109,23 @@ TEST_F(RecorderTest, AFaultIsAnEventWithItsNumber) {
   EXPECT_THAT(written.events[1].text, HasSubstr("omega = 200 rad/s"));
   EXPECT_THAT(closed[0].text, HasSubstr("over_speed"));
   EXPECT_TRUE(written.finished) << "the file is whole, whatever ended the run";
+}
+
+TEST_F(RecorderTest, WhatOthersRemarkIsAnEventOfTheSessionThatIsOn) {
+  open();
+  remarks = {{1.5, event_code::changed, "the inertia is more than before"}};
+  recorder.work(0);
+  ASSERT_EQ(written.events.size(), 2u);
+  EXPECT_EQ(written.events[1].code, event_code::changed);
+  EXPECT_EQ(written.events[1].text, "the inertia is more than before");
+  EXPECT_THAT(log, ElementsAre("the inertia is more than before"));
+  EXPECT_FALSE(failed);
+  end();
+  recorder.work(1);
+  remarks = {{2.5, event_code::changed, "too late"}};
+  recorder.work(2);
+  EXPECT_EQ(written.events.back().code, event_code::run_ended);
+  EXPECT_EQ(log.back(), "too late");
 }
 
 TEST_F(RecorderTest, AGapIsAnEventThatSaysHowMuchIsMissing) {

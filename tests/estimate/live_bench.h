@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
@@ -68,6 +69,59 @@ inline LiveBench slow_live_bench() {
 /// The small servo: both directions, current on the card.
 inline LiveBench fast_live_bench() {
   return live_bench("desk-simulated", "desk", {1, 3, 6, 4, 2, -1, -3, -6, -4, -2, 1});
+}
+
+/// What happens to a motor in mid run, and from when on it shows.
+struct MotorChange {
+  std::string name;                                         ///< of the parameter
+  double size = 0;                                          ///< SI
+  double visible = 0;                                       ///< [s]
+  std::function<void(simulated::PlantParameters&)> become;  ///< of the plant
+};
+
+constexpr double changed_at = 65;  // [s] the motor runs at one speed
+constexpr double stepped_at = 68;  // [s] the reference's next step
+
+inline MotorChange hotter(const LiveBench& bench, double share) {
+  const double size = share * bench.setup.plant.motor.R_a;
+  return {"R_a", size, changed_at, [size](simulated::PlantParameters& p) { p.motor.R_a += size; }};
+}
+inline MotorChange heavier(const LiveBench& bench, double share) {
+  const double size = share * bench.setup.plant.motor.J;
+  return {"J", size, stepped_at, [size](simulated::PlantParameters& p) { p.motor.J += size; }};
+}
+/// @param torque [N m] that the gauge does not see
+inline MotorChange rubbing(double torque) {
+  return {"coulomb_friction.T_c", torque, changed_at,
+          [torque](simulated::PlantParameters& p) { p.friction.T_c += torque; }};
+}
+/// @param torque [N m] that the gauge sees
+inline MotorChange braked(double torque) {
+  return {"load_torque.T_L", torque, changed_at, [torque](simulated::PlantParameters& p) { p.load.torque += torque; }};
+}
+
+/// The staircase, a level at which the motor changes, a step to another one.
+inline Run changed_run(const LiveBench& bench, const MotorChange& change, std::uint64_t seed) {
+  std::vector<Knot> knots(bench.staircase.knots().begin(), bench.staircase.knots().end());
+  const double level = bench.setup.plant.driver.min < 0 ? -2 : 3;  // [V]
+  const double end = bench.staircase.duration();
+  for (const Knot& knot :
+       {Knot{end, level}, Knot{stepped_at, level}, Knot{stepped_at, 1.7 * level}, Knot{stepped_at + 8, 1.7 * level}}) {
+    knots.push_back(knot);
+  }
+  simulated::PlantParameters after = bench.setup.plant;
+  change.become(after);
+  const std::vector<simulated::Operation> operations{
+      {changed_at, [&](simulated::Plant& plant) { plant.become(after); }}};
+  return simulated::record(bench.setup, Profile("changed", knots), seed, operations);
+}
+
+/// A bench whose eddy brake is on from the beginning: 0.3 N m at 60 rad/s, or of the servo 0.05 N m at 200 rad/s.
+inline LiveBench loaded(LiveBench bench) {
+  const bool servo = bench.setup.plant.driver.min < 0;
+  bench.setup.plant.load.eddy_torque = servo ? 0.05 : 0.3;
+  bench.setup.plant.load.eddy_omega = servo ? 200 : 60;
+  return bench;
 }
 
 /// Hands a recorded run to the estimator in the order in which the daemon's loop would: at each tick what was read,

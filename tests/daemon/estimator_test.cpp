@@ -1,0 +1,77 @@
+#include "daemon/estimator.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "session/session.h"
+#include "tests/daemon/changed_bench.h"
+#include "tests/process.h"
+
+namespace emtb {
+namespace {
+
+using testing::HasSubstr;
+using testing::SizeIs;
+
+/// What the loop would have told the recorder of a run.
+std::vector<Record> as_records(const emtb::Run& run) {
+  std::vector<Record> all;
+  for (const auto& [signal, series] : run.signals) {
+    for (std::size_t k = 0; k < series.t.size(); ++k) {
+      all.push_back({.signal = signal, .t = series.t[k], .value = series.value[k]});
+    }
+  }
+  std::ranges::stable_sort(all, [](const Record& a, const Record& b) {
+    if (a.t != b.t) return a.t < b.t;
+    return a.signal != Signal::u_ref && b.signal == Signal::u_ref;  // the reference closes a tick
+  });
+  return all;
+}
+
+class EstimatorTest : public testing::Test {
+ protected:
+  EstimatorTest() : estimator({.channels = bench.channels, .loop_rate = bench.rate}) { estimator.follow(bench.model); }
+  void hand_over(const emtb::Run& run) {
+    for (const Record& record : as_records(run)) estimator.take(record);
+  }
+  /// Until it has told a change, or has seen the whole run.
+  std::vector<Event> remarks_until(double t) {
+    std::vector<Event> told;
+    EXPECT_TRUE(eventually([&] {
+      for (Event& event : estimator.remarks()) told.push_back(std::move(event));
+      return !told.empty() || estimator.estimates()["t"] > t;
+    }));
+    return told;
+  }
+
+  ChangedBench bench = rubbing_bench();
+  Estimator estimator;
+};
+
+TEST_F(EstimatorTest, RemarksAChangeForTheSessionOfItsRun) {
+  hand_over(bench.run);
+  const std::vector<Event> told = remarks_until(bench.run.duration() - 1);
+  ASSERT_THAT(told, SizeIs(1));
+  EXPECT_EQ(told[0].code, event_code::changed);
+  EXPECT_GT(told[0].t, bench.changed_at);
+  EXPECT_LT(told[0].t, bench.changed_at + 5);
+  EXPECT_THAT(told[0].text, HasSubstr("N m more than before: a brake left on"));
+  nlohmann::json misfit;
+  ASSERT_TRUE(eventually([&] {  // published ten times a second
+    misfit = estimator.estimates()["misfit"];
+    return !misfit["changes"].empty();
+  }));
+  EXPECT_THAT(misfit["changes"][0]["suspects"].dump(), HasSubstr("coulomb_friction.T_c"));  // B at one speed is like it
+  EXPECT_THAT(misfit["where"], testing::Not(testing::IsEmpty()));
+}
+
+TEST_F(EstimatorTest, HasNoRemarkForTheSessionAfterIt) {
+  hand_over(bench.run);
+  estimator.take({.kind = Record::Kind::end});
+  EXPECT_TRUE(remarks_until(bench.run.duration() - 1).empty());
+}
+
+}  // namespace
+}  // namespace emtb
