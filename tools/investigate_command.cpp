@@ -108,7 +108,8 @@ std::string seconds(double s) { return pretty(s, 3) + " s"; }
 /// One investigation: sessions and rounds so far.
 class Investigation {
  public:
-  Investigation(const InvestigateOptions& o, Bench& bench) : o_(o), bench_(bench), train_(o.sessions), held_out_(o.held_out) {
+  Investigation(const InvestigateOptions& o, Bench& bench)
+      : o_(o), bench_(bench), train_(o.sessions), held_out_(o.held_out) {
     std::filesystem::create_directories(o.folder);
   }
 

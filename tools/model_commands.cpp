@@ -145,7 +145,8 @@ void finish_model(const ModelOptions& o, const Model& model) {
 }
 
 /// Fits, reports, writes: what calibrate and add have in common.
-int fit_and_report(const ModelOptions& o, const Model& start, const Dataset& data, const std::string& action, json extra) {
+int fit_and_report(const ModelOptions& o, const Model& start, const Dataset& data, const std::string& action,
+                   json extra) {
   Calibration c = calibrate(data.train, start, o.calibration());
   HistoryEntry entry{action, error_on(data.train, c.model), {}, o.sessions};
   if (!data.held_out.empty()) entry.held_out = error_on(data.held_out, c.model);
@@ -222,7 +223,8 @@ void plot_worst(std::span<const Run> runs, const Model& model) {
 bool is_model_file(const std::string& argument) { return argument.ends_with(".yaml") || argument.ends_with(".yml"); }
 
 /// Several models on the same runs, weighed alike: the error of each, signal by signal.
-int compare_models(const ModelOptions& o, const std::vector<std::string>& files, const std::vector<std::string>& sessions) {
+int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
+                   const std::vector<std::string>& sessions) {
   if (sessions.empty()) throw Error("compare needs a SESSION behind the models: a .csv or .h5");
   if (!o.out.empty()) throw Error("compare writes no model where it compares several: leave --out away");
   std::vector<Model> models;

@@ -16,7 +16,6 @@ constexpr Pen measured_pen{Ink::grey, 2.5, Dash::solid};
 constexpr Pen base_pen{Ink::vermilion, 1.5, Dash::dashed};
 constexpr Pen final_pen{Ink::blue, 1.5, Dash::solid};
 constexpr double band_sigmas = 2;  // 95 % of the readings of a perfect model lie within
-constexpr double normal_95 = 1.96;
 
 Axis axis_of(Signal signal) {
   const std::string unit = printed_unit(info(signal).unit);

@@ -13,6 +13,9 @@
 
 namespace emtb {
 
+/// Standard errors to each side of a value within which the truth is in 95 of 100 cases.
+inline constexpr double normal_95 = 1.96;
+
 /// The figures of a report, one function each.
 
 /// One signal of a run: measured over the simulation of one or two models, the residuals below with the noise band.

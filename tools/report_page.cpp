@@ -18,8 +18,6 @@
 namespace emtb {
 namespace {
 
-constexpr double normal_95 = 1.96;
-
 std::string with_space(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
 std::string value_of(const Parameter& p) {

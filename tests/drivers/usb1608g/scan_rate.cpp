@@ -89,8 +89,9 @@ void driver_alone(double seconds) {
   CountedStream stream(signals, ahead);
   Handover handover(channels, 2 * ahead);
   const MonotonicClock clock;
+  ClockReport report;
   const std::atomic<bool> quit = false;
-  Scan scan(channels, 2, handover, clock, quit);
+  Scan scan(channels, 2, handover, clock, report, quit);
   std::vector<std::uint8_t> bytes(10'000);
   std::vector<Reading> readings(65536);
   const double began = now();
