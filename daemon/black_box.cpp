@@ -19,7 +19,7 @@ std::size_t points_of(const Channel& channel, double period) {
 
 std::string words(const Record& record) {
   if (record.kind == Record::Kind::state) {
-    return "the loop is " + std::string(word(static_cast<State>(static_cast<int>(record.value))));
+    return "the loop is " + std::string(word(static_cast<LoopState>(static_cast<int>(record.value))));
   }
   if (record.kind == Record::Kind::end) return "the run is over";
   return describe(record);

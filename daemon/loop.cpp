@@ -103,10 +103,10 @@ bool Loop::wanted() const noexcept {
 void Loop::prepare() noexcept {
   if (const auto asked = mailbox_.resets.load(); asked != resets_) {
     resets_ = asked;
-    if (state_ == State::latched) {
+    if (state_ == LoopState::latched) {
       safety_.clear();
       late_ = 0;
-      enter(State::arming);
+      enter(LoopState::arming);
       if (const Fault fault = make_safe(); fault != Fault::none) trip({fault, {}, 0});
       start_devices();
     }
@@ -122,7 +122,7 @@ void Loop::begin(const Order& order) noexcept {
   ended_ = false;
   t0_ = now_;  // until the first tick sets it
   live_.run_time.store(0);
-  if (state_ != State::armed) {  // it latched between the question and the order
+  if (state_ != LoopState::armed) {  // it latched between the question and the order
     const Fault cause = safety_.cause() ? safety_.cause().fault : Fault::terminated;
     if (is_fault(static_cast<std::uint16_t>(cause))) {
       push_surely({.kind = Record::Kind::event, .code = static_cast<std::uint16_t>(cause), .at = now_});
@@ -130,7 +130,7 @@ void Loop::begin(const Order& order) noexcept {
     end(Outcome::fault, cause);
     return;
   }
-  enter(State::running);
+  enter(LoopState::running);
   pause_ = 0;
   waiting_ = false;
   paused_ = 0;
@@ -142,7 +142,7 @@ void Loop::begin(const Order& order) noexcept {
 void Loop::tick(double now, std::uint64_t missed) noexcept {
   dt_ = now - now_;
   now_ = now;
-  if (state_ == State::running && std::isnan(t0_)) t0_ = now;
+  if (state_ == LoopState::running && std::isnan(t0_)) t0_ = now;
   flush_pending();
   check(now, missed);
   read(now);
@@ -157,7 +157,7 @@ void Loop::check(double now, std::uint64_t missed) noexcept {
   if (mailbox_.recorder_failed.load(std::memory_order_relaxed)) trip({Fault::recorder_failed, {}, 0});
 
   late_ = late_ * std::max(0.0, 1 - settings_.period / late_memory) + static_cast<double>(missed) * settings_.period;
-  if (missed > 0 && state_ == State::running && settings_.real_time) {
+  if (missed > 0 && state_ == LoopState::running && settings_.real_time) {
     push({.kind = Record::Kind::event,
           .code = event_code::gap,
           .t = now - t0_,
@@ -166,7 +166,7 @@ void Loop::check(double now, std::uint64_t missed) noexcept {
   }
   if (settings_.real_time && late_ > settings_.late_limit) trip({Fault::overrun, {}, static_cast<double>(missed)});
 
-  if (state_ != State::running) return;
+  if (state_ != LoopState::running) return;
   if (mailbox_.disk_low.load(std::memory_order_relaxed)) return trip({Fault::disk_nearly_full, {}, 0});
   if (mailbox_.lost.load(std::memory_order_relaxed) == order_->id) return trip({Fault::client_lost, {}, 0});
   if (mailbox_.stop.load(std::memory_order_relaxed) == order_->id) return end(Outcome::stopped, Fault::none);
@@ -225,7 +225,7 @@ void Loop::take(Port& port, const Reading& reading) noexcept {
 }
 
 void Loop::watch(const Watched& watched, const Reading& reading) noexcept {
-  if (state_ == State::latched) return;
+  if (state_ == LoopState::latched) return;
   const bool ahead = reading.time > now_ + clock_error && reading.time > bench_.clock->now() + clock_error;
   const bool back = watched.seen && reading.time < watched.stamp - clock_error;
   if (ahead || back) trip({Fault::device_clock, reading.signal, reading.time - (ahead ? now_ : watched.stamp)});
@@ -236,31 +236,31 @@ void Loop::watch(const Watched& watched, const Reading& reading) noexcept {
 }
 
 void Loop::arm_if_all_is_well() noexcept {
-  if (state_ != State::arming) return;
+  if (state_ != LoopState::arming) return;
   if (!std::ranges::all_of(watched_, &Watched::seen)) return;  // stale_signal ends the wait
   safety_.arm();
-  enter(State::armed);
+  enter(LoopState::armed);
 }
 
 void Loop::drive(double now) noexcept {
   Fault fault = Fault::none;
   switch (state_) {
-    case State::latched:
-    case State::arming:
+    case LoopState::latched:
+    case LoopState::arming:
       glimpse(Signal::u_ref, now, u_);
       if (now < safe_again_ && now > safe_again_ - 2 * safe_repeat) break;
       safe_again_ = now + safe_repeat;
       fault = make_safe();
       break;
-    case State::armed:
+    case LoopState::armed:
       u_ = safety_.safe();
       fault = bench_.reference->set(u_);
       glimpse(Signal::u_ref, now, u_);
       break;
-    case State::running: {
+    case LoopState::running: {
       const double t = now - t0_;
       const double at = profile_time(t);
-      if (state_ != State::running) break;  // nobody came
+      if (state_ != LoopState::running) break;  // nobody came
       if (at >= order_->profile.duration() - rounding && !waiting_) {
         end(Outcome::done, Fault::none);
         break;
@@ -318,9 +318,9 @@ void Loop::tell(int code, double t) noexcept {
 void Loop::trip(const Trip& trip) noexcept {
   if (!trip) return;
   const bool first = safety_.trip(trip);
-  const bool running = state_ == State::running;
-  const bool moved = state_ != State::latched;
-  enter(State::latched);
+  const bool running = state_ == LoopState::running;
+  const bool moved = state_ != LoopState::latched;
+  enter(LoopState::latched);
   if (moved) {  // at once, not at the end of the tick
     safe_again_ = make_safe() == Fault::none ? now_ + safe_repeat : now_;
   }
@@ -353,7 +353,7 @@ Fault Loop::make_safe() noexcept {
 void Loop::end(Outcome outcome, Fault fault) noexcept {
   if (std::isnan(t0_)) t0_ = now_;  // it ended before its first tick
   const double t = now_ - t0_;
-  if (state_ == State::running) enter(State::armed);
+  if (state_ == LoopState::running) enter(LoopState::armed);
   Fault broken = Fault::none;
   if (outcome != Outcome::fault) broken = make_safe();  // after a fault, trip() did it
   ended_ = true;
@@ -368,7 +368,7 @@ void Loop::end(Outcome outcome, Fault fault) noexcept {
   }
 }
 
-void Loop::enter(State state) noexcept {
+void Loop::enter(LoopState state) noexcept {
   if (state == state_) return;
   state_ = state;
   ring_.push({.kind = Record::Kind::state, .value = static_cast<double>(state), .at = now_});
@@ -386,7 +386,7 @@ void Loop::push(const Record& record) noexcept {
     while (!ring_.push(record)) clock_nanosleep(CLOCK_MONOTONIC, 0, &moment, nullptr);
     return;
   }
-  if (state_ == State::running) trip({Fault::recorder_behind, record.signal, 0});
+  if (state_ == LoopState::running) trip({Fault::recorder_behind, record.signal, 0});
 }
 
 void Loop::push_surely(const Record& record) noexcept {
@@ -416,10 +416,10 @@ void Loop::publish() noexcept {
   live_.output_broken.store(output_broken_, relaxed);
   live_.u_ref.store(u_, relaxed);
   live_.now.store(now_, relaxed);
-  if (state_ == State::running && !std::isnan(t0_)) live_.run_time.store(now_ - t0_, relaxed);
+  if (state_ == LoopState::running && !std::isnan(t0_)) live_.run_time.store(now_ - t0_, relaxed);
   live_.ticks.store(live_.ticks.load(relaxed) + 1, relaxed);
   live_.state.store(state_, std::memory_order_release);
-  if (state_ != State::arming) live_.resets.store(resets_, std::memory_order_release);
+  if (state_ != LoopState::arming) live_.resets.store(resets_, std::memory_order_release);
 }
 
 }  // namespace emtb

@@ -42,7 +42,7 @@ constexpr std::uint64_t confirmation(std::uint64_t run, std::size_t pause) noexc
 struct Live {
   static constexpr double never = -std::numeric_limits<double>::infinity();
 
-  std::atomic<State> state{State::latched};
+  std::atomic<LoopState> state{LoopState::latched};
   std::atomic<Fault> fault{Fault::none};
   std::atomic<int> fault_signal{-1};  ///< index of the signal that showed it, or -1
   std::atomic<double> fault_value{0};
@@ -131,7 +131,7 @@ class Loop {
   void trip(const Trip& trip) noexcept;
   Fault make_safe() noexcept;
   void end(Outcome outcome, Fault fault) noexcept;
-  void enter(State state) noexcept;
+  void enter(LoopState state) noexcept;
   void need(Signal signal, const char* key) const;
   void glimpse(Signal signal, double at, double value) noexcept;
   void push(const Record& record) noexcept;
@@ -152,7 +152,7 @@ class Loop {
   std::vector<Reading> buffer_;
   double linger_ = 0;  // [s] after a run for the last readings to arrive
 
-  State state_ = State::latched;
+  LoopState state_ = LoopState::latched;
   double now_ = 0;
   double dt_ = 0;  // [s] since the tick before
   double u_ = 0;   // [V] as set

@@ -13,10 +13,10 @@ namespace emtb {
 /// How a run ended.
 enum class Outcome : std::uint8_t { done, stopped, fault };
 
-enum class State : std::uint8_t { latched, arming, armed, running };
+enum class LoopState : std::uint8_t { latched, arming, armed, running };
 
 /// As people and clients are told: `latched`.
-constexpr std::string_view word(State state) noexcept {
+constexpr std::string_view word(LoopState state) noexcept {
   constexpr std::array<std::string_view, 4> words{"latched", "arming", "armed", "running"};
   return words[static_cast<std::size_t>(state)];
 }

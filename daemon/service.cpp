@@ -341,7 +341,7 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   const double now = utc_now();
   Experiment experiment = find_experiment(params.text("profile"));
   check(experiment);
-  if (live_.state.load() != State::armed) {
+  if (live_.state.load() != LoopState::armed) {
     const json cause = fault();
     const std::string why = cause.is_null() ? "not armed yet" : cause["text"].get<std::string>();
     throw Refusal(rpc::code::latched, "the bench is latched (" + why + "). See that it is safe, then `emtb reset`",
@@ -448,8 +448,8 @@ json Service::reset(const rpc::Peer& peer) {
   while (live_.resets.load() < asked && std::chrono::steady_clock::now() < until) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  const State state = live_.state.load();
-  if (state != State::armed) {
+  const LoopState state = live_.state.load();
+  if (state != LoopState::armed) {
     const json cause = fault();
     throw Refusal(rpc::code::cause_stands,
                   "not armed: " + (cause.is_null() ? std::string(word(state)) : cause["text"].get<std::string>()),

@@ -36,7 +36,7 @@ TEST_F(BlackBoxTest, KeepsTheLastTenSecondsOfAllAndIsASessionAsAnyOther) {
     box.take(glimpse(Signal::omega, t, n));
     if (n % 400 == 399) box.take(glimpse(Signal::i_a, t, 0.1));
   }
-  box.take({.kind = Record::Kind::state, .value = static_cast<double>(State::latched), .at = 559});
+  box.take({.kind = Record::Kind::state, .value = static_cast<double>(LoopState::latched), .at = 559});
   box.take(fault(Fault::over_speed, 559.5));
   box.take(fault(Fault::overrun, 505));  // long ago
   const auto file = box.dump(1'700'000'000, "over_speed");

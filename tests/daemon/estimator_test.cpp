@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "session/session.h"
-#include "tests/daemon/changed_bench.h"
+#include "tests/estimate/live_bench.h"
 #include "tests/process.h"
 
 namespace emtb {
@@ -32,7 +32,9 @@ std::vector<Record> as_records(const emtb::Run& run) {
 
 class EstimatorTest : public testing::Test {
  protected:
-  EstimatorTest() : estimator({.channels = bench.channels, .loop_rate = bench.rate}) { estimator.follow(bench.model); }
+  EstimatorTest() : estimator({.channels = bench.channels(), .loop_rate = bench.setup.rate}) {
+    estimator.follow(bench.model);
+  }
   void hand_over(const emtb::Run& run) {
     for (const Record& record : as_records(run)) estimator.take(record);
   }
@@ -46,17 +48,19 @@ class EstimatorTest : public testing::Test {
     return told;
   }
 
-  ChangedBench bench = rubbing_bench();
+  const live_bench::LiveBench bench = live_bench::slow_live_bench();  ///< the paper's, simulated
+  /// Something begins to rub: friction grows by 0.02 N m.
+  const emtb::Run rubbing = live_bench::changed_run(bench, live_bench::rubbing(0.02), 1);
   Estimator estimator;
 };
 
 TEST_F(EstimatorTest, RemarksAChangeForTheSessionOfItsRun) {
-  hand_over(bench.run);
-  const std::vector<Event> told = remarks_until(bench.run.duration() - 1);
+  hand_over(rubbing);
+  const std::vector<Event> told = remarks_until(rubbing.duration() - 1);
   ASSERT_THAT(told, SizeIs(1));
   EXPECT_EQ(told[0].code, event_code::changed);
-  EXPECT_GT(told[0].t, bench.changed_at);
-  EXPECT_LT(told[0].t, bench.changed_at + 5);
+  EXPECT_GT(told[0].t, live_bench::changed_at);
+  EXPECT_LT(told[0].t, live_bench::changed_at + 5);
   EXPECT_THAT(told[0].text, HasSubstr("N m more than before: a brake left on"));
   nlohmann::json misfit;
   ASSERT_TRUE(eventually([&] {  // published ten times a second
@@ -68,9 +72,9 @@ TEST_F(EstimatorTest, RemarksAChangeForTheSessionOfItsRun) {
 }
 
 TEST_F(EstimatorTest, HasNoRemarkForTheSessionAfterIt) {
-  hand_over(bench.run);
+  hand_over(rubbing);
   estimator.take({.kind = Record::Kind::end});
-  EXPECT_TRUE(remarks_until(bench.run.duration() - 1).empty());
+  EXPECT_TRUE(remarks_until(rubbing.duration() - 1).empty());
 }
 
 }  // namespace

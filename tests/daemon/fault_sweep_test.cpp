@@ -89,7 +89,7 @@ class EveryCallFails : public Scratch, public testing::WithParamInterface<std::t
     recorder->open(path("run.h5"), description, "level");
     mailbox.run = &order;
     tick(0.1);
-    ASSERT_EQ(live.state, State::running);
+    ASSERT_EQ(live.state, LoopState::running);
     ASSERT_EQ(faulty.output->volts, 3);
   }
 
@@ -113,18 +113,18 @@ TEST_P(EveryCallFails, LatchedSafeNamedAndReadableWithinOnePeriod) {
   const bool in_run = moment == Moment::running || moment == Moment::stopping;
   if (!idle) {
     reset();
-    ASSERT_EQ(live.state, State::armed);
+    ASSERT_EQ(live.state, LoopState::armed);
   }
   if (in_run) run();
   if (moment != Moment::start) failing.fail(faulty);
   if (moment == Moment::stopping) mailbox.stop = order.id;
   tick(sweep_period + failing.patience);
   if (idle) {  // what is not called while it is latched shows when somebody wants to arm
-    EXPECT_EQ(live.state, State::latched);
+    EXPECT_EQ(live.state, LoopState::latched);
     reset();
     tick(failing.patience);
   }
-  EXPECT_EQ(live.state, State::latched);
+  EXPECT_EQ(live.state, LoopState::latched);
   EXPECT_EQ(live.fault, failing.fault) << text(live.fault);
   if (failing.output_works) {
     EXPECT_EQ(faulty.output->volts, 0) << "the reference must be safe";

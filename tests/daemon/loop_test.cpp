@@ -47,7 +47,7 @@ class LoopTest : public testing::Test {
   /// Armed, and a run of 3 V for 1 s on, 0.1 s of it gone.
   void run(Profile profile = Profile("level", {{0, 3}, {1, 3}})) {
     reset();
-    ASSERT_EQ(live.state, State::armed);
+    ASSERT_EQ(live.state, LoopState::armed);
     orders.push_back(std::make_unique<Order>(Order{orders.size() + 1, std::move(profile)}));
     mailbox.run = orders.back().get();
     tick(100);
@@ -74,7 +74,7 @@ class LoopTest : public testing::Test {
   }
 
   void expect_latched_by(Fault fault) {
-    EXPECT_EQ(live.state, State::latched);
+    EXPECT_EQ(live.state, LoopState::latched);
     EXPECT_EQ(live.fault, fault) << text(live.fault);
     EXPECT_EQ(faulty.output->volts, 0) << "the reference must be safe";
   }
@@ -111,7 +111,7 @@ TEST_F(LoopTest, APauseHoldsTheReferenceUntilSomebodyConfirms) {
       std::make_unique<Order>(Order{1, Profile("p", {{0, 1}, {0.1, 1}, {0.1, 3}, {0.3, 3}}), {{0.1, "look", 1}}}));
   mailbox.run = orders.back().get();
   tick(500);
-  EXPECT_EQ(live.state, State::running);
+  EXPECT_EQ(live.state, LoopState::running);
   EXPECT_EQ(live.pause, 0);
   EXPECT_EQ(faulty.output->volts, 1) << "what stood before the step that comes at this very time";
   mailbox.confirmed = confirmation(1, 1);  // of another pause
@@ -122,7 +122,7 @@ TEST_F(LoopTest, APauseHoldsTheReferenceUntilSomebodyConfirms) {
   EXPECT_EQ(live.pause, -1);
   EXPECT_EQ(faulty.output->volts, 3);
   tick(150);
-  EXPECT_EQ(live.state, State::running) << "the profile has its full length yet";
+  EXPECT_EQ(live.state, LoopState::running) << "the profile has its full length yet";
   tick(60);
   expect_ended(Outcome::done, Fault::none);
 }
@@ -132,9 +132,9 @@ TEST_F(LoopTest, APauseThatNobodyConfirmsEndsTheRun) {
   orders.push_back(std::make_unique<Order>(Order{1, Profile("p", {{0, 1}, {1, 1}}), {{0.1, "look", 0.5}}}));
   mailbox.run = orders.back().get();
   tick(590);
-  EXPECT_EQ(live.state, State::running);
+  EXPECT_EQ(live.state, LoopState::running);
   tick(20);
-  EXPECT_EQ(live.state, State::armed);
+  EXPECT_EQ(live.state, LoopState::armed);
   EXPECT_EQ(faulty.output->volts, 0);
   expect_ended(Outcome::stopped, Fault::none);
   const auto events = of(Record::Kind::event);
@@ -144,7 +144,7 @@ TEST_F(LoopTest, APauseThatNobodyConfirmsEndsTheRun) {
 
 TEST_F(LoopTest, ResetArmsWhereNoCauseStands) {
   reset();
-  EXPECT_EQ(live.state, State::armed);
+  EXPECT_EQ(live.state, LoopState::armed);
   EXPECT_EQ(live.resets, 1u);
   tick(10);
   EXPECT_EQ(faulty.output->volts, 0);
@@ -154,7 +154,7 @@ TEST_F(LoopTest, ResetWaitsForEverySignalToBeThere) {
   faulty.meter->failure = Failure::stall;
   ++mailbox.resets;
   tick(100);
-  EXPECT_EQ(live.state, State::arming);
+  EXPECT_EQ(live.state, LoopState::arming);
   EXPECT_EQ(live.resets, 0u) << "not decided yet";
   tick(300);
   expect_latched_by(Fault::stale_signal);
@@ -167,19 +167,19 @@ TEST_F(LoopTest, ResetIsRefusedWhileTheCauseStands) {
   expect_latched_by(Fault::over_speed);
   faulty.card->set(Signal::omega, 20);
   reset();
-  EXPECT_EQ(live.state, State::armed);
+  EXPECT_EQ(live.state, LoopState::armed);
 }
 
 TEST_F(LoopTest, FollowsTheProfileAndRecordsWhatItSetAndRead) {
   faulty.card->set(Signal::omega, 42);
   run(Profile("steps", {{0, 1}, {0.5, 1}, {0.5, 4}, {1, 4}}));
-  EXPECT_EQ(live.state, State::running);
+  EXPECT_EQ(live.state, LoopState::running);
   EXPECT_EQ(faulty.output->volts, 1);
   tick(500);
   EXPECT_EQ(faulty.output->volts, 4);
   tick(500);
   EXPECT_EQ(faulty.output->volts, 0) << "safe at the end";
-  EXPECT_EQ(live.state, State::armed) << "a run that ended as planned needs no reset";
+  EXPECT_EQ(live.state, LoopState::armed) << "a run that ended as planned needs no reset";
   expect_ended(Outcome::done, Fault::none);
 
   const auto u = samples(Signal::u_ref);
@@ -215,7 +215,7 @@ TEST_F(LoopTest, NotesGapsBySequenceNumbers) {
   ASSERT_EQ(events.size(), 2u) << "one for each signal of the card";
   EXPECT_EQ(events[0].code, event_code::gap);
   EXPECT_EQ(events[0].value, 7);
-  EXPECT_EQ(live.state, State::running) << "a gap is no fault";
+  EXPECT_EQ(live.state, LoopState::running) << "a gap is no fault";
 }
 
 TEST_F(LoopTest, RefusesARunWhileLatchedAndStillSendsItsEnd) {
@@ -239,11 +239,11 @@ TEST_F(LoopTest, StopEndsOnlyTheRunThatWasMeant) {
   run();
   mailbox.stop = 99;
   tick();
-  EXPECT_EQ(live.state, State::running);
+  EXPECT_EQ(live.state, LoopState::running);
   mailbox.stop = 1;
   tick();
   EXPECT_EQ(faulty.output->volts, 0);
-  EXPECT_EQ(live.state, State::armed);
+  EXPECT_EQ(live.state, LoopState::armed);
   expect_ended(Outcome::stopped, Fault::none);
 }
 
@@ -282,7 +282,7 @@ TEST_F(LoopTest, ABriefStallOfTheMachineIsNoOverrunButALongOneIs) {
   run();
   faulty.clock->sleep_until(faulty.clock->now() + 0.05);
   loop.tick(faulty.clock->now(), 49);
-  EXPECT_EQ(live.state, State::running);
+  EXPECT_EQ(live.state, LoopState::running);
   EXPECT_EQ(live.missed, 49u);
   const auto gaps = of(Record::Kind::event);
   ASSERT_EQ(gaps.size(), 1u) << "recorded in its place";
@@ -316,7 +316,7 @@ TEST_F(LoopTest, AFieldOfFaultsCannotBeOutrunByAnotherRun) {
   tick(400);
   EXPECT_EQ(faulty.output->volts, 0);
   EXPECT_EQ(of(Record::Kind::end).size(), 2u);
-  EXPECT_EQ(live.state, State::latched);
+  EXPECT_EQ(live.state, LoopState::latched);
 }
 
 TEST_F(LoopTest, SaysSoWhereTheOutputDoesNotEvenGoSafe) {
@@ -409,7 +409,7 @@ TEST_F(FieldTest, AHealthyFieldOfEitherSignNeverTrips) {
     tick(3);
     mailbox.run = &order;
     tick(1200);
-    EXPECT_EQ(live.state, State::armed);
+    EXPECT_EQ(live.state, LoopState::armed);
     EXPECT_EQ(faulty.output->highest, 3) << "it ran";
   }
 }
@@ -418,7 +418,7 @@ TEST_F(FieldTest, WithoutAFieldNothingIsArmed) {
   field->set(Signal::i_f, 0.05);
   ++mailbox.resets;
   tick(3);
-  EXPECT_EQ(live.state, State::latched);
+  EXPECT_EQ(live.state, LoopState::latched);
   EXPECT_EQ(live.fault, Fault::field_lost);
   EXPECT_EQ(faulty.output->sets, 0);
 }
@@ -454,7 +454,7 @@ TEST_F(TachoLoopTest, ADeadTachoEndsTheRun) {
   faulty.card->set(Signal::e_a, 55);
   faulty.meter->set(Signal::i_a, 0.1);
   tick(900);
-  EXPECT_EQ(live.state, State::running) << "not long enough yet to be sure";
+  EXPECT_EQ(live.state, LoopState::running) << "not long enough yet to be sure";
   tick(200);
   EXPECT_EQ(live.fault, Fault::dead_tacho) << text(live.fault);
   EXPECT_EQ(faulty.output->volts, 0);
@@ -466,7 +466,7 @@ TEST_F(LoopTest, ADiskThatFillsEndsTheRunWhileTheSessionCanStillEndWell) {
   tick();
   expect_latched_by(Fault::disk_nearly_full);
   reset();
-  EXPECT_EQ(live.state, State::armed) << "without a run there is nothing to record";
+  EXPECT_EQ(live.state, LoopState::armed) << "without a run there is nothing to record";
 }
 
 TEST_F(LoopTest, AClockThatRunsBackwardsIsAFault) {
@@ -515,19 +515,19 @@ class FaultSweep : public LoopTest, public testing::WithParamInterface<Sweep> {}
 
 TEST_P(FaultSweep, LatchesAndGoesSafeInIdle) {
   reset();
-  ASSERT_EQ(live.state, State::armed);
+  ASSERT_EQ(live.state, LoopState::armed);
   GetParam().fail(faulty);
   tick(300);  // a stall shows after 0.25 s
-  EXPECT_EQ(live.state, State::latched);
+  EXPECT_EQ(live.state, LoopState::latched);
   EXPECT_EQ(live.fault, GetParam().fault) << text(live.fault);
   reset();
   tick(300);
-  EXPECT_EQ(live.state, State::latched) << "the cause still stands";
+  EXPECT_EQ(live.state, LoopState::latched) << "the cause still stands";
 }
 
 TEST_P(FaultSweep, LatchesAndGoesSafeInARun) {
   run();
-  ASSERT_EQ(live.state, State::running);
+  ASSERT_EQ(live.state, LoopState::running);
   ASSERT_EQ(faulty.output->volts, 3);
   GetParam().fail(faulty);
   tick(300);
