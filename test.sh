@@ -4,7 +4,7 @@
 #   release   all tests, as shipped
 #   asan      the tests of the rooms under AddressSanitizer and UndefinedBehaviorSanitizer; not those of whole programs
 #   tsan      the tests of what has threads, under ThreadSanitizer
-#   numbers   as asan, of estimation and diagnosis: too slow for "all of it", where Eigen checks each index in release as well
+#   numbers   as asan, of model, estimation and diagnosis: too slow for "all of it", where Eigen checks each index in release as well
 #   tidy      clang-tidy; as slow
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -33,8 +33,8 @@ for what in "$@"; do
   case "$what" in
     format) echo "== format" && sources | xargs clang-format --dry-run -Werror ;;
     release) build_and_test release "^$" ;;
-    numbers) build_and_test asan "$longest" estimate diagnose ;;
-    asan) build_and_test asan "^$" hal experiment session config model drivers usb comedi report server daemon ;;
+    numbers) build_and_test asan "$longest" model estimate diagnose ;;
+    asan) build_and_test asan "^$" hal experiment session config drivers usb comedi report server daemon ;;
     tsan) build_and_test tsan "^$" hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, release, asan, tsan, numbers, tidy" >&2; exit 2 ;;

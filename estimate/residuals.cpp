@@ -249,14 +249,6 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Mod
   return all;
 }
 
-std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free) {
-  std::vector<std::vector<std::size_t>> moved(free.size());
-  for (std::size_t place = 0; place < free.spread(free.pick({})).size(); ++place) {
-    if (const auto mover = free.mover(place)) moved[*mover].push_back(place);
-  }
-  return moved;
-}
-
 double sum_of_squares(std::span<const Residuals> residuals) {
   double sum = 0;
   for (const Residuals& r : residuals) sum += r.value.squaredNorm();

@@ -46,7 +46,13 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Mod
                                  std::span<const double> values, std::span<const std::vector<std::size_t>> moved);
 
 /// For each free parameter, the places that it moves.
-std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free);
+inline std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free) {
+  std::vector<std::vector<std::size_t>> moved(free.size());
+  for (std::size_t place = 0; place < free.spread(free.pick({})).size(); ++place) {
+    if (const auto mover = free.mover(place)) moved[*mover].push_back(place);
+  }
+  return moved;
+}
 
 /// In units of sigma^2, over all records and signals.
 double sum_of_squares(std::span<const Residuals> residuals);
