@@ -109,7 +109,7 @@ class Search {
     std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, round.fitted.model); });
     if (best.size() > tried) best.resize(tried);
     std::optional<Two> found;
-    for (std::size_t i = 0; i < best.size(); ++i) {
+    for (std::size_t i = 0; i + 1 < best.size(); ++i) {
       const Model one =
           with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect, best[i].starts.front());
       const double squares = sum_of_squares(residuals(data_.train, one, one.values(), {}));

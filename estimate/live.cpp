@@ -356,15 +356,14 @@ std::size_t LiveEstimator::Impl::complete() const {
 
 void LiveEstimator::Impl::work() {
   const std::size_t end = complete();
-  for (int k = 0; k < options.catch_up && front->advance(history, end); ++k) {
-  }
-  if (misfit) {
-    for (int k = 0; k < options.catch_up && misfit->advance(history, end); ++k) {
+  const auto catch_up = [&](auto& pass) {
+    for (int k = 0; k < options.catch_up && pass.advance(history, end); ++k) {
     }
-  }
+  };
+  catch_up(*front);
+  if (misfit) catch_up(*misfit);
   if (following) {
-    for (int k = 0; k < options.catch_up && back->advance(history, end); ++k) {
-    }
+    catch_up(*back);
     if (back->at_same_place(*front)) judge_back();
   }
   if (++since_solved >= solve_every) {

@@ -169,6 +169,13 @@ LiveMisfit::LiveMisfit(Setup setup)
         }
         return digits;
       }()),
+      of_model_([&] {
+        std::vector<Eigen::Index> unknowns;
+        for (Eigen::Index i = 0; i < digits_.size(); ++i) {
+          if (digits_[i] > 0 || directions_[static_cast<std::size_t>(i)].in_model) unknowns.push_back(i);
+        }
+        return unknowns;
+      }()),
       point_(std::move(setup.values)),
       pass_(plan_, this) {
   const auto n = static_cast<Eigen::Index>(plan_.unknowns());
@@ -365,30 +372,27 @@ double LiveMisfit::slack_of(std::size_t j) const {
   return std::max(digit_share * digit, drift_of_null * belief(d));
 }
 
-LiveMisfit::Equations LiveMisfit::before(std::size_t slots) const {
-  Equations e = equations(old_);
-  e.h += base_;
-  e.g += base_g_;
+LiveMisfit::Timeline LiveMisfit::timeline() const {
+  Timeline t{equations(old_), {}};
+  t.known += {base_, base_g_};
   for (std::size_t j = 0; j < directions_.size(); ++j) {
     if (directions_[j].in_model) continue;
     const double size = belief(directions_[j]);
-    if (size > 0) e.h(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(j)) += 1 / (size * size);
+    if (size > 0) t.known.h(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(j)) += 1 / (size * size);
   }
-  for (std::size_t k = 0; k + slots < filled_; ++k) {
-    const Equations s = equations(ring_[k].sums);
-    e.h += s.h;
-    e.g += s.g;
-  }
+  for (std::size_t k = 0; k < filled_; ++k) t.slots.push_back(equations(ring_[k].sums));
+  return t;
+}
+
+LiveMisfit::Equations LiveMisfit::Timeline::before(std::size_t last) const {
+  Equations e = known;
+  for (std::size_t k = 0; k + last < slots.size(); ++k) e += slots[k];
   return e;
 }
 
-LiveMisfit::Equations LiveMisfit::last(std::size_t slots) const {
-  Equations e{Eigen::MatrixXd::Zero(base_.rows(), base_.cols()), Eigen::VectorXd::Zero(base_.rows())};
-  for (std::size_t k = filled_ - std::min(slots, filled_); k < filled_; ++k) {
-    const Equations s = equations(ring_[k].sums);
-    e.h += s.h;
-    e.g += s.g;
-  }
+LiveMisfit::Equations LiveMisfit::Timeline::recent(std::size_t last) const {
+  Equations e{Eigen::MatrixXd::Zero(known.h.rows(), known.h.cols()), Eigen::VectorXd::Zero(known.g.size())};
+  for (std::size_t k = slots.size() - std::min(last, slots.size()); k < slots.size(); ++k) e += slots[k];
   return e;
 }
 
@@ -498,24 +502,22 @@ LiveChange LiveMisfit::change_of(const Suspicion& suspicion) const {
 }
 
 void LiveMisfit::evaluate() {
-  const Equations all = before(0);
+  const Timeline time = timeline();
+  const Equations all = time.before(0);
   // Where the model itself is, without what it lacks.
-  std::vector<Eigen::Index> inner;
-  for (Eigen::Index i = 0; i < base_.rows(); ++i) {
-    if (digits_[i] > 0 || directions_[static_cast<std::size_t>(i)].in_model) inner.push_back(i);
-  }
+  const Eigen::MatrixXd covariance = inverse_of(all.h(of_model_, of_model_));
+  const Eigen::VectorXd x = covariance * all.g(of_model_);
   expects_.setZero();
-  const Eigen::VectorXd x = inverse_of(all.h(inner, inner)) * all.g(inner);
   if (!x.allFinite()) return clear();
-  for (std::size_t k = 0; k < inner.size(); ++k) expects_[inner[k]] = x[static_cast<Eigen::Index>(k)];
-  if (slots_seen_ >= learn_slots / 2) look_for_effects(all);
+  expects_(of_model_) = x;
+  if (slots_seen_ >= learn_slots / 2) look_for_effects(all, covariance);
   if (slots_seen_ < learn_slots) return;
 
   Suspicion worst;
   double most = 0;
   for (const std::size_t slots : splits) {
     if (slots + learn_slots / 2 > slots_seen_ || slots > filled_) break;
-    Suspicion s = look(before(slots), last(slots));
+    Suspicion s = look(time.before(slots), time.recent(slots));
     s.slots = slots;
     most = std::max(most, s.score);
     // Of the moments at which it may have been, the one with which a single change explains most.
@@ -533,14 +535,16 @@ void LiveMisfit::evaluate() {
     if (changes_.size() == most_told) changes_.erase(changes_.begin());
     changes_.push_back(change_of(worst));
     news_.push_back(changes_.back());
-  } else if (own_ && score_ < doubtful_at && x.dot(all.h(inner, inner) * x) > static_cast<double>(inner.size())) {
+  } else if (own_ && score_ < doubtful_at &&
+             x.dot(all.h(of_model_, of_model_) * x) > static_cast<double>(of_model_.size())) {
     move_point(expects_);
   }
 }
 
 void LiveMisfit::follow_change() {
   ++changed_slots_;
-  Suspicion now = look(before(changed_slots_), last(changed_slots_));
+  const Timeline time = timeline();
+  Suspicion now = look(time.before(changed_slots_), time.recent(changed_slots_));
   now.slots = changed_slots_;
   score_ = now.score;
   if (now.score >= alarm_at) {
@@ -552,8 +556,9 @@ void LiveMisfit::follow_change() {
 }
 
 void LiveMisfit::settle_into_change() {
-  const Equations earlier = before(changed_slots_);
-  const Suspicion change = look(earlier, last(changed_slots_));
+  const Timeline time = timeline();
+  const Equations earlier = time.before(changed_slots_);
+  const Suspicion change = look(earlier, time.recent(changed_slots_));
   Eigen::MatrixXd covariance = inverse_of(earlier.h);
   Eigen::VectorXd at = covariance * earlier.g;
   const Eigen::VectorXd by = inflation();
@@ -576,13 +581,9 @@ void LiveMisfit::settle_into_change() {
   move_point(at);
 }
 
-void LiveMisfit::look_for_effects(const Equations& all) {
+/// @param covariance of the unknowns of the model as it is
+void LiveMisfit::look_for_effects(const Equations& all, const Eigen::MatrixXd& covariance) {
   points_to_.clear();
-  std::vector<Eigen::Index> inner;
-  for (Eigen::Index i = 0; i < base_.rows(); ++i) {
-    if (digits_[i] > 0 || directions_[static_cast<std::size_t>(i)].in_model) inner.push_back(i);
-  }
-  const Eigen::MatrixXd covariance = inverse_of(all.h(inner, inner));
   double squares = 0, blocks = 0;
   for (std::size_t o = 0; o < old_.size(); ++o) {
     LagSums sum = old_[o];
@@ -596,9 +597,9 @@ void LiveMisfit::look_for_effects(const Equations& all) {
     const Direction& d = directions_[j];
     const auto i = static_cast<Eigen::Index>(j);
     if (d.in_model || j == gauge_) continue;  // what a gauge shows is known
-    const Eigen::VectorXd with = all.h(inner, i);
+    const Eigen::VectorXd with = all.h(of_model_, i);
     const double information = all.h(i, i) - with.dot(covariance * with);
-    const double left = all.g[i] - with.dot(expects_(inner));
+    const double left = all.g[i] - with.dot(expects_(of_model_));
     if (!(information > 1e-6 * all.h(i, i))) continue;  // the model's own parameters take its place
     const double value = left / information, drop = left * left / information;
     if (value < d.low || value > d.high || drop < material_share * excess) continue;

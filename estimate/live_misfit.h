@@ -74,6 +74,19 @@ class LiveMisfit final : private LiveRows {
   struct Equations {
     Eigen::MatrixXd h;
     Eigen::VectorXd g;
+    Equations& operator+=(const Equations& b) {
+      h += b.h;
+      g += b.g;
+      return *this;
+    }
+  };
+  /// What is known from before the ring, and what each of its slots adds.
+  struct Timeline {
+    Equations known;
+    std::vector<Equations> slots;
+
+    Equations before(std::size_t last) const;  ///< all but the last so many
+    Equations recent(std::size_t last) const;  ///< these
   };
   struct Suspicion {
     double score = 0;  ///< of the best, standard errors
@@ -103,12 +116,11 @@ class LiveMisfit final : private LiveRows {
   void retire_oldest();
   double belief(const Direction& d) const;
   double slack_of(std::size_t j) const;
-  Equations before(std::size_t slots) const;
-  Equations last(std::size_t slots) const;
+  Timeline timeline() const;
   void evaluate();
   void follow_change();
   void settle_into_change();
-  void look_for_effects(const Equations& all);
+  void look_for_effects(const Equations& all, const Eigen::MatrixXd& covariance);
   void move_point(Eigen::VectorXd d);
   Equations equations(const std::vector<LagSums>& sums) const;
   Suspicion look(const Equations& earlier, Equations recent) const;
@@ -118,7 +130,8 @@ class LiveMisfit final : private LiveRows {
   const LivePlan plan_;
   const std::vector<Direction> directions_;
   const std::size_t slot_ticks_;
-  const Eigen::VectorXd digits_;  ///< [SI] of each unknown that is a meter's rounding; 0: it is none
+  const Eigen::VectorXd digits_;              ///< [SI] of each unknown that is a meter's rounding; 0: it is none
+  const std::vector<Eigen::Index> of_model_;  ///< the unknowns of the model as it is, and of its meters
 
   std::optional<std::size_t> gauge_;  ///< the unknown that is a load which a gauge shows
   double gauge_digit_ = 0;            ///< [N m]

@@ -11,19 +11,6 @@ constexpr double recent_memory = 5;   ///< [s] over which excitation is judged
 constexpr double watch_memory = 1;    ///< [s] of the normalised innovation
 constexpr double longest_bridge = 5;  ///< [s] of a gap that is simulated through: the slowest driver's full travel
 
-const WideSensitive& reading_of(const Machine<WideSensitive>& machine, Signal signal) {
-  switch (signal) {
-    case Signal::e_a:
-      return machine.e_a_reading;
-    case Signal::i_a:
-      return machine.i_a_reading;
-    case Signal::torque:
-      return machine.torque_reading;
-    default:
-      return machine.omega_reading;
-  }
-}
-
 /// The speed with which the readings begin: zero unless they say otherwise.
 struct FirstSpeed {
   double value = 0;
@@ -292,9 +279,9 @@ void LivePass::watch_tick(const LiveTick& now) {
         to[2 * entry] = stored_ == 0 ? 0 : from[2 * entry] + 0.5 * h * (from[2 * entry + 1] + x);
         to[2 * entry + 1] = x;
       };
-      integrate(0, reading_of(machines_[0], plan_.outputs[o].signal).v);
+      integrate(0, machines_[0].readings().of(plan_.outputs[o].signal).v);
       for (std::size_t j = 0; j < n; ++j) {
-        integrate(1 + j, reading_of(machines_[j / lanes], plan_.outputs[o].signal).d[j % lanes]);
+        integrate(1 + j, machines_[j / lanes].readings().of(plan_.outputs[o].signal).d[j % lanes]);
       }
       ++slow;
     }
@@ -308,9 +295,9 @@ void LivePass::watch_tick(const LiveTick& now) {
     const double measured = now.at(signal);
     if (!valid || !std::isfinite(measured)) continue;
     Block& block = blocks_[o];
-    const double r = measured - reading_of(machines_[0], signal).v;
+    const double r = measured - machines_[0].readings().of(signal).v;
     block.residual += r;
-    for (std::size_t g = 0; g < machines_.size(); ++g) block.sum[g] += reading_of(machines_[g], signal);
+    for (std::size_t g = 0; g < machines_.size(); ++g) block.sum[g] += machines_[g].readings().of(signal);
     ++block.readings;
   }
   if (++in_block_ >= plan_.block) close_blocks();
@@ -435,9 +422,9 @@ void LivePass::take_row(std::size_t output, double residual, double seconds) {
 
 double LivePass::simulated(Signal signal) const {
   if (machines_.empty()) return 0;
-  double value = reading_of(machines_[0], signal).v;
+  double value = machines_[0].readings().of(signal).v;
   for (std::size_t j = 0; j < plan_.moved.size(); ++j) {
-    value += reading_of(machines_[j / lanes], signal).d[j % lanes] * step_[static_cast<Eigen::Index>(j)];
+    value += machines_[j / lanes].readings().of(signal).d[j % lanes] * step_[static_cast<Eigen::Index>(j)];
   }
   return value;
 }

@@ -21,10 +21,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
     return info.quick || info.periodic;
   });
   const double longest_step = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
-  const auto read = [&](std::size_t k) {
-    reader.read(
-        k, {machine.e_a_reading, machine.i_a_reading, machine.omega_reading, machine.theta, machine.torque_reading});
-  };
+  const auto read = [&](std::size_t k) { reader.read(k, machine.readings()); };
   const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };
   StepInput in{.u_ref = at(x.u_ref, 0),
                .e_a_mean = at(x.e_a, 0),

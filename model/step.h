@@ -10,6 +10,7 @@
 #include "model/catalogue.h"
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/simulation.h"
 #include "model/slew.h"
 #include "model/structure.h"
 
@@ -180,6 +181,11 @@ class Machine {
   Scalar omega_reading{};
   Scalar i_a_reading{};
   Scalar torque_reading{};  ///< [N m] what the load effects take, from the speed of the model
+
+  /// Those of now; good until the next step.
+  SimulatedReadings<Scalar> readings() const {
+    return {e_a_reading, i_a_reading, omega_reading, theta, torque_reading};
+  }
 
  private:
   struct Part {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "drivers/simulated/plant.h"
-#include "server/client.h"
 #include "session/session.h"
+#include "tests/emtbd.h"
 #include "tests/process.h"
 #include "tests/session/scratch.h"
 
@@ -67,37 +67,18 @@ class CardBench : public Scratch {
     text.erase(text.find("  meter:\n"));
     text.replace(text.find(from), from.size(), to);
     config = write("bench.yaml", text);
-    emtbd = std::make_unique<Process>(with_card({EMTBD, "--config", config.string(), "--socket", path("s").string(),
-                                                 "--data", path("data").string()}),
-                                      path("emtbd"));
-    eventually([&] {
-      try {
-        daemon = std::make_unique<Client>(path("s"));
-        daemon->call("status", {});
-        return true;
-      } catch (const ProtocolError&) {
-        return false;
-      }
-    });
+    emtbd = std::make_unique<Process>(with_card(emtbd_words(config, path(""))), path("emtbd"));
+    daemon = client_of(*emtbd, path("s"));
     ASSERT_TRUE(daemon) << emtbd->err();
+  }
+  /// The daemon ends before the card that it talks to.
+  void TearDown() override {
+    daemon.reset();
+    emtbd.reset();
   }
   std::vector<std::string> with_card(std::vector<std::string> words) const {
     words.insert(words.begin(), {"/usr/bin/env", "LD_PRELOAD=" + library_});
     return words;
-  }
-  void begin(const std::string& profile) {
-    daemon->call("reset", {});
-    daemon->call("subscribe", {{"rate", 1}});
-    daemon->call("run", {{"profile", profile}});
-  }
-  nlohmann::json end() {
-    nlohmann::json params;
-    eventually([&] {
-      const auto message = daemon->notification(1);
-      if (message && (*message)["method"] == "ended") params = (*message)["params"];
-      return !params.is_null();
-    });
-    return params;
   }
   static double value_at(const Series& series, double t) {
     const auto after = std::ranges::upper_bound(series.t, t);
@@ -107,8 +88,8 @@ class CardBench : public Scratch {
   /// A whole step to 3 V, and what the recorded session must say of it.
   /// @param speed [rad/s] @param volts [V] within which it must
   void run_a_step(double speed, double volts) {
-    begin("name: step\nkind: step\nlevel: 3\nbefore: 0.5\nhold: 4\nafter: 0.5\n");
-    const nlohmann::json ended = end();
+    const nlohmann::json ended =
+        run_to_its_end(*daemon, "name: step\nkind: step\nlevel: 3\nbefore: 0.5\nhold: 4\nafter: 0.5\n");
     ASSERT_EQ(ended["outcome"], "done") << ended << emtbd->err();
     const Session session = read_session(ended["session"].get<std::string>());
     const auto& run = session.runs.at(0);

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <set>
 #include <vector>
@@ -50,6 +53,44 @@ class DeviceLog {
     device_.start();
     readings.clear();
     faults.clear();
+  }
+
+  std::vector<Reading> of(Signal signal) const {
+    std::vector<Reading> own;
+    for (const Reading& reading : readings) {
+      if (reading.signal == signal) own.push_back(reading);
+    }
+    return own;
+  }
+  /// The last reading of a signal; NaN: there was none.
+  double last(Signal signal) const {
+    const std::vector<Reading> own = of(signal);
+    return own.empty() ? std::nan("") : own.back().value;
+  }
+  /// None is missing from the first on, and time grows. @return [s] of the last
+  double expect_all_in_order(Signal signal) const {
+    double time = -1;
+    std::uint64_t next = 0;
+    for (const Reading& reading : of(signal)) {
+      EXPECT_GT(reading.time, time);
+      EXPECT_EQ(reading.sequence, next++);
+      time = reading.time;
+    }
+    return time;
+  }
+  /// The longest pause between two readings of a signal: how long, and how many numbers on.
+  struct Gap {
+    double seconds = 0;
+    std::uint64_t numbers = 0;
+  };
+  Gap longest_gap(Signal signal) const {
+    Gap longest;
+    const std::vector<Reading> own = of(signal);
+    for (std::size_t k = 1; k < own.size(); ++k) {
+      const double seconds = own[k].time - own[k - 1].time;
+      if (seconds > longest.seconds) longest = {seconds, own[k].sequence - own[k - 1].sequence};
+    }
+    return longest;
   }
 
   std::vector<Reading> readings;

@@ -10,6 +10,7 @@
 #include "drivers/registry.h"
 #include "drivers/simulated/remote.h"
 #include "hal/error.h"
+#include "tests/drivers/opened_bench.h"
 #include "tests/plant_bench.h"
 #include "tests/process.h"
 #include "tests/temporary_file.h"
@@ -53,13 +54,8 @@ class LivingPlant {
   std::thread thread_;
 };
 
-std::string refusal_of(const std::string& text) {
-  try {
-    open_bench(remote_bench(text));
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+std::string remote_refusal(const std::string& text) {
+  return refusal_of([&] { open_bench(remote_bench(text)); });
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -152,13 +148,14 @@ TEST(RemotePlant, AReaderThatWasAwayGoesOnWithNewerReadingsAndTheNumbersTellTheG
 
 TEST(RemotePlant, SaysInOneLineWhatIsWrong) {
   const PlantName name;
-  EXPECT_THAT(refusal_of(name.bench()), HasSubstr("no plant answers there"));
-  EXPECT_THAT(refusal_of(replaced(name.bench(), name.text(), "../x")), HasSubstr("simulation.process is `../x`"));
-  EXPECT_THAT(refusal_of(replaced(name.bench(), "simulation:\n", "simulation:\n  pace: 20\n")), HasSubstr("real time"));
+  EXPECT_THAT(remote_refusal(name.bench()), HasSubstr("no plant answers there"));
+  EXPECT_THAT(remote_refusal(replaced(name.bench(), name.text(), "../x")), HasSubstr("simulation.process is `../x`"));
+  EXPECT_THAT(remote_refusal(replaced(name.bench(), "simulation:\n", "simulation:\n  pace: 20\n")),
+              HasSubstr("real time"));
   const BenchConfig config = remote_bench(name.bench());
   const LivingPlant plant(config);
   EXPECT_THROW(PlantProcess second(config), DeviceError) << "one plant a name";
-  EXPECT_THAT(refusal_of(replaced(name.bench(), "      i_a: {range: [-20, 20], noise: 0.01}\n", "")),
+  EXPECT_THAT(remote_refusal(replaced(name.bench(), "      i_a: {range: [-20, 20], noise: 0.01}\n", "")),
               HasSubstr("another bench file"));
 }
 

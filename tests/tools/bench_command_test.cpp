@@ -6,6 +6,7 @@
 #include "server/client.h"
 #include "tests/process.h"
 #include "tests/session/scratch.h"
+#include "tests/tools/shipped_bench.h"
 
 namespace emtb {
 namespace {
@@ -18,10 +19,7 @@ using testing::Not;
 class BenchCommands : public Scratch {
  protected:
   std::string bench(const std::string& from = "", const std::string& to = "") const {
-    std::string text = read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml");
-    const auto at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    return write("bench.yaml", text.replace(at, from.size(), to)).string();
+    return write("bench.yaml", fh2_simulated(from, to)).string();
   }
   int call(std::vector<std::string> words) {
     words.insert(words.begin(), {EMTB, "--socket", path("s").string()});

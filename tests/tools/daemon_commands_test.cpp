@@ -12,6 +12,7 @@
 #include "session/spec.h"
 #include "tests/process.h"
 #include "tests/session/scratch.h"
+#include "tests/tools/shipped_bench.h"
 
 namespace emtb {
 namespace {
@@ -27,7 +28,7 @@ const char* const endless = "name: endless\nkind: step\nlevel: 2\nbefore: 0\nhol
 class DaemonCommands : public Scratch {
  protected:
   void start(const std::string& pace = "max") {
-    const auto bench = write("bench.yaml", read(std::filesystem::path(EMTB_CONFIG) / "benches/fh2-simulated.yaml"));
+    const auto bench = write("bench.yaml", fh2_simulated());
     emtbd = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"),
                                                                "--data", path("data"), "--pace", pace},
                                       path("emtbd"));

@@ -61,7 +61,7 @@ TEST_F(ComediBench, RunsAWholeStepExperimentThroughTheCard) {
 }
 
 TEST_F(ComediBench, ThatIsKilledIsMadeSafeBySafe) {
-  begin("name: step\nkind: step\nlevel: 3\nbefore: 0\nhold: 60\nafter: 0\n");
+  begin_run(*daemon, "name: step\nkind: step\nlevel: 3\nbefore: 0\nhold: 60\nafter: 0\n");
   ASSERT_TRUE(eventually([&] { return card->output(0) > 2.9; })) << emtbd->err();
   emtbd->signal(SIGKILL);
   emtbd->wait();
@@ -72,10 +72,10 @@ TEST_F(ComediBench, ThatIsKilledIsMadeSafeBySafe) {
 }
 
 TEST_F(ComediBench, WhoseCardGoesEndsTheRunByName) {
-  begin("name: step\nkind: step\nlevel: 2\nbefore: 0\nhold: 60\nafter: 0\n");
+  begin_run(*daemon, "name: step\nkind: step\nlevel: 2\nbefore: 0\nhold: 60\nafter: 0\n");
   ASSERT_TRUE(eventually([&] { return card->output(0) > 1.9; })) << emtbd->err();
   card->present = false;
-  const json ended = end();
+  const json ended = end_of_run(*daemon);
   EXPECT_EQ(ended["outcome"], "fault") << ended;
   EXPECT_THAT(ended["fault"]["code"].get<int>(), testing::AnyOf(301, 302))
       << "input or output, whichever sees it first";

@@ -10,6 +10,7 @@
 #include "hal/error.h"
 #include "tests/drivers/comedi/card_file.h"
 #include "tests/drivers/device_log.h"
+#include "tests/drivers/opened_bench.h"
 #include "tests/temporary_file.h"
 
 namespace emtb::comedi {
@@ -26,18 +27,11 @@ class ComediCard : public ::testing::Test {
  protected:
   /// The device of a bench file, in which `more` has been added to the card and to the reference.
   void open(const std::string& more = "", const std::string& reference = "") {
-    const TemporaryFile file(".yaml", "name: b\nrate: 200\nreference: {device: daq, min: 0, max: 6, safe: 0.5" +
-                                          reference + "}\ndevices:\n  daq: {driver: comedi, device: " + card.node() +
-                                          more + ", channels: {" + channels + "}}\n");
-    bench = open_bench(read_bench(file.path()));
+    bench = opened_bench("min: 0, max: 6, safe: 0.5" + reference, "driver: comedi, device: " + card.node() + more,
+                         channels);
   }
   std::string refusal(const std::string& more = "", const std::string& reference = "") {
-    try {
-      open(more, reference);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "none";
+    return refusal_of([&] { open(more, reference); });
   }
   InputDevice& input() { return *bench.inputs.at(0); }
   AnalogOutput& output() { return *bench.reference; }
@@ -48,14 +42,6 @@ class ComediCard : public ::testing::Test {
   CardFile card;
   Bench bench;
 };
-
-double last_of(const DeviceLog& log, Signal signal) {
-  double value = std::nan("");
-  for (const Reading& reading : log.readings) {
-    if (reading.signal == signal) value = reading.value;
-  }
-  return value;
-}
 
 TEST_F(ComediCard, GivesReadingsInUnitsAtTheTimesOfItsOwnClock) {
   card->inputs[0] = 5;
@@ -68,18 +54,10 @@ TEST_F(ComediCard, GivesReadingsInUnitsAtTheTimesOfItsOwnClock) {
   log.begin();
   ASSERT_TRUE(log.comes([&] { return log.readings.size() >= 300; }));
   EXPECT_THAT(log.faults, IsEmpty());
-  EXPECT_NEAR(last_of(log, Signal::omega), 100, 20 * 20.0 / 4095);
-  EXPECT_NEAR(last_of(log, Signal::torque), 0.1, 0.2 * 10.0 / 4095);
-  EXPECT_NEAR(last_of(log, Signal::e_a), 26, 13 * 20.0 / 4095);
-  double last = -1;
-  std::uint64_t next = 0;
-  for (const Reading& reading : log.readings) {
-    if (reading.signal != Signal::omega) continue;
-    EXPECT_GT(reading.time, last);
-    EXPECT_EQ(reading.sequence, next++);
-    last = reading.time;
-  }
-  EXPECT_LT(MonotonicClock().now() - last, 2);
+  EXPECT_NEAR(log.last(Signal::omega), 100, 20 * 20.0 / 4095);
+  EXPECT_NEAR(log.last(Signal::torque), 0.1, 0.2 * 10.0 / 4095);
+  EXPECT_NEAR(log.last(Signal::e_a), 26, 13 * 20.0 / 4095);
+  EXPECT_LT(MonotonicClock().now() - log.expect_all_in_order(Signal::omega), 2);
   EXPECT_NEAR(input().channels()[0].period, 0.005, 0.2e-6) << "whole conversions";
   EXPECT_EQ(card->commands, 1U);
 }
@@ -103,7 +81,7 @@ TEST_F(ComediCard, OfWideSamplesIsReadAsWell) {
   DeviceLog log(input());
   log.begin();
   ASSERT_TRUE(log.comes([&] { return log.readings.size() >= 30; }));
-  EXPECT_NEAR(last_of(log, Signal::omega), 100, 20 * 20.0 / 4095);
+  EXPECT_NEAR(log.last(Signal::omega), 100, 20 * 20.0 / 4095);
 }
 
 TEST_F(ComediCard, LosesNothingOfAFastScan) {
@@ -132,20 +110,10 @@ TEST_F(ComediCard, AnOverrunIsAFaultAndAGapAndNeverSpliced) {
   card->away = 700;
   ASSERT_TRUE(log.comes_fault(Fault::samples_lost));
   card->inputs[0] = 2;
-  ASSERT_TRUE(log.comes([&] { return last_of(log, Signal::omega) > 39 && log.fault == Fault::none; }));
-  double longest = 0;
-  std::uint64_t jump = 0;
-  const Reading* before = nullptr;
-  for (const Reading& reading : log.readings) {
-    if (reading.signal != Signal::omega) continue;
-    if (before != nullptr && reading.time - before->time > longest) {
-      longest = reading.time - before->time;
-      jump = reading.sequence - before->sequence;
-    }
-    before = &reading;
-  }
-  EXPECT_GT(longest, 0.1);
-  EXPECT_NEAR(static_cast<double>(jump), longest * 2000, 2) << "the gap is as long as the time";
+  ASSERT_TRUE(log.comes([&] { return log.last(Signal::omega) > 39 && log.fault == Fault::none; }));
+  const DeviceLog::Gap gap = log.longest_gap(Signal::omega);
+  EXPECT_GT(gap.seconds, 0.1);
+  EXPECT_NEAR(static_cast<double>(gap.numbers), gap.seconds * 2000, 2) << "the gap is as long as the time";
 }
 
 TEST_F(ComediCard, AScanThatEndsOrFallsSilentBeginsAnew) {
@@ -175,7 +143,7 @@ TEST_F(ComediCard, AnInputAtTheEndOfItsRangeIsAFaultAndNoReading) {
   log.look_for(0.1);
   for (const Reading& reading : log.readings) EXPECT_NE(reading.signal, Signal::torque);
   card->inputs[9] = 4.5;
-  EXPECT_TRUE(log.comes([&] { return log.fault == Fault::none && last_of(log, Signal::torque) > 0.79; }));
+  EXPECT_TRUE(log.comes([&] { return log.fault == Fault::none && log.last(Signal::torque) > 0.79; }));
 }
 
 TEST_F(ComediCard, ThatGoesIsLostAndReturns) {

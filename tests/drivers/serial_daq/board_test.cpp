@@ -10,6 +10,7 @@
 #include "drivers/serial_daq/open.h"
 #include "hal/error.h"
 #include "tests/drivers/device_log.h"
+#include "tests/drivers/opened_bench.h"
 #include "tests/drivers/serial_daq/desk.h"
 #include "tests/temporary_file.h"
 
@@ -116,30 +117,16 @@ TEST(SerialDaqMessage, IsReadOnlyWhereItIsWhole) {
 class SerialDaqBoard : public ::testing::Test {
  protected:
   void open(const std::string& more = "", const std::string& reference = "full_duty: 6") {
-    const TemporaryFile file(".yaml", "name: b\nrate: 200\nreference: {device: daq, min: -6, max: 6, safe: 0, " +
-                                          reference + "}\ndevices:\n  daq: {driver: serial_daq, port: " + desk.port() +
-                                          more + ", channels: {" + channels + "}}\n");
-    bench = open_bench(read_bench(file.path()));
+    bench = opened_bench("min: -6, max: 6, safe: 0, " + reference, "driver: serial_daq, port: " + desk.port() + more,
+                         channels);
   }
   std::string refusal(const std::string& more = "", const std::string& reference = "full_duty: 6") {
-    try {
-      open(more, reference);
-    } catch (const Error& e) {
-      const std::string all = e.what();
-      const std::size_t yaml = all.find(".yaml:");
-      return yaml == std::string::npos ? all : all.substr(yaml + 1);
-    }
-    return "none";
+    const std::string all = refusal_of([&] { open(more, reference); });
+    const std::size_t yaml = all.find(".yaml:");
+    return yaml == std::string::npos ? all : all.substr(yaml + 1);
   }
   InputDevice& input() { return *bench.inputs.at(0); }
   AnalogOutput& output() { return *bench.reference; }
-  static double last(const DeviceLog& log, Signal signal) {
-    double value = std::nan("");
-    for (const Reading& reading : log.readings) {
-      if (reading.signal == signal) value = reading.value;
-    }
-    return value;
-  }
 
   std::string channels =
       "omega: {from: encoder}, theta: {from: encoder}, i_a: {from: A0, scale: 20, offset: -10}, e_a: {from: pwm}";
@@ -156,22 +143,15 @@ TEST_F(SerialDaqBoard, GivesWhatTheMotorDoes) {
   EXPECT_EQ(output().set(3), Fault::none);  // duty 0.5, 6 V
   ASSERT_TRUE(log.comes([&] { return log.readings.size() > 900; }));
   EXPECT_NEAR(desk.duty(), 0.5, 0.01);
-  EXPECT_NEAR(last(log, Signal::omega), desk.omega(), 3) << "0.6 rad/s a count";
+  EXPECT_NEAR(log.last(Signal::omega), desk.omega(), 3) << "0.6 rad/s a count";
   EXPECT_GT(desk.omega(), 100);
-  EXPECT_NEAR(last(log, Signal::i_a), desk.current(), 0.1);
-  EXPECT_NEAR(last(log, Signal::e_a), 6, 0.1);
+  EXPECT_NEAR(log.last(Signal::i_a), desk.current(), 0.1);
+  EXPECT_NEAR(log.last(Signal::e_a), 6, 0.1);
   EXPECT_THAT(log.faults, IsEmpty());
-  double time = -1;
-  std::uint64_t next = 0;
-  for (const Reading& reading : log.readings) {
-    if (reading.signal != Signal::theta) continue;
-    EXPECT_EQ(reading.sequence, next++);
-    EXPECT_GT(reading.time, time);
-    time = reading.time;
-  }
+  log.expect_all_in_order(Signal::theta);
   EXPECT_EQ(input().channels()[0].window, 0.005);
   EXPECT_EQ(output().set(-3), Fault::none);
-  EXPECT_TRUE(log.comes([&] { return last(log, Signal::omega) < -100 && last(log, Signal::e_a) < -5.9; }));
+  EXPECT_TRUE(log.comes([&] { return log.last(Signal::omega) < -100 && log.last(Signal::e_a) < -5.9; }));
 }
 
 TEST_F(SerialDaqBoard, AGearAndLeadsThatAreSwappedCount) {
@@ -180,7 +160,7 @@ TEST_F(SerialDaqBoard, AGearAndLeadsThatAreSwappedCount) {
   log.begin();
   output().set(3);
   ASSERT_TRUE(log.comes([&] { return log.readings.size() > 900; }));
-  EXPECT_NEAR(last(log, Signal::omega), -desk.omega() / 10, 0.3);
+  EXPECT_NEAR(log.last(Signal::omega), -desk.omega() / 10, 0.3);
 }
 
 TEST_F(SerialDaqBoard, ClampsItsOutputAndIsSafeWhenItIsClosed) {

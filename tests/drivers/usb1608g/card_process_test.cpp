@@ -44,7 +44,7 @@ TEST_F(Usb1608gBench, RunsAWholeStepExperimentThroughTheCard) {
 }
 
 TEST_F(Usb1608gBench, ThatIsKilledIsMadeSafeBySafe) {
-  begin("name: step\nkind: step\nlevel: 3\nbefore: 0\nhold: 60\nafter: 0\n");
+  begin_run(*daemon, "name: step\nkind: step\nlevel: 3\nbefore: 0\nhold: 60\nafter: 0\n");
   ASSERT_TRUE(eventually([&] { return board.output(0) > 2.9; }, 20)) << emtbd->err();
   emtbd->signal(SIGKILL);
   emtbd->wait();
@@ -55,10 +55,10 @@ TEST_F(Usb1608gBench, ThatIsKilledIsMadeSafeBySafe) {
 }
 
 TEST_F(Usb1608gBench, WhoseCableIsPulledEndsTheRunByName) {
-  begin("name: step\nkind: step\nlevel: 2\nbefore: 0\nhold: 60\nafter: 0\n");
+  begin_run(*daemon, "name: step\nkind: step\nlevel: 2\nbefore: 0\nhold: 60\nafter: 0\n");
   ASSERT_TRUE(eventually([&] { return board.output(0) > 1.9; }, 20)) << emtbd->err();
   port.unplug();
-  const json ended = end();
+  const json ended = end_of_run(*daemon);
   EXPECT_EQ(ended["outcome"], "fault") << ended;
   EXPECT_THAT(ended["fault"]["code"].get<int>(), testing::AnyOf(301, 302))
       << "input or output, whichever sees it first";

@@ -7,6 +7,7 @@
 #include "drivers/usb1608g/open.h"
 #include "hal/error.h"
 #include "tests/drivers/device_log.h"
+#include "tests/drivers/opened_bench.h"
 #include "tests/drivers/usb1608g/board.h"
 #include "tests/drivers/usb1608g/counted_stream.h"
 #include "tests/temporary_file.h"
@@ -29,18 +30,10 @@ class Usb1608gCard : public ::testing::Test {
   }
   /// The device of a bench file, in which `more` has been added to the card and to the reference.
   void open(const std::string& more = "", const std::string& reference = "") {
-    const TemporaryFile file(".yaml", "name: b\nrate: 200\nreference: {device: daq, min: 0, max: 6, safe: 0.5" +
-                                          reference + "}\n" + "devices:\n  daq: {driver: usb1608g" + more +
-                                          ", channels: {" + channels + "}}\n");
-    bench = open_bench(read_bench(file.path()));
+    bench = opened_bench("min: 0, max: 6, safe: 0.5" + reference, "driver: usb1608g" + more, channels);
   }
   std::string refusal(const std::string& more = "", const std::string& reference = "") {
-    try {
-      open(more, reference);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "none";
+    return refusal_of([&] { open(more, reference); });
   }
   InputDevice& input() { return *bench.inputs.at(0); }
   AnalogOutput& output() { return *bench.reference; }
@@ -56,14 +49,6 @@ class Usb1608gCard : public ::testing::Test {
 
 constexpr std::array input_signals{Signal::omega, Signal::torque, Signal::e_a, Signal::i_a};
 
-double value_of(const DeviceLog& log, Signal signal) {
-  double value = std::nan("");
-  for (const Reading& reading : log.readings) {
-    if (reading.signal == signal) value = reading.value;
-  }
-  return value;
-}
-
 TEST_F(Usb1608gCard, GivesReadingsInUnitsAtTheTimesOfItsOwnClock) {
   plug({.slope = 1.01F, .offset = -200});
   board->set_input(0, 5);
@@ -76,18 +61,10 @@ TEST_F(Usb1608gCard, GivesReadingsInUnitsAtTheTimesOfItsOwnClock) {
   log.begin();
   ASSERT_TRUE(log.comes([&] { return log.readings.size() >= 300; }));
   EXPECT_THAT(log.faults, IsEmpty());
-  EXPECT_NEAR(value_of(log, Signal::omega), 100, 0.01);
-  EXPECT_NEAR(value_of(log, Signal::torque), 0.1, 1e-4);
-  EXPECT_NEAR(value_of(log, Signal::e_a), 26, 0.01);
-  double last = -1;
-  std::uint64_t next = 0;
-  for (const Reading& reading : log.readings) {
-    if (reading.signal != Signal::omega) continue;
-    EXPECT_GT(reading.time, last);
-    EXPECT_EQ(reading.sequence, next++);
-    last = reading.time;
-  }
-  EXPECT_LT(MonotonicClock().now() - last, 2);
+  EXPECT_NEAR(log.last(Signal::omega), 100, 0.01);
+  EXPECT_NEAR(log.last(Signal::torque), 0.1, 1e-4);
+  EXPECT_NEAR(log.last(Signal::e_a), 26, 0.01);
+  EXPECT_LT(MonotonicClock().now() - log.expect_all_in_order(Signal::omega), 2);
   EXPECT_NEAR(input().channels()[0].lsb, 20 * 20.0 / 65536, 1e-9);
   EXPECT_DOUBLE_EQ(input().channels()[0].period, 0.005);
 }
@@ -194,20 +171,10 @@ TEST_F(Usb1608gCard, AnOverrunIsAFaultAndAGapAndNeverSpliced) {
   board->overrun();
   ASSERT_TRUE(log.comes_fault(Fault::samples_lost));
   board->set_input(0, 2);
-  ASSERT_TRUE(log.comes([&] { return value_of(log, Signal::omega) > 39 && log.fault == Fault::none; }));
-  double longest = 0;
-  std::uint64_t jump = 0;
-  const Reading* before = nullptr;
-  for (const Reading& reading : log.readings) {
-    if (reading.signal != Signal::omega) continue;
-    if (before != nullptr && reading.time - before->time > longest) {
-      longest = reading.time - before->time;
-      jump = reading.sequence - before->sequence;
-    }
-    before = &reading;
-  }
-  EXPECT_GT(longest, 0.05);
-  EXPECT_NEAR(static_cast<double>(jump), longest / 0.005, 1) << "the gap is as long as the time";
+  ASSERT_TRUE(log.comes([&] { return log.last(Signal::omega) > 39 && log.fault == Fault::none; }));
+  const DeviceLog::Gap gap = log.longest_gap(Signal::omega);
+  EXPECT_GT(gap.seconds, 0.05);
+  EXPECT_NEAR(static_cast<double>(gap.numbers), gap.seconds / 0.005, 1) << "the gap is as long as the time";
 }
 
 TEST_F(Usb1608gCard, AScanThatStopsOrStallsOrComesInPiecesBeginsAnew) {
@@ -239,7 +206,7 @@ TEST_F(Usb1608gCard, AnInputAtTheEndOfItsRangeIsAFaultAndNoReading) {
   log.look_for(0.1);
   for (const Reading& reading : log.readings) EXPECT_NE(reading.signal, Signal::torque);
   board->set_input(9, 4.5);
-  EXPECT_TRUE(log.comes([&] { return log.fault == Fault::none && value_of(log, Signal::torque) > 0.79; }));
+  EXPECT_TRUE(log.comes([&] { return log.fault == Fault::none && log.last(Signal::torque) > 0.79; }));
 }
 
 TEST_F(Usb1608gCard, ThatIsUnpluggedIsLostAndReturnsWithItsOwnSerialNumber) {
