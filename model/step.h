@@ -152,10 +152,13 @@ class Machine {
     Scalar dry_friction = terms_.dry_friction;
     if (!structure_.measured_load) {
       torque -= terms_.load_torque;
-    } else if (in.load * value_of(omega) >= 0) {
-      dry_friction += Scalar(std::abs(in.load));  // a brake takes torque, it does not push: at rest it holds
     } else {
-      torque -= Scalar(in.load);
+      torque += terms_.load_offset;
+      if (in.load * value_of(omega) >= 0) {
+        dry_friction += Scalar(std::abs(in.load));  // a brake takes torque, it does not push: at rest it holds
+      } else {
+        torque -= Scalar(in.load);
+      }
     }
     const Scalar omega_end = soft_threshold(momentum_ * omega + torque, dry_friction) * inverse_inertia_;
 

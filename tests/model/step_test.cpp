@@ -377,6 +377,16 @@ TEST(Step, WhereTheLoadIsMeasuredLoadEffectsOnlyPredictIt) {
   for (const double torque : y.torque) ASSERT_EQ(torque, 0.5);  // from the first reading on
 }
 
+TEST(Step, AnOffsetOfTheGaugeIsNoLoad) {
+  ModelStructure s = with({"load_torque", "torque_offset"}, Signal::i_a);
+  s.measured_load = true;
+  Excitation x = constant(0.5, 1e-3, 0.2, &Excitation::i_a);
+  x.load.assign(x.t.size(), 0.003);  // 0.002 of load, as a gauge reads it that is 0.001 too high
+  const Trajectory<double> y = run(s, and_({R, K, K, 0, J}, {0.002, 0.001}), x);
+  EXPECT_NEAR(y.omega.back(), (K * 0.2 - 0.002) / J * x.t.back(), 1e-9);
+  for (const double torque : y.torque) ASSERT_EQ(torque, 0.003);
+}
+
 // ---- sensors
 
 TEST(Step, ATachoLagTrailsARampExactly) {

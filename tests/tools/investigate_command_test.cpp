@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "server/client.h"
 #include "tests/process.h"
@@ -17,8 +18,9 @@ using testing::HasSubstr;
 class Investigate : public Scratch {
  protected:
   /// @param hidden lines of the bench's `simulation:`
-  void start(const std::string& hidden) {
-    const std::string desk = read(std::filesystem::path(EMTB_CONFIG) / "benches/desk-simulated.yaml");
+  void start(const std::string& hidden, bool with_gauge = true) {
+    std::string desk = read(std::filesystem::path(EMTB_CONFIG) / "benches/desk-simulated.yaml");
+    if (!with_gauge) desk = std::regex_replace(desk, std::regex("\n +torque: [^\n]*"), "");
     const auto bench = write("bench.yaml", desk + hidden);
     emtbd_ = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"),
                                                                 "--data", path("data"), "--pace", "max"},
@@ -39,11 +41,17 @@ class Investigate : public Scratch {
   }
   /// A session of a step that is up to speed and never comes down again.
   std::string one_direction(const std::string& name, double level) {
-    const auto profile = write(name + ".yaml", "name: " + name + "\nkind: step\nlevel: " + std::to_string(level) +
-                                                   "\nbefore: 0.5\nhold: 3\nafter: 0.5\n");
-    EXPECT_EQ(call({"run", "--reset", profile.string()}), 0) << last_->err();
-    const std::string session = last_->out();
-    return session.substr(0, session.find('\n')) + "@0:3.4";
+    return recorded(name, "kind: step\nlevel: " + std::to_string(level) + "\nbefore: 0.5\nhold: 3\nafter: 0.5\n") +
+           "@0:3.4";
+  }
+  /// A session of levels, from when it turns until it is stopped.
+  std::string turning(const std::string& name, const std::string& levels) {
+    return recorded(name, "kind: staircase\nlevels: [" + levels + "]\nbefore: 0.5\nhold: 1\nafter: 0.5\n") + "@1:4.4";
+  }
+  std::string recorded(const std::string& name, const std::string& profile) {
+    EXPECT_EQ(call({"run", "--reset", write(name + ".yaml", "name: " + name + "\n" + profile).string()}), 0)
+        << last_->err();
+    return last_->out().substr(0, last_->out().find('\n'));
   }
   json all() { return json::parse(read(path("all.json"))); }
 
@@ -81,14 +89,17 @@ TEST_F(Investigate, RecordsMoreWhereTheSessionsAtHandLeaveItOpen) {
 }
 
 TEST_F(Investigate, RunsTheProposedExperimentWhereEffectsTie) {
-  start("  load: {torque: 0.01}\n");
-  const std::string one = one_direction("one", 2), other = one_direction("other", 3);
-  investigate({"--yes", "--no-confirm", "--reach", "0.5", "--rounds", "2", "--sessions", one, "--held-out", other});
+  start("  friction: {law: hard, T_c: 0.003}\n", false);
+  const std::string one = turning("one", "2, 4, 1, 3"), other = turning("other", "3, 1, 4, 2");
+  EXPECT_EQ(investigate({"--yes", "--no-confirm", "--rounds", "2", "--sessions", one, "--held-out", other}), 0)
+      << last_->out() << last_->err();
   const json found = all();
   ASSERT_EQ(found["rounds"].size(), 2U) << last_->out() << last_->err();
-  EXPECT_EQ(found["rounds"][0]["verdict"], "tied");
+  EXPECT_EQ(found["rounds"][0]["verdict"], "tied") << "one that turns one way tells friction from no load";
   ASSERT_EQ(found["sessions"].size(), 2U);
   EXPECT_THAT(found["sessions"][1].get<std::string>(), HasSubstr("-reversal-1"));
+  EXPECT_EQ(found["rounds"][1]["verdict"], "found");
+  EXPECT_EQ(found["rounds"][1]["missing"][0]["id"], "coulomb_friction");
 }
 
 TEST_F(Investigate, MovesNothingWhereNobodyCanBeAsked) {

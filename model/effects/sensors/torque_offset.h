@@ -5,7 +5,8 @@
 
 namespace emtb {
 
-/// A strain gauge that does not read zero without load.
+/// A strain gauge that does not read zero without load. Where the shaft takes its load from that gauge, the offset is
+/// no load.
 struct TorqueOffset {
   static constexpr EffectInfo info{
       .id = "torque_offset",
@@ -13,14 +14,16 @@ struct TorqueOffset {
       .stage = Stage::sensors,
       .equation = "reading = T + T_0",
       .what = "The strain gauge's bridge is not balanced.",
-      .shows = "The torque reads T_0 without load, and at standstill.",
-      .told_apart = "From load_torque by standstill: a weight would turn the shaft.",
+      .shows = "The torque reads T_0 without load, and at standstill; the speed knows nothing of it.",
+      .told_apart =
+          "From load_torque by the speed, which a load lowers, and by standstill: a weight would turn the shaft.",
       .source = "offset error of a bridge",
       .parameter_list = {{{.symbol = "T_0", .unit = "N m", .null = 0, .min = -1e3, .max = 1e3}}}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     balance.torque_reading += p[0];
+    balance.load_offset = p[0];
   }
 };
 
