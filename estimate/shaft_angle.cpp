@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -61,6 +60,47 @@ std::optional<double> order_of(std::span<const double> angle, std::span<const do
   return std::abs(order - whole) < 0.02 ? whole : order;
 }
 
+/// Where the ripple stood in a block.
+struct Sighting {
+  double middle = 0;  ///< [readings] from the first
+  double phase = 0;   ///< [rad] of the order
+  double speed = 0;   ///< [rad/s]
+};
+
+/// What the angle wanders from block to block [rad], were the reading of the speed behind it by a lag [s]. Such a lag
+/// turns the ripple back by atan(order speed lag), while the reading's integral stays behind the shaft by speed lag.
+std::vector<double> wander_of(std::span<const Sighting> sightings, double order, double lag) {
+  std::vector<double> wander;
+  double last = 0;
+  for (const Sighting& s : sightings) {
+    const double behind = order * s.speed * lag;
+    const double phase = s.phase - behind + std::atan(behind);
+    const double moved = wander.empty() ? 0 : std::remainder(phase - last, 2 * std::numbers::pi);
+    wander.push_back((wander.empty() ? 0 : wander.back()) + moved / order);
+    last = phase;
+  }
+  return wander;
+}
+
+/// The lag of the tachogenerator with which the angle wanders least from block to block; 0 where none is much better.
+double lag_of(std::span<const Sighting> sightings, double order) {
+  constexpr double longest_lag = 0.1, step = 2e-4;  // [s]
+  constexpr double much = 0.5;                      // of the squares: with ten blocks chance takes a tenth
+  if (sightings.size() < 10) return 0;
+  const auto roughness = [&](double lag) {
+    const std::vector<double> wander = wander_of(sightings, order, lag);
+    double squares = 0;
+    for (std::size_t k = 1; k < wander.size(); ++k) squares += std::pow(wander[k] - wander[k - 1], 2);
+    return squares;
+  };
+  double best = 0, least = much * roughness(0);
+  for (double lag = step; lag < longest_lag; lag += step) {
+    const double rough = roughness(lag);
+    if (rough < least) least = rough, best = lag;
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<double> measured_angle(const Run& run, std::span<const double> grid) {
@@ -87,26 +127,23 @@ void tie_to_ripple(std::span<double> angle, std::span<const double> omega, doubl
   const std::vector<double> ripple = without_slow_changes({omega.begin(), omega.end()}, interval);
   const std::optional<double> order = order_of(angle, ripple, interval);
   if (!order) return;
-  std::vector<double> at, wander;  // [readings], [rad]
+  std::vector<Sighting> sightings;
   std::size_t turning = 0;
-  double last = 0;
   for (const Block& block : blocks_of(angle, ripple, size)) {
     if (*order * std::abs(block.turned) < periods * 2 * std::numbers::pi) continue;
     ++turning;
     const Wave wave = wave_of(block.ripple, *order);
     if (wave.share < clear) continue;
-    const double phase = std::atan2(wave.cosine, wave.sine);
-    const double before = wander.empty() ? 0 : wander.back();
-    const double moved = wander.empty() ? 0 : std::remainder(phase - last, 2 * std::numbers::pi);
-    last = phase;
-    at.push_back(block.middle);
-    wander.push_back(before + moved / *order);
+    const double seconds = static_cast<double>(size - 1) * interval;
+    sightings.push_back({block.middle, std::atan2(wave.cosine, wave.sine), block.turned / seconds});
   }
-  if (at.size() < 2 || 2 * at.size() < turning) return;
-  std::vector<double> readings(angle.size());
+  if (sightings.size() < 2 || 2 * sightings.size() < turning) return;
+  const double lag = lag_of(sightings, *order);
+  std::vector<double> at, readings(angle.size());
+  for (const Sighting& s : sightings) at.push_back(s.middle);
   std::iota(readings.begin(), readings.end(), 0.0);
-  const std::vector<double> all = interpolated(at, wander, readings);
-  std::ranges::transform(angle, all, angle.begin(), std::plus{});
+  const std::vector<double> wander = interpolated(at, wander_of(sightings, *order, lag), readings);
+  for (std::size_t k = 0; k < angle.size(); ++k) angle[k] += wander[k] + lag * omega[k];
 }
 
 }  // namespace emtb

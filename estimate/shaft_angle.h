@@ -12,7 +12,8 @@ namespace emtb {
 ///
 /// Noise makes an integral wander: white noise of 0.3 rad/s at 1 kHz by 0.1 rad in two minutes, coloured noise by
 /// several times that, and an offset of the tachogenerator without end. Where the speed's reading itself repeats with
-/// the angle (a ripple of the tachogenerator, cogging), its phase says by how much, and the wander is taken out.
+/// the angle (a ripple of the tachogenerator, cogging), its phase says by how much, and the wander is taken out; so is
+/// what a lag of the tachogenerator leaves the integral behind by, where the ripple's phase over the speed tells it.
 /// @return [rad] at each time of the grid, counted from the first reading
 std::vector<double> measured_angle(const Run& run, std::span<const double> grid);
 

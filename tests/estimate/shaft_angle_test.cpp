@@ -56,6 +56,27 @@ TEST(ShaftAngle, WandersNoMoreWhereTheTachogeneratorsRippleTellsIt) {
   }
 }
 
+/// The reading through a lag of the first order.
+std::vector<double> lagged(const std::vector<double>& x, double lag) {
+  std::vector<double> y;
+  double state = x.front();
+  for (const double v : x) y.push_back(state += (v - state) * -std::expm1(-interval / lag));
+  return y;
+}
+
+TEST(ShaftAngle, IsNotLeftBehindByATachogeneratorThatLags) {
+  for (const double lag : {0.004, 0.01}) {
+    Turning run = turning(0.03, 0, 0);
+    run.reading = lagged(run.reading, lag);
+    const std::vector<double> noise = synthetic::coloured(run.reading.size(), 0.9, 4);
+    for (std::size_t k = 0; k < noise.size(); ++k) run.reading[k] += 0.1 * noise[k];
+    std::vector<double> angle = integrated(run.reading);
+    EXPECT_GT(wander(angle, run.angle), 0.1);
+    tie_to_ripple(angle, run.reading, interval);
+    EXPECT_LT(wander(angle, run.angle), 0.07) << "lag " << lag;
+  }
+}
+
 TEST(ShaftAngle, IsLeftAloneWhereNothingRepeatsWithIt) {
   const Turning run = turning(0, 0.3, 0.95);
   const std::vector<double> before = integrated(run.reading);
