@@ -189,6 +189,58 @@ double scatter_about_fast_signals(std::span<const PreparedRun> records, Signal s
   return robust_sigma(std::move(left));
 }
 
+/// The reference is set, so that it is the same where a run was repeated: to a digit of the card that reads it back.
+bool repeats(const PreparedRun& a, const PreparedRun& b) {
+  const std::vector<double>&x = a.excitation.u_ref, &y = b.excitation.u_ref;
+  const std::size_t n = std::min(x.size(), y.size());
+  if (n == 0 || static_cast<double>(n) < 0.98 * static_cast<double>(std::max(x.size(), y.size()))) return false;
+  double range = 0;
+  for (const double u : x) range = std::max(range, std::abs(u));
+  std::size_t apart = 0;  // where an edge fell between other readings
+  for (std::size_t k = 0; k < n; ++k) apart += std::abs(x[k] - y[k]) > 0.005 * range;
+  return 200 * apart <= n;
+}
+
+/// Half the scatter of what repeated runs differ by, in pieces of 1 s about a straight line each: what drifts from run
+/// to run, as a motor that warms, is no noise.
+std::vector<Scatter> scatter_between_repeats(std::span<const PreparedRun> records, Signal signal) {
+  std::vector<Scatter> pieces;
+  const auto piece_of = [&](std::vector<double>& differences) {
+    if (differences.size() >= 2 * fewest_readings) {
+      Scatter s = scatter_about_line(differences);
+      s.variance /= 2;
+      s.covariance /= 2;
+      pieces.push_back(s);
+    }
+    differences.clear();
+  };
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const auto next = std::find_if(records.begin() + static_cast<std::ptrdiff_t>(i) + 1, records.end(),
+                                   [&](const PreparedRun& other) { return repeats(records[i], other); });
+    if (next == records.end()) continue;
+    const auto find = [&](const PreparedRun& r) {
+      return std::ranges::find(r.observations, signal, &Observation::signal);
+    };
+    const auto one = find(records[i]), other = find(*next);
+    if (one == records[i].observations.end() || other == next->observations.end()) continue;
+    const std::vector<double>&t = records[i].excitation.t, &u = next->excitation.t;
+    std::vector<double> differences;
+    double begin = t.front();
+    for (std::size_t k = 0; k < std::min(one->size(), other->size()); ++k) {
+      const double at = t[one->last[k]];
+      const double interval = k > 0 ? at - t[one->last[k - 1]] : 0;
+      if (k > 0 && std::abs(at - u[other->last[k]]) > 0.5 * interval) break;  // readings that do not go side by side
+      differences.push_back(one->value[k] - other->value[k]);
+      if (at - begin >= std::max(settled_stretch, 20 * interval)) {
+        piece_of(differences);
+        begin = at;
+      }
+    }
+    piece_of(differences);
+  }
+  return pieces;
+}
+
 NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
   NoiseFloor floor;
   Settled settled;
@@ -213,14 +265,27 @@ NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
   };
   for (const TurningStretch& piece : settled.fast) take(piece.value);
   for (const auto& piece : settled.slow) take(piece);
-  if (variances.size() >= 2) {
-    const double variance = median(variances);
-    floor.sigma = std::sqrt(variance);
-    floor.from = "settled";
+  const auto pooled = [&](const char* from) {
+    floor.sigma = std::sqrt(median(variances));
+    floor.from = from;
     if (!correlations.empty()) floor.autocorrelation = std::clamp(median(correlations), -0.99, 0.999);
+  };
+  const auto take_repeats = [&] {
+    variances.clear();
+    correlations.clear();
+    for (const Scatter& s : scatter_between_repeats(records, signal)) {
+      variances.push_back(s.variance);
+      if (s.variance > 0) correlations.push_back(s.covariance / s.variance);
+    }
+    return variances.size() >= 2;
+  };
+  if (variances.size() >= 2) {
+    pooled("settled");
   } else if (const double scatter = scatter_of_neighbours(settled.short_slow); scatter >= 0) {
     floor.sigma = scatter;
     floor.from = "settled";
+  } else if (take_repeats()) {
+    pooled("repeats");
   } else {
     std::vector<double> differences;
     for (const Observation* o : observed) differences.push_back(third_difference_scatter(o->value));

@@ -126,6 +126,40 @@ TEST(NoiseFloor, FromDifferencesIsFlaggedAsALowerBound) {
   EXPECT_NEAR(floor.sigma, 0.2, 0.02);  // white: as it should be
 }
 
+/// A reference that never rests, and noise of rho 0.9 that third differences take for a sixth of what it is.
+PreparedRun swinging_run(unsigned seed, double faster = 1, double drift = 0) {
+  emtb::Run run;
+  run.name = "swinging";
+  run.signals[Signal::u_ref] =
+      series(1e-3, 12, [&](double t) { return 2 + std::sin(2 * std::numbers::pi * 0.5 * faster * t); });
+  Series omega = run.at(Signal::u_ref);
+  const std::vector<double> noise = synthetic::coloured(omega.value.size(), 0.9, seed);
+  for (std::size_t k = 0; k < noise.size(); ++k) {
+    omega.value[k] = 80 * omega.value[k] + 0.15 * noise[k] + drift * omega.t[k];
+  }
+  run.signals[Signal::omega] = omega;
+  return prepare_run(run, servo_model());
+}
+
+TEST(NoiseFloor, OfRunsThatNeverSettleIsToldByTheirRepeats) {
+  const std::vector<PreparedRun> runs{swinging_run(1), swinging_run(2), swinging_run(3)};
+  const NoiseFloor floor = estimate_noise(runs, servo_model()).at(Signal::omega);
+  EXPECT_NEAR(floor.sigma, 0.15, 0.015);
+  EXPECT_NEAR(floor.autocorrelation, 0.9, 0.05);
+  EXPECT_EQ(floor.from, "repeats");
+  EXPECT_FALSE(floor.lower_bound);
+}
+
+TEST(NoiseFloor, WhatDriftsFromRepeatToRepeatIsNotNoise) {
+  const std::vector<PreparedRun> runs{swinging_run(1), swinging_run(2, 1, 0.2)};  // [rad/s2] it warms up
+  EXPECT_NEAR(estimate_noise(runs, servo_model()).at(Signal::omega).sigma, 0.15, 0.015);
+}
+
+TEST(NoiseFloor, RunsOfDifferentReferencesAreNoRepeats) {
+  const std::vector<PreparedRun> runs{swinging_run(1), swinging_run(2, 1.5)};
+  EXPECT_EQ(estimate_noise(runs, servo_model()).at(Signal::omega).from, "differences");
+}
+
 TEST(Weigh, WidensTheVoltageWhereItsEdgesAreAndNowhereElse) {
   emtb::Run run = synthetic::record({}, {{1, 0}, {1.5, 2}}, 1e-3, {.e_a = 0.05});
   std::vector<PreparedRun> records{prepare_run(run, servo_model())};
