@@ -10,7 +10,6 @@
 #include "estimate/linear_algebra.h"
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
-#include "model/simulation.h"
 
 namespace emtb {
 namespace {
@@ -69,18 +68,10 @@ std::vector<Experiment> menu(double low, double high) {
 std::optional<Run> simulated(const Profile& profile, const Model& model, std::vector<Instrument> instruments) {
   double fastest = longest_interval;
   for (const Instrument& i : instruments) fastest = std::min(fastest, i.interval);
-  const double duration = profile.duration();
-  if (duration > 100) fastest = longest_interval;
-  Excitation x;
-  for (double t = 0; t <= duration; t = fastest * static_cast<double>(x.t.size())) {
-    x.t.push_back(t);
-    x.u_ref.push_back(profile.reference(t));
-  }
-  x.longest_step = 1e-3;
-  const std::vector<double> values = model.values();
-  Trajectory<double> y;
-  simulate<double>(model.structure(), values, x, y);
-  if (!std::ranges::all_of(y.omega, [](double v) { return std::isfinite(v); })) return std::nullopt;
+  if (profile.duration() > 100) fastest = longest_interval;
+  const std::optional<Foreseen> foreseen = foresee(model, profile, fastest);
+  if (!foreseen) return std::nullopt;
+  const auto& [x, y] = *foreseen;
   Run run;
   run.name = profile.name();
   run.signals[Signal::u_ref] = {.t = x.t, .value = x.u_ref, .window = 0, .lsb = 0, .source = {}};
@@ -176,9 +167,9 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
   std::vector<Proposal> proposals;
   for (const Experiment& experiment : menu(low, high)) {
     if (experiment.profile.duration() > reach.longest) continue;
-    for (const std::vector<Signal>& added : additions) {
-      proposals.push_back({experiment.profile, experiment.what, added, 0});
-    }
+    const std::optional<Profile> profile = within_limits(experiment.profile, one, reach.limits);
+    if (!profile) continue;
+    for (const std::vector<Signal>& added : additions) proposals.push_back({*profile, experiment.what, added, 0});
   }
   parallel_for(proposals.size(), [&](std::size_t i) {
     Proposal& proposal = proposals[i];

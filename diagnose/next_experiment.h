@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diagnose/compare.h"
+#include "diagnose/foresee.h"
 #include "experiment/profile.h"
 #include "model/model.h"
 
@@ -23,11 +24,13 @@ struct Proposal {
 struct Reach {
   double low = 0, high = 0;                                  ///< [V] references that may be set besides
   double longest = std::numeric_limits<double>::infinity();  ///< [s] a run may take
+  SignalLimits limits{};                                     ///< no experiment is to come near them
 };
 
 /// The menu, best first: staircase, ramp, coast-down, reversal, small steps, a random sequence, a heat soak; each as
 /// the data were recorded and with a fast current or the armature voltage beside, where they lack it. References stay
-/// within what the data have already shown to be safe, or what the bench is said to allow.
+/// within what the data have already shown to be safe, or what the bench is said to allow; levels become smaller where
+/// the one model foresees that signals would come near the bench's limits.
 ///
 /// Each is simulated with the one model and predicted by each of the others, whose parameters first adapt as far as the
 /// data at hand and the new run together let them (a Gauss-Newton step). What is left, as root mean square in multiples
