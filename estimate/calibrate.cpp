@@ -310,6 +310,13 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
     }
   }
   result.covariance.setZero(p, p);
+  result.alone = n.sts.diagonal().cwiseSqrt().cwiseInverse();
+  result.inflation.setZero(p);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    double scatter = 0;
+    for (const Eigen::VectorXd& g : n.block_gradients) scatter += g[i] * g[i];
+    if (n.sts(i, i) > 0) result.inflation[i] = std::max(1.0, scatter / n.sts(i, i));
+  }
   result.identifiability = identifiability_of(n, result.model, free);
   if (inner.empty()) return;
   const Eigen::MatrixXd sts = n.sts(inner, inner);
@@ -336,6 +343,7 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
     const auto ia = static_cast<Eigen::Index>(a);
     const double variance = std::max(sandwich(ia, ia), inverse(ia, ia));
     result.covariance(inner[a], inner[a]) = variance;
+    result.inflation[inner[a]] = variance / inverse(ia, ia);
     Parameter& parameter = result.model.at(free.places()[static_cast<std::size_t>(inner[a])]);
     if (const double error = std::sqrt(variance); error < parameter.max - parameter.min) parameter.std_error = error;
   }

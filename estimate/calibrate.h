@@ -31,6 +31,8 @@ struct Calibration {
   int iterations = 0;
   std::vector<std::string> at_bound;  ///< parameters that rest on a bound
   Eigen::MatrixXd covariance;         ///< of the free parameters; holds for coloured residuals (block sandwich)
+  Eigen::VectorXd inflation;  ///< of each free parameter: its variance over that of white residuals; 0: not seen
+  Eigen::VectorXd alone;      ///< [SI] standard error of each, were the residuals white and all others known
   Identifiability identifiability;
 };
 

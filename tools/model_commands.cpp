@@ -14,6 +14,7 @@
 #include "diagnose/overlay.h"
 #include "diagnose/score.h"
 #include "estimate/calibrate.h"
+#include "estimate/profile_likelihood.h"
 #include "estimate/residuals.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -36,7 +37,7 @@ struct ModelOptions {
   std::string effect, model;
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file, candidates;
-  bool fit = false, plot = false;
+  bool fit = false, plot = false, intervals = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
     const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
@@ -65,10 +66,18 @@ struct ModelOptions {
 
 std::string error_cell(std::optional<double> error) { return error ? pretty(*error, 4) : "-"; }
 
-/// Values with intervals, what rests on a bound, what the data do not determine.
+std::string in_words(const LikelihoodInterval& v) {
+  return (v.low_at_bound ? "(bound) " : "") + pretty(v.low, 4) + " to " + pretty(v.high, 4) +
+         (v.high_at_bound ? " (bound)" : "");
+}
+
+/// Values with standard errors, what rests on a bound, what the data do not determine.
+/// @param intervals where they were asked for
 void print_parameters(const Model& model, const std::vector<std::string>& at_bound,
-                      const std::vector<Undetermined>& undetermined) {
-  Table table({"parameter", "value", "+- std error", "unit", ""});
+                      const std::vector<Undetermined>& undetermined, const LikelihoodIntervals& intervals) {
+  std::vector<std::string> heading{"parameter", "value", "+- std error", "unit", ""};
+  if (!intervals.empty()) heading.insert(heading.end() - 1, "95 % by profile likelihood");
+  Table table(heading);
   const std::vector<std::string> names = model.names();
   const std::vector<double> values = model.values();
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -82,7 +91,16 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     } else if (std::ranges::find(at_bound, names[i]) != at_bound.end()) {
       remark = "rests on its bound";
     }
-    table.row({names[i], pretty(values[i], 5), p.std_error ? pretty(*p.std_error, 2) : "-", p.unit, remark});
+    std::vector<std::string> row{names[i], pretty(values[i], 5), p.std_error ? pretty(*p.std_error, 2) : "-", p.unit};
+    if (!intervals.empty()) {
+      const auto interval = intervals.find(names[i]);
+      row.push_back(interval == intervals.end() ? "" : in_words(interval->second));
+      if (interval != intervals.end() && remark.empty() && misled(p, interval->second)) {
+        remark = "the standard error misleads";
+      }
+    }
+    row.push_back(remark);
+    table.row(row);
   }
   std::cout << table.text();
   for (const Undetermined& u : undetermined) {
@@ -154,7 +172,9 @@ int fit_and_report(const ModelOptions& o, const Model& start, const Dataset& dat
 
   json out = std::move(extra);
   out["converged"] = c.converged;
-  out["parameters"] = parameters_json(c.model);
+  const LikelihoodIntervals intervals =
+      o.intervals ? profile_likelihoods(data.train, c, o.calibration()) : LikelihoodIntervals{};
+  out["parameters"] = parameters_json(c.model, intervals);
   out["error"] = {{"train", *entry.train}, {"held_out", entry.held_out ? json(*entry.held_out) : json(nullptr)}};
   out["at_bound"] = c.at_bound;
   out["undetermined"] = json::array();
@@ -165,7 +185,7 @@ int fit_and_report(const ModelOptions& o, const Model& start, const Dataset& dat
   write_json(o.json_file, out);
   if (o.json_file == "-") return c.converged ? 0 : 1;
 
-  print_parameters(c.model, c.at_bound, c.identifiability.undetermined);
+  print_parameters(c.model, c.at_bound, c.identifiability.undetermined, intervals);
   std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out "
             << error_cell(entry.held_out) << "\n";
   finish_model(o, c.model);
@@ -310,7 +330,16 @@ int diagnose_command(const ModelOptions& o) {
   Diagnosis d = diagnose(train, held_out, model, options);
   progress.clear();
   for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, o.sessions});
-  write_json(o.json_file, to_json(d));
+  LikelihoodIntervals intervals;
+  if (o.intervals) {
+    const Dataset data = prepare(train, held_out, d.final);
+    CalibrationOptions from_there;
+    from_there.extra_starts = 0;
+    intervals = profile_likelihoods(data.train, calibrate(data.train, d.final, from_there));
+  }
+  json result = to_json(d);
+  result["parameters"] = parameters_json(d.final, intervals);
+  write_json(o.json_file, result);
   if (o.json_file == "-") return 0;
 
   std::cout << "model `" << model.name << "`, " << train.size() << " training and " << held_out.size()
@@ -342,7 +371,7 @@ int diagnose_command(const ModelOptions& o) {
                     pretty(c.score.detectable_size, 2)});
   }
   std::cout << candidates.text() << "\n";
-  print_parameters(d.final, {}, d.undetermined);
+  print_parameters(d.final, {}, d.undetermined, intervals);
   std::cout << "\n";
   print_signals(d.signals);
   if (d.verdict != Verdict::nothing_missing && d.verdict != Verdict::cannot_tell) {
@@ -370,8 +399,13 @@ void add_model_commands(CommandLine& line) {
         .options("--outputs", o->outputs, "fits to these signals alone: omega, i_a, e_a, torque");
     return command;
   };
+  const auto with_intervals = [&](Command command) {
+    return command.flag("--intervals", o->intervals,
+                        "95 % intervals by profile likelihood: right also at a bound and where effects are not linear");
+  };
   const auto act = [&o](int (*command)(const ModelOptions&)) { return [o, command] { return command(*o); }; };
-  on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))
+  with_intervals(
+      on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds")))
       .action(act(calibrate_command));
   on_files(
       line.command(
@@ -381,12 +415,12 @@ void add_model_commands(CommandLine& line) {
       .flag("--plot", o->plot, "draws the signal that is furthest off, also where the output is no terminal")
       .action(act(compare_command));
   const char* const candidates = "a YAML file of formulas of your own, to be tried beside the library's effects";
-  on_files(line.command("diagnose", "finds out which physical effect a model is missing"))
+  with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing")))
       .option("--candidates", o->candidates, candidates)
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");
-  on_files(add).option("--candidates", o->candidates, candidates).action(act(add_command));
+  with_intervals(on_files(add)).option("--candidates", o->candidates, candidates).action(act(add_command));
 }
 
 }  // namespace emtb

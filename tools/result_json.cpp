@@ -74,7 +74,7 @@ json to_json(const std::map<Signal, SignalFit>& signals) {
   return out;
 }
 
-json parameters_json(const Model& model) {
+json parameters_json(const Model& model, const LikelihoodIntervals& intervals) {
   json out = json::object();
   const std::vector<std::string> names = model.names();
   const std::vector<double> values = model.values();
@@ -87,6 +87,11 @@ json parameters_json(const Model& model) {
       }
     }
     out[names[i]] = parameter_json(p);
+    if (const auto interval = intervals.find(names[i]); interval != intervals.end()) {
+      const LikelihoodInterval& v = interval->second;
+      out[names[i]]["interval95"] = {
+          {"low", v.low}, {"high", v.high}, {"low_at_bound", v.low_at_bound}, {"high_at_bound", v.high_at_bound}};
+    }
   }
   return out;
 }

@@ -5,7 +5,7 @@
 
 #include "diagnose/compare.h"
 #include "diagnose/diagnose.h"
-#include "estimate/calibrate.h"
+#include "estimate/profile_likelihood.h"
 
 namespace emtb {
 
@@ -13,7 +13,7 @@ namespace emtb {
 nlohmann::ordered_json to_json(const Diagnosis& diagnosis);
 nlohmann::ordered_json to_json(const Comparison& comparison);
 nlohmann::ordered_json to_json(const std::map<Signal, SignalFit>& signals);
-nlohmann::ordered_json parameters_json(const Model& model);
+nlohmann::ordered_json parameters_json(const Model& model, const LikelihoodIntervals& intervals = {});
 
 /// Writes to a file, or for `-` to standard output; nothing where the name is empty. @throws Error where it cannot.
 void write_json(const std::string& file, const nlohmann::ordered_json& value);

@@ -143,6 +143,23 @@ TEST_F(ModelCommands, AddWritesAModelWithItsHistoryAndLeavesTheGivenOneAlone) {
   EXPECT_LT(2 * both[0]["error"]["staged"].get<double>(), both[1]["error"]["staged"].get<double>());
 }
 
+TEST_F(ModelCommands, IntervalsSayHowLargeAFrictionMayBeThatTheLinearModelHasSmall) {
+  record_all(blind::slow_bench());
+  auto words = with_sessions({"add", "windage", model()});
+  words.insert(words.end(), {"--intervals", "--json", path("a.json")});
+  EXPECT_EQ(call(words), 0) << last->err();
+  EXPECT_THAT(last->out(), HasSubstr("95 % by profile likelihood"));
+  const json parameters = json::parse(read(path("a.json")))["parameters"];
+  for (const char* name : {"R_a", "K_b", "J", "windage.c_w"}) {
+    const json& one = parameters[name];
+    EXPECT_LE(one["interval95"]["low"].get<double>(), one["value"].get<double>()) << name;
+    EXPECT_GT(one["interval95"]["high"].get<double>(), one["value"].get<double>()) << name;
+  }
+  EXPECT_EQ(parameters["windage.c_w"]["interval95"]["low"], 0) << "none is there";
+  EXPECT_TRUE(parameters["windage.c_w"]["interval95"]["low_at_bound"].get<bool>());
+  EXPECT_FALSE(parameters["windage.c_w"]["interval95"]["high_at_bound"].get<bool>());
+}
+
 TEST_F(ModelCommands, DiagnoseNamesAFormulaOfTheUserAndAddAddsIt) {
   constexpr double c3 = 3e-8;  // [N m s3/rad3]
   blind::Bench bench = blind::slow_bench();
