@@ -13,8 +13,9 @@ namespace emtb {
 /// @param socket where the daemon listens; empty: where it usually does
 void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 
-/// investigate: daemon and diagnosis together.
-void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
+/// investigate: daemon and diagnosis together. @param argv the command line, for those who repeat it
+void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket, int argc,
+                             const char* const* argv);
 
 /// bench check, calibrate, spin: before anything runs.
 void add_bench_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);

@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   emtb::add_file_commands(line);
   emtb::add_estimate_command(line);
   emtb::add_paper_command(line);
-  emtb::add_investigate_command(line, socket);
+  emtb::add_investigate_command(line, socket, argc, argv);
   emtb::add_report_command(line, argc, argv);
   return line.run(argc, argv);
 }

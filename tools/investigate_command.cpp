@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -18,6 +19,7 @@
 #include "tools/commands.h"
 #include "tools/prediction.h"
 #include "tools/progress.h"
+#include "tools/report_page.h"
 #include "tools/result_json.h"
 #include "tools/text.h"
 #include "tools/verdict.h"
@@ -29,7 +31,7 @@ using json = nlohmann::ordered_json;
 
 struct InvestigateOptions {
   std::shared_ptr<const std::string> socket;
-  std::string model, folder = "investigation", json_file;
+  std::string model, folder = "investigation", json_file, report, command;
   std::vector<std::string> sessions, held_out;
   double reach = 0.9, settle = 10, seed = 7;
   int rounds = 4;
@@ -45,7 +47,11 @@ class Bench {
     rate_ = config["rate"];
     low_ = o.reach * config["reference"]["min"].get<double>();
     high_ = o.reach * config["reference"]["max"].get<double>();
-    longest_ = parse_bench(config["text"], config["file"].get<std::string>()).limits.time.value_or(longest_);
+    const auto limits = parse_bench(config["text"], config["file"].get<std::string>()).limits;
+    longest_ = limits.time.value_or(longest_);
+    if (limits.i_a) limits_[Signal::i_a] = *limits.i_a;
+    if (limits.omega) limits_[Signal::omega] = *limits.omega;
+    if (limits.torque) limits_[Signal::torque] = *limits.torque;
     for (const auto& channel : config["channels"]) {
       if (const auto signal = signal_named(channel["signal"].get<std::string>())) signals_.push_back(*signal);
     }
@@ -57,7 +63,7 @@ class Bench {
   double rate() const { return rate_; }  ///< [Hz]
   double low() const { return low_; }    ///< [V]
   double high() const { return high_; }  ///< [V]
-  Reach reach() const { return {.low = low_, .high = high_, .longest = longest_}; }
+  Reach reach() const { return {.low = low_, .high = high_, .longest = longest_, .limits = limits_}; }
   bool measures(Signal signal) const { return std::ranges::find(signals_, signal) != signals_.end(); }
 
   /// Asks before the motor moves. @throws Error where there is nobody to ask.
@@ -94,6 +100,7 @@ class Bench {
   std::string name_;
   double rate_ = 0, low_ = 0, high_ = 0;
   double longest_ = unbounded;  // [s] a run may take
+  SignalLimits limits_;
   std::vector<Signal> signals_;
 };
 
@@ -125,6 +132,7 @@ class Investigation {
       return false;
     }
     recorded_first_ = true;
+    if (!story_.rounds.empty()) story_.rounds.back().then = "six experiments to begin with";
     for (const Profile& p : first.train) train_.push_back(bench_.run(p, "investigate: to fit to"));
     for (const Profile& p : first.held_out) held_out_.push_back(bench_.run(p, "investigate: to judge by"));
     return true;
@@ -144,18 +152,22 @@ class Investigation {
       if (next == nullptr) return d;
       const std::string name = next->profile.name() + "-" + std::to_string(round);
       const Profile profile(name, {next->profile.knots().begin(), next->profile.knots().end()});
-      if (!bench_.agreed("Run " + next->what + " (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
-                         seconds(profile.duration()) + ")?")) {
+      const std::string what = next->what + " (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
+                               seconds(profile.duration()) + ")";
+      if (!bench_.agreed("Run " + what + "?")) {
         return d;
       }
       train_.push_back(bench_.run(profile, "investigate: to tell tied effects apart"));
+      story_.rounds.back().then = "`" + name + "`: " + what + ", which was to bring the predictions " +
+                                  pretty(next->separation, 2) + " noise floors apart";
     }
   }
 
   /// Predicts a run that is yet to be made, then makes it. @return its error in multiples of the noise floor
   std::optional<double> confirm(const Diagnosis& d) {
     const auto seed = static_cast<std::uint64_t>(o_.seed);
-    const Profile profile = confirming_experiment(bench_.low(), bench_.high(), o_.settle, seed);
+    const Profile planned = confirming_experiment(bench_.low(), bench_.high(), o_.settle, seed);
+    const Profile profile = within_limits(planned, d.final, bench_.reach().limits).value_or(planned);
     const std::string said = (std::filesystem::path(o_.folder) / "prediction.csv").string();
     write_session(said, prediction(d.final, profile, bench_.rate()));
     std::cout << "\nConfirm: what the model says of a run that nobody has seen is in " << said << std::endl;
@@ -181,20 +193,25 @@ class Investigation {
                   {"session", session},
                   {"base", {{"error", before.error}, {"chained_error", before.chained_error}}},
                   {"final", {{"error", after.error}, {"chained_error", after.chained_error}}}};
+    story_.foretold = {said, session, runs.front(), judge, before.chained_error, after.chained_error};
     return after.chained_error;
   }
 
-  void write(const Diagnosis& d) const {
+  void write(const Diagnosis& d, const Model& given) const {
     const std::string found = (std::filesystem::path(o_.folder) / "found.yaml").string();
     write_model(found, d.final);
     json all{{"rounds", rounds_}, {"sessions", train_},      {"held_out", held_out_},
              {"model", found},    {"diagnosis", to_json(d)}, {"confirmed", confirmed_}};
     write_json(o_.json_file, all);
-    std::cout << "\nThe model with what was found: " << found << "\nAll of it as a page: emtb report " << o_.model;
-    for (const std::string& s : train_) std::cout << " " << shell_quoted(s);
-    std::cout << " --held-out";
-    for (const std::string& s : held_out_) std::cout << " " << shell_quoted(s);
-    std::cout << std::endl;
+    if (!o_.report.empty()) {
+      ReportInput in = ReportInput::of(o_.model, given, o_.command);
+      for (const std::string& s : train_) in.add(s, false);
+      for (const std::string& s : held_out_) in.add(s, true);
+      in.story = story_;
+      write_page(o_.report, report_page(in, d), "--report");
+      std::cout << "\nAll of it as a page: " << o_.report << std::endl;
+    }
+    std::cout << "\nThe model with what was found: " << found << std::endl;
   }
 
  private:
@@ -215,6 +232,7 @@ class Investigation {
       for (const std::size_t rival : m.tied_with) tied.push_back(d.id(rival));
       names.push_back({{"id", d.id(m.effect)}, {"tied_with", tied}});
     }
+    story_.rounds.push_back({train_.size(), d.base_held_out, d.final_held_out, answer_of(d), {}});
     rounds_.push_back({{"verdict", word(d.verdict)},
                        {"missing", names},
                        {"base", d.base_held_out},
@@ -238,6 +256,7 @@ class Investigation {
   bool recorded_first_ = false;
   json rounds_ = json::array();
   json confirmed_;
+  InvestigationStory story_;
 };
 
 int investigate_command(const InvestigateOptions& o) {
@@ -246,6 +265,9 @@ int investigate_command(const InvestigateOptions& o) {
     throw Error("--held-out judges a fit to --sessions: give those, too, or neither for six experiments first");
   }
   const Model given = read_model(o.model);
+  if (!o.report.empty() && !std::ofstream(o.report, std::ios::app)) {  // now, not after an hour of experiments
+    throw Error(o.report + ": cannot be written. Give another --report FILE.html");
+  }
   catch_interrupt();
   Bench bench(o);
   std::cout << "bench " << bench.name() << ", model " << o.model << "\n";
@@ -254,15 +276,17 @@ int investigate_command(const InvestigateOptions& o) {
   const Diagnosis d = investigation.learn(given);
   std::optional<double> error;
   if (!o.no_confirm && d.verdict != Verdict::cannot_tell) error = investigation.confirm(d);
-  investigation.write(d);
+  investigation.write(d, given);
   const bool stands = d.verdict == Verdict::found || d.verdict == Verdict::nothing_missing;
   return stands && (o.no_confirm || error) ? 0 : 1;
 }
 
 }  // namespace
 
-void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket) {
+void add_investigate_command(CommandLine& line, const std::shared_ptr<const std::string>& socket, int argc,
+                             const char* const* argv) {
   const auto o = std::make_shared<InvestigateOptions>();
+  o->command = as_called(argc, argv);
   o->socket = socket;
   line.command("investigate",
                "lets the bench find out what the model is missing: diagnose, run what tells more, repeat")
@@ -277,6 +301,7 @@ void add_investigate_command(CommandLine& line, const std::shared_ptr<const std:
       .option("--seed", o->seed, "of the run that confirms [7]")
       .flag("--no-confirm", o->no_confirm, "leaves away the run that is predicted before it is made")
       .option("--out", o->folder, "folder for the model found and the prediction [investigation]")
+      .option("--report", o->report, "writes a page of all rounds, the prediction and the diagnosis to this file")
       .option("--json", o->json_file, "writes all of it to this file; - for standard output")
       .action([o] { return investigate_command(*o); });
 }

@@ -1,6 +1,3 @@
-#include <cmath>
-#include <ctime>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -8,9 +5,7 @@
 #include "config/formula_effect.h"
 #include "config/mapping.h"
 #include "config/model.h"
-#include "daemon/version.h"
 #include "hal/error.h"
-#include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 #include "tools/report_page.h"
@@ -26,30 +21,6 @@ struct ReportOptions {
   std::string model, map, candidates, out = "report.html", png, json_file, command;
   std::vector<std::string> sessions, held_out;
 };
-
-/// The runs of a session as used, and as its file holds them.
-std::vector<ReportRun> read(const std::string& spec, bool held_out, const Mapping& mapping) {
-  const SessionSpec parsed = parse_session_spec(spec);
-  const std::vector<Run> used = read_runs(spec, mapping);
-  const bool cut = parsed.t0 || parsed.t1;
-  const std::string source = parsed.path.string() + (parsed.run.empty() ? "" : "#" + parsed.run);
-  const std::vector<Run> whole = cut ? read_runs(source, mapping) : used;
-  std::vector<ReportRun> runs;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const double end = whole.at(i).duration();
-    runs.push_back({spec, held_out, used[i], whole[i], parsed.t0.value_or(0), std::min(parsed.t1.value_or(end), end)});
-  }
-  return runs;
-}
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M UTC", &parts);
-  return text;
-}
 
 /// Each figure as DIR/NAME.png; a name that is taken gets a number.
 class Pictures {
@@ -71,28 +42,14 @@ class Pictures {
   std::map<std::string, int> taken_;
 };
 
-int finish(const ReportOptions& o, const Page& page) {
-  std::ofstream out(o.out);
-  out << page.html();
-  if (!out.flush()) throw Error(o.out + ": cannot be written. Give another --out FILE.html");
-  return 0;
-}
-
 int report_command(const ReportOptions& o) {
   const Mapping mapping = o.map.empty() ? Mapping{} : read_mapping(o.map);
-  ReportInput in{.model_file = o.model,
-                 .model = read_model(o.model),
-                 .runs = {},
-                 .map_file = o.map,
-                 .candidates_file = o.candidates,
-                 .software = std::string("emtb ") + version + (*commit == 0 ? "" : std::string(", commit ") + commit),
-                 .date = now_utc(),
-                 .command = o.command,
-                 .on_figure = {}};
+  ReportInput in = ReportInput::of(o.model, read_model(o.model), o.command);
+  in.map_file = o.map;
+  in.candidates_file = o.candidates;
   if (!o.candidates.empty()) offer(in.model, o.candidates);
   for (const bool held_out : {false, true}) {
-    for (const std::string& spec : held_out ? o.held_out : o.sessions)
-      std::ranges::move(read(spec, held_out, mapping), std::back_inserter(in.runs));
+    for (const std::string& spec : held_out ? o.held_out : o.sessions) in.add(spec, held_out, mapping);
   }
   if (!o.png.empty()) {
     in.on_figure = [pictures = std::make_shared<Pictures>(o.png)](const NamedFigure& named) { pictures->write(named); };
@@ -108,7 +65,7 @@ int report_command(const ReportOptions& o) {
     d = diagnose(in.part(false), in.part(true), in.model, options);
   } catch (const ModelError& refusal) {
     progress.clear();
-    finish(o, refusal_page(in, refusal.what()));
+    write_page(o.out, refusal_page(in, refusal.what()));
     write_json(o.json_file, json{{"verdict", nullptr}, {"refused", refusal.what()}});
     std::cerr << "emtb: " << refusal.what() << "\n";
     say << "written, with the recordings as they are: " << o.out << "\n";
@@ -116,7 +73,7 @@ int report_command(const ReportOptions& o) {
   }
   for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, o.sessions});
   progress.show(0.92, "drawing");
-  finish(o, report_page(in, d));
+  write_page(o.out, report_page(in, d));
   progress.clear();
   write_json(o.json_file, to_json(d));
   say << word(d.verdict) << ": " << o.out << "\n";
@@ -127,7 +84,7 @@ int report_command(const ReportOptions& o) {
 
 void add_report_command(CommandLine& line, int argc, const char* const* argv) {
   const auto o = std::make_shared<ReportOptions>();
-  for (int i = 0; i < argc; ++i) o->command += (i == 0 ? "" : " ") + shell_quoted(i == 0 ? "emtb" : argv[i]);
+  o->command = as_called(argc, argv);
   line.command("report", "diagnoses a model and writes all of it as one HTML page, with figures")
       .argument("MODEL", o->model, "the model's YAML")
       .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5: what the model is fitted to")

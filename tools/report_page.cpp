@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <ctime>
+#include <fstream>
 #include <map>
 #include <set>
 
 #include "config/model.h"
+#include "daemon/version.h"
+#include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/number.h"
 #include "session/spec.h"
@@ -369,6 +373,7 @@ void missing_section(Page& page, const Diagnosis& d) {
 std::string source_in_words(const NoiseFloor& noise) {
   if (noise.from == "declared") return "declared in the model file";
   if (noise.from == "settled") return "scatter about a straight line in settled stretches";
+  if (noise.from == "repeats") return "what repeated runs differ by";
   if (noise.from == "resolution") return "the instrument's resolution, LSB/√12";
   if (noise.from == "differences")
     return noise.lower_bound ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
@@ -503,6 +508,37 @@ std::string summary_of(const ReportInput& in) {
 
 }  // namespace
 
+ReportInput ReportInput::of(std::string model_file, Model given, std::string command) {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char date[32];
+  std::strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &parts);
+  return {.model_file = std::move(model_file),
+          .model = std::move(given),
+          .runs = {},
+          .map_file = {},
+          .candidates_file = {},
+          .software = std::string("emtb ") + version + (*commit == 0 ? "" : std::string(", commit ") + commit),
+          .date = date,
+          .command = std::move(command),
+          .on_figure = {},
+          .story = {}};
+}
+
+void ReportInput::add(const std::string& spec, bool as_held_out, const Mapping& mapping) {
+  const SessionSpec parsed = parse_session_spec(spec);
+  const std::vector<Run> used = read_runs(spec, mapping);
+  const bool cut = parsed.t0 || parsed.t1;
+  const std::string source = parsed.path.string() + (parsed.run.empty() ? "" : "#" + parsed.run);
+  const std::vector<Run> whole = cut ? read_runs(source, mapping) : used;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const double end = whole.at(i).duration();
+    runs.push_back(
+        {spec, as_held_out, used[i], whole[i], parsed.t0.value_or(0), std::min(parsed.t1.value_or(end), end)});
+  }
+}
+
 std::vector<Run> ReportInput::part(bool held_out) const {
   std::vector<Run> list;
   for (const ReportRun& r : runs)
@@ -547,6 +583,7 @@ Page report_page(const ReportInput& in, const Diagnosis& d) {
   const Dataset data = prepare(in.part(false), in.part(true), in.model);
   Page page("What the model `" + in.model.name + "` is missing", summary_of(in), in.on_figure);
   verdict_section(page, in, d);
+  if (in.story) tell(page, *in.story, d);
   overlay_section(page, in, d, data);
   where_section(page, d);
   parameter_section(page, d);
@@ -568,6 +605,12 @@ Page refusal_page(const ReportInput& in, const std::string& why) {
   raw_figures(page, in, false);
   repeat_section(page, in, nullptr);
   return page;
+}
+
+void write_page(const std::string& file, const Page& page, const std::string& option) {
+  std::ofstream out(file);
+  out << page.html();
+  if (!out.flush()) throw Error(file + ": cannot be written. Give another " + option + " FILE.html");
 }
 
 }  // namespace emtb

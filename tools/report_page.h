@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "config/mapping.h"
 #include "diagnose/diagnose.h"
 #include "report/page.h"
 #include "session/session.h"
+#include "tools/investigation_story.h"
 
 namespace emtb {
 
@@ -23,6 +25,9 @@ struct ReportRun {
 
 /// What a report tells of, besides the diagnosis.
 struct ReportInput {
+  /// @param given its file's model, and how the command was called
+  static ReportInput of(std::string model_file, Model given, std::string command);
+
   std::string model_file;
   Model model;  ///< as given
   std::vector<ReportRun> runs;
@@ -32,7 +37,10 @@ struct ReportInput {
   std::string date;
   std::string command;  ///< as it was called
   std::function<void(const NamedFigure&)> on_figure;
+  std::optional<InvestigationStory> story;  ///< where the bench itself made the runs
 
+  /// Adds the runs of a session, as it is named on the command line.
+  void add(const std::string& spec, bool as_held_out, const Mapping& mapping = {});
   std::vector<Run> part(bool held_out) const;
 };
 
@@ -41,6 +49,10 @@ Page report_page(const ReportInput& input, const Diagnosis& diagnosis);
 
 /// The report where the analysis refused: why, what is lacking, and the recordings as they are.
 Page refusal_page(const ReportInput& input, const std::string& why);
+
+/// @param option that named the file
+/// @throws Error where it cannot be written.
+void write_page(const std::string& file, const Page& page, const std::string& option = "--out");
 
 /// The verdict in a sentence or two, with numbers.
 std::string verdict_in_words(const Diagnosis& diagnosis);

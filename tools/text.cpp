@@ -57,6 +57,12 @@ std::string shell_quoted(const std::string& word) {
   return out + "'";
 }
 
+std::string as_called(int argc, const char* const* argv) {
+  std::string command = "emtb";
+  for (int i = 1; i < argc; ++i) command += " " + shell_quoted(argv[i]);
+  return command;
+}
+
 std::string bar(double share, int width) {
   const int half = width / 2;
   const int length = std::clamp(static_cast<int>(std::lround(std::abs(share) * half)), 0, half);

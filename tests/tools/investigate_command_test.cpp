@@ -60,7 +60,12 @@ class Investigate : public Scratch {
 
 TEST_F(Investigate, FindsTheFrictionThatTheBenchHidesAndForetellsARun) {
   start("  friction: {law: hard, T_c: 0.003}\n");
-  EXPECT_EQ(investigate({"--yes"}), 0) << last_->out() << last_->err();
+  EXPECT_EQ(investigate({"--yes", "--report", path("page.html")}), 0) << last_->out() << last_->err();
+  const std::string page = read(path("page.html"));
+  EXPECT_THAT(page, HasSubstr("The model lacks Coulomb friction"));
+  EXPECT_THAT(page, HasSubstr("Round by round"));
+  EXPECT_THAT(page, HasSubstr("Foretold, then measured"));
+  EXPECT_THAT(page, HasSubstr("investigate")) << "how it was called";
   const json found = all();
   EXPECT_EQ(found["diagnosis"]["verdict"], "found");
   ASSERT_EQ(found["rounds"].back()["missing"].size(), 1U) << last_->out();
@@ -97,7 +102,7 @@ TEST_F(Investigate, RunsTheProposedExperimentWhereEffectsTie) {
   ASSERT_EQ(found["rounds"].size(), 2U) << last_->out() << last_->err();
   EXPECT_EQ(found["rounds"][0]["verdict"], "tied") << "one that turns one way tells friction from no load";
   ASSERT_EQ(found["sessions"].size(), 2U);
-  EXPECT_THAT(found["sessions"][1].get<std::string>(), HasSubstr("-reversal-1"));
+  EXPECT_THAT(found["sessions"][1].get<std::string>(), HasSubstr("-1.h5")) << "no run at a limit of the bench";
   EXPECT_EQ(found["rounds"][1]["verdict"], "found");
   EXPECT_EQ(found["rounds"][1]["missing"][0]["id"], "coulomb_friction");
 }
@@ -106,6 +111,13 @@ TEST_F(Investigate, MovesNothingWhereNobodyCanBeAsked) {
   start("");
   EXPECT_EQ(investigate({}), 2);
   EXPECT_THAT(last_->err(), HasSubstr("--yes"));
+  EXPECT_FALSE(std::filesystem::exists(path("data")) && !std::filesystem::is_empty(path("data")));
+}
+
+TEST_F(Investigate, RefusesAPageThatItCouldNotWriteBeforeAnythingMoves) {
+  start("");
+  EXPECT_EQ(investigate({"--yes", "--report", path("no/such/page.html")}), 2);
+  EXPECT_THAT(last_->err(), HasSubstr("no/such/page.html: cannot be written"));
   EXPECT_FALSE(std::filesystem::exists(path("data")) && !std::filesystem::is_empty(path("data")));
 }
 
