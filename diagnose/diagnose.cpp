@@ -127,6 +127,31 @@ class Search {
     return found;
   }
 
+  /// Two effects that do as well as the many that were pieced together one by one: the first step takes what removes
+  /// most, which may be neither of them. So each of the others that came near is followed by one step.
+  std::optional<Two> fewer(const Round& first, const Trial& many, std::size_t begun_with) {
+    constexpr std::size_t followed = 3;
+    constexpr double near = 0.5;  // of what the best first step removed of the cost
+    std::vector<std::pair<Score, Trial>> begun = first.refits;
+    if (begun.empty()) return std::nullopt;
+    std::ranges::stable_sort(begun, {}, [](const auto& r) { return r.second.cost; });
+    const double most = first.fitted.cost - begun.front().second.cost;
+    std::erase_if(begun, [&](const auto& r) {
+      return r.first.effect == begun_with || first.fitted.cost - r.second.cost < near * most;
+    });
+    if (begun.size() > followed) begun.erase(begun.begin() + followed, begun.end());
+    std::optional<Two> found;
+    for (const auto& [score, trial] : begun) {
+      for (const auto& [second, both] : round({score.effect}, [&] { return trial; }).refits) {
+        if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
+        if (material(both.held_out, many.held_out, options_.materiality)) continue;
+        if (!determined(both.model, score.effect) || !determined(both.model, second.effect)) continue;
+        found = Two{{score.effect, second.effect}, both};
+      }
+    }
+    return found;
+  }
+
   /// The round of a model; the same effects are explored once.
   const Round& round(const std::vector<std::size_t>& effects, const std::function<Trial()>& fitted) {
     std::vector<std::size_t> key = effects;
@@ -348,6 +373,17 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     found.push_back(best->first.effect);
     d.steps.push_back({"added " + id(found.back()), found.back(), best->second.train, best->second.held_out.error()});
     current = Trial(best->second);
+  }
+
+  // Fewer: what took three or more may be two that the first step passed by.
+  if (found.size() >= 3) {
+    progress(0.55, "trying fewer");
+    if (auto two = search.fewer(search.round({}, [&] { return current; }), current, found.front())) {
+      found.assign(two->effects.begin(), two->effects.end());
+      d.steps.push_back(
+          {id(found[0]) + " and " + id(found[1]) + " instead", {}, two->trial.train, two->trial.held_out.error()});
+      current = std::move(two->trial);
+    }
   }
 
   // Swap: does another effect do as well in the place of a member, or better?

@@ -153,9 +153,14 @@ class Machine {
     if (!structure_.measured_load) {
       torque -= terms_.load_torque;
     } else {
+      // What the load effects say of it pulls as they do, as far as the gauge shows it; the rest is a brake's, which
+      // takes torque but does not push: at rest it holds.
+      const bool all = in.load == 0 || value_of(terms_.load_torque) / in.load > 1;
+      const Scalar pulls = all ? Scalar(in.load) : terms_.load_torque, rest = in.load - pulls;
       torque += terms_.load_offset;
-      if (in.load * value_of(omega) >= 0) {
-        dry_friction += Scalar(std::abs(in.load));  // a brake takes torque, it does not push: at rest it holds
+      if (value_of(rest) * value_of(omega) >= 0) {
+        torque -= pulls;
+        dry_friction += abs(rest);
       } else {
         torque -= Scalar(in.load);
       }

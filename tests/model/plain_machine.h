@@ -61,9 +61,11 @@ class PlainMachine {
     Scalar dry = T_c;
     Scalar load = T_L;
     if (measured_load_) {
-      const bool brakes = measured_load * value_of(omega) >= 0;
-      if (brakes) dry = dry + Scalar(std::abs(measured_load));
-      load = Scalar(brakes ? 0.0 : measured_load);
+      const bool all = measured_load == 0 || value_of(T_L) / measured_load > 1;
+      const Scalar pulls = all ? Scalar(measured_load) : T_L, rest = measured_load - pulls;
+      const bool brakes = value_of(rest) * value_of(omega) >= 0;
+      if (brakes) dry = dry + abs(rest);
+      load = brakes ? pulls : Scalar(measured_load);
     }
     const Scalar gamma = (0.5 + lag * (1.0 - mean_carried) - mean_carried) / R;
     const Scalar damping = 0.5 * (B + K_m * K_b * (gamma + beta));

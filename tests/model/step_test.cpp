@@ -377,6 +377,15 @@ TEST(Step, WhereTheLoadIsMeasuredLoadEffectsOnlyPredictIt) {
   for (const double torque : y.torque) ASSERT_EQ(torque, 0.5);  // from the first reading on
 }
 
+TEST(Step, AMeasuredWeightPullsTheShaftBackAsItsEffectSays) {
+  ModelStructure s = with({"load_torque"}, Signal::i_a);
+  s.measured_load = true;
+  Excitation x = constant(0.5, 1e-3, 0, &Excitation::i_a);
+  x.load.assign(x.t.size(), 0.002);
+  EXPECT_EQ(run(s, and_({R, K, K, 0, J}, {0}), x).omega.back(), 0) << "a brake, for all that anybody knows";
+  EXPECT_NEAR(run(s, and_({R, K, K, 0, J}, {0.002}), x).omega.back(), -0.002 / J * x.t.back(), 1e-9);
+}
+
 TEST(Step, AnOffsetOfTheGaugeIsNoLoad) {
   ModelStructure s = with({"load_torque", "torque_offset"}, Signal::i_a);
   s.measured_load = true;
