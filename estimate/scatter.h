@@ -22,7 +22,7 @@ struct ColouredNoise {
 
 /// The noise by the structure function: the median size of second differences over one sample and over many. A median
 /// and second differences leave out edges and slopes; the shorter over the longer tells the autocorrelation.
-/// @param least what sigma is at the least: the instrument's resolution
+/// @param least what sigma is at the least: the instrument's resolution, its step/sqrt(12)
 ColouredNoise coloured_noise(std::span<const double> x, double least);
 
 /// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where

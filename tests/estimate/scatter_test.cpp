@@ -40,6 +40,18 @@ TEST(ColouredNoise, IsNotTakenInByEdgesAndSlopes) {
   }
 }
 
+TEST(ColouredNoise, IsFoundBehindStepsAsLargeAsItself) {
+  for (const double rho : {0.0, 0.7, 0.9}) {
+    constexpr double step = 0.25;
+    std::vector<double> x = autoregression(rho, stairs);
+    for (double& v : x) v = step * std::round(v / step);
+    const ColouredNoise noise = coloured_noise(x, step / std::sqrt(12.0));
+    EXPECT_NEAR(noise.sigma, std::sqrt(0.04 + step * step / 12), 0.01) << rho;
+    // The steps' own error is nearly white.
+    EXPECT_NEAR(noise.autocorrelation, rho * 0.04 / (0.04 + step * step / 12), 0.05) << rho;
+  }
+}
+
 TEST(ColouredNoise, IsNoLessThanTheInstrumentsStep) {
   const ColouredNoise noise = coloured_noise(std::vector<double>(100, 1.0), 0.05);
   EXPECT_EQ(noise.sigma, 0.05);
