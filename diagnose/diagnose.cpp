@@ -127,8 +127,9 @@ class Search {
     return found;
   }
 
-  /// Two effects that do as well as the many that were pieced together one by one: the first step takes what removes
-  /// most, which may be neither of them. So each of the others that came near is followed by one step.
+  /// Two effects that explain all that the many do which were pieced together one by one, and leave nothing: the first
+  /// step takes what removes most, which may be neither of them. So each of the others that came near is followed by
+  /// one step.
   std::optional<Two> fewer(const Round& first, const Trial& many, std::size_t begun_with) {
     constexpr std::size_t followed = 3;
     constexpr double near = 0.5;  // of what the best first step removed of the cost
@@ -144,6 +145,7 @@ class Search {
     for (const auto& [score, trial] : begun) {
       for (const auto& [second, both] : round({score.effect}, [&] { return trial; }).refits) {
         if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
+        if (remainder(both.held_out, options_.materiality)) continue;
         if (material(both.held_out, many.held_out, options_.materiality)) continue;
         if (!determined(both.model, score.effect) || !determined(both.model, second.effect)) continue;
         found = Two{{score.effect, second.effect}, both};
