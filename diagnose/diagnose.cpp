@@ -48,10 +48,23 @@ class Search {
 
   /// Fits; several starts only where nothing good is known to start from.
   Trial fit(const Model& start, int extra_starts = 0) const {
-    Trial trial{{}, 0, 0, 0, Loss(data_.noise)};
     // No decision is about less than a hundredth of the cost; what creeps on below this is not determined.
-    const CalibrationOptions quick{
-        .extra_starts = extra_starts, .max_iterations = 25, .tolerance = 1e-5, .with_covariance = false, .outputs = {}};
+    return fit(start, {.extra_starts = extra_starts,
+                       .max_iterations = 25,
+                       .tolerance = 1e-5,
+                       .with_covariance = false,
+                       .outputs = {}});
+  }
+
+  /// Fits to the end what is kept: the last of a delay, which creeps along its edges, must not be left for the next
+  /// effect to find.
+  Trial fit_to_the_end(const Model& start) const {
+    return fit(start,
+               {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = false, .outputs = {}});
+  }
+
+  Trial fit(const Model& start, const CalibrationOptions& quick) const {
+    Trial trial{{}, 0, 0, 0, Loss(data_.noise)};
     Calibration fitted = calibrate(data_.train, start, quick);
     trial.model = std::move(fitted.model);
     trial.cost = fitted.cost;
@@ -87,6 +100,7 @@ class Search {
       if (p.shape) continue;
       any_amplitude = true;
       const Parameter& found = included[i];
+      if (found.value == p.null) continue;  // it rests where the effect is absent
       const bool on_bound = found.value <= found.min || found.value >= found.max;
       const double size = p.null == infinity || p.known ? found.value : found.value - p.null;
       if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
@@ -373,8 +387,9 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       continue;
     }
     found.push_back(best->first.effect);
-    d.steps.push_back({"added " + id(found.back()), found.back(), best->second.train, best->second.held_out.error()});
-    current = Trial(best->second);
+    current = search.fit_to_the_end(best->second.model);
+    remember(d.candidates, best->first, current.held_out.error());
+    d.steps.push_back({"added " + id(found.back()), found.back(), current.train, current.held_out.error()});
   }
 
   // Fewer: what took three or more may be two that the first step passed by.
