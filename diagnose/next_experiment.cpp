@@ -15,7 +15,8 @@ namespace emtb {
 namespace {
 
 constexpr double longest_interval = 0.01;  // [s] between the samples of an experiment that lasts minutes
-constexpr double share_of_range = 1e-3;    // what an instrument's noise may be where none is known
+constexpr const char* heat_soak = "heat_soak";
+constexpr double share_of_range = 1e-3;  // what an instrument's noise may be where none is known
 
 /// How one signal was read.
 struct Instrument {
@@ -60,7 +61,7 @@ std::vector<Experiment> menu(double low, double high) {
     const std::array reversing{0.9 * high, 0.9 * low, 0.3 * high, 0.3 * low, 0.6 * high, 0.6 * low};
     all.push_back({staircase("reversal", reversing, 1, 4, 3), "levels of both signs in turn, 4 s each"});
   }
-  all.push_back({step("heat_soak", high, 1, 600, 5), "the top, held for ten minutes"});
+  all.push_back({step(heat_soak, high, 1, 600, 5), "the top, held for ten minutes"});
   return all;
 }
 
@@ -194,6 +195,16 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
     return worth(a) > worth(b);
   });
   return proposals;
+}
+
+std::vector<Profile> broader_experiments(const Model& model, const Reach& reach) {
+  std::vector<Profile> all;
+  for (const Experiment& experiment : menu(reach.low, reach.high)) {
+    if (experiment.profile.name() == heat_soak || experiment.profile.duration() > reach.longest) continue;
+    if (auto profile = within_limits(experiment.profile, model, reach.limits)) all.push_back(std::move(*profile));
+  }
+  std::ranges::rotate(all, all.begin() + (all.empty() ? 0 : 1));  // the staircase is the menu's first
+  return all;
 }
 
 std::string in_words(const Proposal& best) {

@@ -42,6 +42,11 @@ struct Reach {
 std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset& data, const Model& one,
                                        std::span<const Model> others, const Reach& reach = {});
 
+/// The menu but for the heat soak, for where a remainder has no name yet: longer runs, of more kinds than
+/// first_experiments(), as far as the bench allows and the model foresees that it keeps away from the limits. The
+/// staircase comes last, to judge by.
+std::vector<Profile> broader_experiments(const Model& model, const Reach& reach);
+
 /// A separation that an experiment should promise before anybody runs it.
 inline constexpr double worth_an_experiment = 0.3;
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "config/bench.h"
 #include "config/model.h"
@@ -138,6 +139,24 @@ class Investigation {
     return true;
   }
 
+  /// Where six experiments leave a remainder without a name: longer ones, of more kinds. @return false where nobody
+  /// agrees, or the bench allows none
+  bool record_more(const Diagnosis& d) {
+    const std::vector<Profile> more = broader_experiments(d.final, bench_.reach());
+    if (more.size() < 2) return false;
+    double total = 0;
+    for (const Profile& p : more) total += p.duration();
+    const std::string what = std::to_string(more.size()) + " longer experiments, " + seconds(total) + " in all";
+    if (!bench_.agreed("What is left has no name yet. Run " + what + "?")) return false;
+    recorded_more_ = true;
+    for (std::size_t i = 0; i + 1 < more.size(); ++i) {
+      train_.push_back(bench_.run(more[i], "investigate: what is left has no name yet"));
+    }
+    held_out_.push_back(bench_.run(more.back(), "investigate: what is left has no name yet; to judge by"));
+    story_.rounds.back().then = what;
+    return true;
+  }
+
   /// Diagnoses, and runs what tells tied effects apart, until the verdict stands or nothing more can be learnt.
   Diagnosis learn(const Model& given) {
     for (int round = 1;; ++round) {
@@ -148,17 +167,21 @@ class Investigation {
         if (!record_first("These sessions leave it open.")) return d;
         continue;
       }
+      if (open && !recorded_more_) {
+        if (!record_more(d)) return d;
+        continue;
+      }
       const Proposal* next = next_of(d);
       if (next == nullptr) return d;
-      const std::string name = next->profile.name() + "-" + std::to_string(round);
-      const Profile profile(name, {next->profile.knots().begin(), next->profile.knots().end()});
+      const Profile& profile = next->profile;
       const std::string what = next->what + " (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
                                seconds(profile.duration()) + ")";
-      if (!bench_.agreed("Run " + what + "?")) {
-        return d;
-      }
-      train_.push_back(bench_.run(profile, "investigate: to tell tied effects apart"));
-      story_.rounds.back().then = "`" + name + "`: " + what + ", which was to bring the predictions " +
+      if (!bench_.agreed("Run, to fit to and once more to judge by: " + what + "?")) return d;
+      run_already_.insert(profile.name());
+      const std::string why = "investigate: to tell tied effects apart";
+      train_.push_back(bench_.run(named(profile, profile.name() + "-fit"), why));
+      held_out_.push_back(bench_.run(named(profile, profile.name() + "-judge"), why));
+      story_.rounds.back().then = "`" + profile.name() + "`: " + what + ", twice, which was to bring the predictions " +
                                   pretty(next->separation, 2) + " noise floors apart";
     }
   }
@@ -241,10 +264,15 @@ class Investigation {
     return d;
   }
 
-  /// The best experiment that this bench can make as it is wired, where it is worth making.
+  static Profile named(const Profile& profile, const std::string& name) {
+    return {name, {profile.knots().begin(), profile.knots().end()}};
+  }
+
+  /// The best experiment that this bench can make as it is wired, where it is worth making and has not been made.
   const Proposal* next_of(const Diagnosis& d) const {
     for (const Proposal& p : d.next) {
       if (p.separation < worth_an_experiment) break;
+      if (run_already_.contains(p.profile.name())) continue;
       if (std::ranges::all_of(p.record, [&](Signal s) { return bench_.measures(s); })) return &p;
     }
     return nullptr;
@@ -253,7 +281,8 @@ class Investigation {
   const InvestigateOptions& o_;
   Bench& bench_;
   std::vector<std::string> train_, held_out_;
-  bool recorded_first_ = false;
+  bool recorded_first_ = false, recorded_more_ = false;
+  std::set<std::string> run_already_;  // profiles that were to tell tied effects apart
   json rounds_ = json::array();
   json confirmed_;
   InvestigationStory story_;

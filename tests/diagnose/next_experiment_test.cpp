@@ -77,6 +77,24 @@ TEST(NextExperiment, StaysWithinTheReferencesThatTheDataHaveShown) {
   }
 }
 
+TEST(BroaderExperiments, AreLongerOnesOfAllKindsThatTheBenchAllows) {
+  const Model model = blind::fast_bench().model;
+  const auto names = [](const std::vector<Profile>& all) {
+    std::vector<std::string> list;
+    for (const Profile& p : all) list.push_back(p.name());
+    return list;
+  };
+  const std::vector<Profile> all = broader_experiments(model, {.low = -3, .high = 3});
+  EXPECT_THAT(names(all),
+              testing::ElementsAre("slow_ramp", "coast_down", "small_steps", "random_steps", "reversal", "staircase"));
+  EXPECT_THAT(names(broader_experiments(model, {.low = 0, .high = 3, .longest = 50})),
+              testing::ElementsAre("coast_down", "small_steps", "random_steps", "staircase"))
+      << "no reversal in one direction, no ramp of a minute";
+  for (const Profile& p : broader_experiments(model, {.low = -3, .high = 3, .limits = {{Signal::omega, 100.0}}})) {
+    EXPECT_LT(p.max(), 3) << p.name();
+  }
+}
+
 TEST(NextExperiment, IsSaidInASentence) {
   Proposal p{step("coast_down", 5, 1, 2, 3), "a step and a rest", {Signal::i_a}, 4.2};
   EXPECT_EQ(

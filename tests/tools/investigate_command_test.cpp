@@ -102,7 +102,9 @@ TEST_F(Investigate, RunsTheProposedExperimentWhereEffectsTie) {
   ASSERT_EQ(found["rounds"].size(), 2U) << last_->out() << last_->err();
   EXPECT_EQ(found["rounds"][0]["verdict"], "tied") << "one that turns one way tells friction from no load";
   ASSERT_EQ(found["sessions"].size(), 2U);
-  EXPECT_THAT(found["sessions"][1].get<std::string>(), HasSubstr("-1.h5")) << "no run at a limit of the bench";
+  EXPECT_THAT(found["sessions"][1].get<std::string>(), HasSubstr("-fit.h5")) << "no run at a limit of the bench";
+  ASSERT_EQ(found["held_out"].size(), 2U);
+  EXPECT_THAT(found["held_out"][1].get<std::string>(), HasSubstr("-judge.h5"));
   EXPECT_EQ(found["rounds"][1]["verdict"], "found");
   EXPECT_EQ(found["rounds"][1]["missing"][0]["id"], "coulomb_friction");
 }
