@@ -13,6 +13,7 @@
 #include "estimate/orders.h"
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
+#include "estimate/ringing.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -491,6 +492,26 @@ std::vector<Order> orders_left(const Fitted& fitted) {
   return strong_orders(stretches, 3);
 }
 
+/// [rad/s] at which what is left of the speed rings.
+double ringing_of(const Fitted& fitted) {
+  std::vector<std::vector<double>> left;
+  double interval = 0;  // [s] of the first record; others are left out
+  for (std::size_t i = 0; i < fitted.records.size(); ++i) {
+    const PreparedRun& record = fitted.records[i];
+    for (std::size_t s = 0; s < record.observations.size(); ++s) {
+      const Observation& o = record.observations[s];
+      if (o.signal != Signal::omega || o.slow || o.size() < 2) continue;
+      const std::vector<double>& t = record.excitation.t;
+      const double own = (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1);
+      if (interval == 0) interval = own;
+      if (std::abs(own - interval) > 0.01 * interval) continue;
+      const VectorXd& value = fitted.bases[i][s].plain.value;
+      left.emplace_back(value.begin(), value.end());
+    }
+  }
+  return ringing_frequency(left, interval);
+}
+
 /// Where a search for a formula starts: each shape as given, then half way to each of its bounds.
 std::vector<StartValues> starts_of_formula(const EffectInfo& about) {
   StartValues given{};
@@ -606,6 +627,7 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
     }
   }
 
+  fitted.seen.ringing = ringing_of(fitted);
   const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates));
   std::vector<std::vector<Evidence>> evidence(batches.size() * records.size());
   parallel_for(evidence.size(), [&](std::size_t k) {

@@ -39,6 +39,7 @@ struct Ranges {
   double heat = 0;            ///< [J] lost in R_a in the hottest run
   double inertia = 0;         ///< [kg m2] of the fitted model
   double rise = 0, fall = 0;  ///< [V/s] known limits of the driver
+  double ringing = 0;         ///< [rad/s] at which what is left of the speed rings; 0: it does not
 };
 
 /// Values of all parameters of one effect from which a search starts. (The library needs three, a user's formula may

@@ -66,9 +66,12 @@ struct ShaftCompliance {
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<double> frequencies{10, 30, 100, 300};  // [rad/s]
+    // A resonance is narrow: from a start a third beside it, no descent finds it.
+    if (seen.ringing > 0) frequencies.insert(frequencies.end(), {0.95 * seen.ringing, 1.05 * seen.ringing});
     std::vector<StartValues> all;
-    for (const double share : {0.2, 0.5}) {                        // of the inertia
-      for (const double frequency : {10.0, 30.0, 100.0, 300.0}) {  // [rad/s]
+    for (const double share : {0.2, 0.5}) {  // of the inertia
+      for (const double frequency : frequencies) {
         const double J_2 = share * seen.inertia, k = frequency * frequency * J_2 * (1 - share);
         all.push_back({k, 0.05 * k / frequency, J_2});
       }
