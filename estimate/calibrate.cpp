@@ -30,7 +30,12 @@ struct NormalEquations {
 class Problem {
  public:
   Problem(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options)
-      : records_(records), model_(model), options_(options), free_(model), moved_(moved_by(free_)) {
+      : records_(records),
+        model_(model),
+        options_(options),
+        free_(model),
+        moved_(moved_by(free_)),
+        turns_(records.size()) {
     for (const std::size_t place : free_.places()) {
       const Parameter& p = model.at(place);
       if (p.prior) priors_.push_back({prior_column(place), *p.prior});
@@ -39,17 +44,27 @@ class Problem {
 
   const FreeParameters& free() const { return free_; }
 
+  /// Where in a turn the records start is searched anew, in all of the turn; else it is followed from one call to the
+  /// next.
+  void search_turns() const {
+    std::ranges::fill(turns_, std::nullopt);
+    least_ = std::numeric_limits<double>::infinity();
+  }
+
   NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool with_blocks) const {
     const auto p = static_cast<Eigen::Index>(free_.size());
     const std::vector<double> values = free_.spread(x);
     std::vector<NormalEquations> each(records_.size());
+    std::vector<std::optional<double>> turns(records_.size());
     parallel_for(records_.size(), [&](std::size_t i) {
       const auto moved = with_sensitivities ? std::span(moved_) : std::span<const std::vector<std::size_t>>{};
       NormalEquations& n = each[i];
       n.sts.setZero(p, p);
       n.str.setZero(p);
       std::map<long, Eigen::VectorXd> blocks;
-      for (const Residuals& r : residuals(records_, i, records_[i].structure(model_), values, moved)) {
+      const ModelStructure structure = records_[i].structure(model_);
+      turns[i] = best_turn(records_[i], structure, values, turns_[i]);
+      for (const Residuals& r : residuals_at_turn(records_[i], structure, values, moved, *turns[i])) {
         if (!wanted(r.signal, options_)) continue;
         n.rtr += r.value.squaredNorm();
         if (!r.informed()) continue;
@@ -72,6 +87,10 @@ class Problem {
       sum.str[column] += r / prior.std;
       sum.rtr += r * r;
     }
+    if (sum.rtr <= least_) {  // a step that was too long may have left the valley: it is not followed
+      least_ = sum.rtr;
+      turns_ = std::move(turns);
+    }
     return sum;
   }
 
@@ -93,6 +112,8 @@ class Problem {
   FreeParameters free_;
   std::vector<std::vector<std::size_t>> moved_;
   std::vector<std::pair<Eigen::Index, Prior>> priors_;
+  mutable std::vector<std::optional<double>> turns_;  // of each record, where the cost was least
+  mutable double least_ = std::numeric_limits<double>::infinity();
 };
 
 /// The compressed sum of squares as Ceres sees it: p + 1 residuals.
@@ -159,6 +180,7 @@ struct Descent {
 Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations,
                 double tolerance) {
   constexpr int round_length = 8;
+  problem.search_turns();
   CompressedCost cost(problem);
   const auto places = problem.free().places();
   ceres::Solver::Options options;
@@ -292,6 +314,7 @@ Identifiability identifiability_of(const NormalEquations& n, const Model& model,
 /// Standard errors and identifiability at the optimum; parameters on a bound are left out of the covariance.
 void judge(Calibration& result, const Problem& problem, std::span<const double> x) {
   const FreeParameters& free = problem.free();
+  problem.search_turns();
   const NormalEquations n = problem.normal_equations(x, true, true);
   const std::vector<std::string> names = result.model.names();
   const auto p = static_cast<Eigen::Index>(free.size());
@@ -371,9 +394,10 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
       options.extra_starts > 0 ? shortest_records(records) : std::vector<PreparedRun>{};
   const Problem glance(part, model, options);
   NormalEquations at_best;
-  if (options.extra_starts > 0) at_best = problem.normal_equations(best.x, true, false);
+  if (options.extra_starts > 0) at_best = problem.normal_equations(best.x, true, false);  // at the turns of its descent
   for (int s = 0; s < options.extra_starts; ++s) {
     const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
+    problem.search_turns();
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
     if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;
     Descent other = descend(problem, model, rough.x, options.max_iterations, options.tolerance);

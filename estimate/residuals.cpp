@@ -177,7 +177,8 @@ void project_off_last(std::vector<Residuals>& out) {
 
 }  // namespace
 
-double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> parameters) {
+double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> parameters,
+                 std::optional<double> near) {
   const std::vector<double> orders = orders_of(structure, parameters);
   if (orders.empty()) return 0;
   // A scan over a period, since there is a valley for each; then two steps of Newton's.
@@ -187,8 +188,8 @@ double best_turn(const PreparedRun& record, const ModelStructure& structure, std
   std::vector<double> values(parameters.begin(), parameters.end());
   values.push_back(0);
   std::vector<Residuals> out = room_for(record);
-  double best = 0, least = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < steps; ++k) {
+  double best = near.value_or(0), least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < (near ? 0 : steps); ++k) {
     values.back() = period * k / steps;
     all_passes(record, structure, values, {}, out);
     if (const double cost = sum_of_squares(out); cost < least) {
@@ -197,7 +198,7 @@ double best_turn(const PreparedRun& record, const ModelStructure& structure, std
     }
   }
   const std::vector<std::vector<std::size_t>> turn{{values.size() - 1}};
-  for (int k = 0; k < 2; ++k) {
+  for (int k = 0; k < (near ? 1 : 2); ++k) {
     values.back() = best;
     out = room_for(record);
     all_passes(record, structure, values, turn, out);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -34,7 +35,10 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size
 
 /// Where in a turn a run starts, for a structure with effects that repeat with the angle: where they fit it best. 0 for
 /// any other.
-double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values);
+/// @param near where it was for values like these: one step from there, in place of a scan of the turn (which takes as
+/// many simulations as a turn has valleys, eight times)
+double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+                 std::optional<double> near = {});
 
 /// The residuals of one record at a known turn; what a little more of it would do is projected off the sensitivities.
 std::vector<Residuals> residuals_at_turn(const PreparedRun& record, const ModelStructure& structure,
