@@ -71,11 +71,11 @@ h5::Id text_type() {
   return type;
 }
 
+/// Of datasets. Said to be ASCII, though UTF-8 is written where a text needs it: Octave opens no file that says UTF-8.
 h5::Id text_type(std::size_t size) {
   h5::Id type(H5Tcopy(H5T_C_S1));
   H5Tset_size(type, size);
   H5Tset_strpad(type, H5T_STR_NULLPAD);
-  H5Tset_cset(type, H5T_CSET_UTF8);
   return type;
 }
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "session/spec.h"
-#include "tests/session/python.h"
+#include "tests/session/foreign_readers.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "session/spec.h"
-#include "tests/session/python.h"
+#include "tests/session/foreign_readers.h"
 #include "tests/session/scratch.h"
 
 // HDF5 1.10.8 itself loses 120 bytes each time it fails to open a damaged file.
@@ -196,6 +196,26 @@ TEST_F(Writer, CanBeReadWhileItRecords) {
   append(writer, 700, 100);
   writer.finish();
   EXPECT_EQ(read_session(path("s.h5")).runs.at(0).at(Signal::omega).t.size(), 800u);
+}
+
+TEST_F(Writer, OpensInOctaveWhateverLettersThereAre) {
+  {
+    SessionWriter::Description own = description();
+    own.config = "name: b\xC3\xA4nk\n";
+    SessionWriter writer(path("s.h5"), own);
+    append(writer, 0, 700);
+    writer.append(Event{0.5, 3, "mit \xC3\x96l"});
+    writer.finish();
+  }
+  const std::string out = octave("s = load('-hdf5', '" + path("s.h5").string() + R"(');
+printf('%d %g %g ', numel(s.signals.omega.t), s.signals.omega.t(3), s.signals.omega.value(3));
+printf('[%s] [%s]', strtrim(s.config), strtrim(strrep(s.events.text(end, :), char(0), ' ')));
+)");
+  const Session session = read_session(path("s.h5"));
+  const Series& omega = session.runs.at(0).at(Signal::omega);
+  char numbers[64];
+  std::snprintf(numbers, sizeof numbers, "%d %g %g ", 700, omega.t[2], omega.value[2]);
+  EXPECT_EQ(out, std::string(numbers) + "[name: b\xC3\xA4nk] [mit \xC3\x96l]");
 }
 
 TEST_F(Writer, ASessionThatIsBeingRecordedIsNotRepaired) {
