@@ -147,16 +147,18 @@ class Search {
   std::optional<Two> fewer(const Round& first, const Trial& many, std::size_t begun_with) {
     constexpr std::size_t followed = 3;
     constexpr double near = 0.5;  // of what the best first step removed of the cost
-    std::vector<std::pair<Score, Trial>> begun = first.refits;
-    if (begun.empty()) return std::nullopt;
-    std::ranges::stable_sort(begun, {}, [](const auto& r) { return r.second.cost; });
-    const double most = first.fitted.cost - begun.front().second.cost;
-    std::erase_if(begun, [&](const auto& r) {
-      return r.first.effect == begun_with || first.fitted.cost - r.second.cost < near * most;
+    if (first.refits.empty()) return std::nullopt;
+    std::vector<const std::pair<Score, Trial>*> begun;
+    for (const auto& refit : first.refits) begun.push_back(&refit);
+    std::ranges::stable_sort(begun, {}, [](const auto* r) { return r->second.cost; });
+    const double most = first.fitted.cost - begun.front()->second.cost;
+    std::erase_if(begun, [&](const auto* r) {
+      return r->first.effect == begun_with || first.fitted.cost - r->second.cost < near * most;
     });
-    if (begun.size() > followed) begun.erase(begun.begin() + followed, begun.end());
+    if (begun.size() > followed) begun.resize(followed);
     std::optional<Two> found;
-    for (const auto& [score, trial] : begun) {
+    for (const auto* step : begun) {
+      const auto& [score, trial] = *step;
       for (const auto& [second, both] : round({score.effect}, [&] { return trial; }).refits) {
         if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
         if (remainder(both.held_out, options_.materiality)) continue;

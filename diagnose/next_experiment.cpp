@@ -65,6 +65,18 @@ std::vector<Experiment> menu(double low, double high) {
   return all;
 }
 
+/// What of it the bench has the time for, in levels with which the model foresees no run near a limit.
+std::vector<Experiment> allowed_menu(double low, double high, const Model& model, const Reach& reach) {
+  std::vector<Experiment> allowed;
+  for (Experiment& experiment : menu(low, high)) {
+    if (experiment.profile.duration() > reach.longest) continue;
+    if (auto profile = within_limits(experiment.profile, model, reach.limits)) {
+      allowed.push_back({std::move(*profile), std::move(experiment.what)});
+    }
+  }
+  return allowed;
+}
+
 /// What the instruments would read of a model.
 std::optional<Run> simulated(const Profile& profile, const Model& model, std::vector<Instrument> instruments) {
   double fastest = longest_interval;
@@ -166,11 +178,10 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
     if (known_as == own.end() || known_as->window > 0) additions.push_back({signal});
   }
   std::vector<Proposal> proposals;
-  for (const Experiment& experiment : menu(low, high)) {
-    if (experiment.profile.duration() > reach.longest) continue;
-    const std::optional<Profile> profile = within_limits(experiment.profile, one, reach.limits);
-    if (!profile) continue;
-    for (const std::vector<Signal>& added : additions) proposals.push_back({*profile, experiment.what, added, 0});
+  for (const Experiment& experiment : allowed_menu(low, high, one, reach)) {
+    for (const std::vector<Signal>& added : additions) {
+      proposals.push_back({experiment.profile, experiment.what, added, 0});
+    }
   }
   parallel_for(proposals.size(), [&](std::size_t i) {
     Proposal& proposal = proposals[i];
@@ -199,9 +210,8 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
 
 std::vector<Profile> broader_experiments(const Model& model, const Reach& reach) {
   std::vector<Profile> all;
-  for (const Experiment& experiment : menu(reach.low, reach.high)) {
-    if (experiment.profile.name() == heat_soak || experiment.profile.duration() > reach.longest) continue;
-    if (auto profile = within_limits(experiment.profile, model, reach.limits)) all.push_back(std::move(*profile));
+  for (const Experiment& experiment : allowed_menu(reach.low, reach.high, model, reach)) {
+    if (experiment.profile.name() != heat_soak) all.push_back(experiment.profile);
   }
   std::ranges::rotate(all, all.begin() + (all.empty() ? 0 : 1));  // the staircase is the menu's first
   return all;

@@ -472,44 +472,46 @@ Score score_of_order(const Fitted& fitted, const Hypothesis& h, const std::vecto
   return result;
 }
 
-/// The orders that stand out of what is left of the speed.
-std::vector<Order> orders_left(const Fitted& fitted) {
-  std::vector<TurningStretch> stretches;
+/// Calls visit(record, o, left, interval) for each speed that was read fast, with what is left of it and the [s]
+/// between its readings.
+template <class Visit>
+void for_each_fast_speed(const Fitted& fitted, const Visit& visit) {
   for (std::size_t i = 0; i < fitted.records.size(); ++i) {
     const PreparedRun& record = fitted.records[i];
-    const Excitation& x = record.excitation;
-    if (x.angle.empty()) continue;
+    const std::vector<double>& t = record.excitation.t;
     for (std::size_t s = 0; s < record.observations.size(); ++s) {
       const Observation& o = record.observations[s];
       if (o.signal != Signal::omega || o.slow || o.size() < 2) continue;
       const VectorXd& left = fitted.bases[i][s].plain.value;
-      const double interval = (x.t[o.last.back()] - x.t[o.last.front()]) / static_cast<double>(o.size() - 1);
-      TurningStretch stretch{{}, without_slow_changes({left.begin(), left.end()}, interval)};
-      for (const std::uint32_t k : o.last) stretch.angle.push_back(x.angle[k]);
-      stretches.push_back(std::move(stretch));
+      visit(record, o, std::vector<double>(left.begin(), left.end()),
+            (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1));
     }
   }
+}
+
+/// The orders that stand out of what is left of the speed.
+std::vector<Order> orders_left(const Fitted& fitted) {
+  std::vector<TurningStretch> stretches;
+  for_each_fast_speed(fitted,
+                      [&](const PreparedRun& record, const Observation& o, std::vector<double> left, double interval) {
+                        const Excitation& x = record.excitation;
+                        if (x.angle.empty()) return;
+                        TurningStretch stretch{{}, without_slow_changes(std::move(left), interval)};
+                        for (const std::uint32_t k : o.last) stretch.angle.push_back(x.angle[k]);
+                        stretches.push_back(std::move(stretch));
+                      });
   return strong_orders(stretches, 3);
 }
 
 /// [rad/s] at which what is left of the speed rings.
 double ringing_of(const Fitted& fitted) {
-  std::vector<std::vector<double>> left;
-  double interval = 0;  // [s] of the first record; others are left out
-  for (std::size_t i = 0; i < fitted.records.size(); ++i) {
-    const PreparedRun& record = fitted.records[i];
-    for (std::size_t s = 0; s < record.observations.size(); ++s) {
-      const Observation& o = record.observations[s];
-      if (o.signal != Signal::omega || o.slow || o.size() < 2) continue;
-      const std::vector<double>& t = record.excitation.t;
-      const double own = (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1);
-      if (interval == 0) interval = own;
-      if (std::abs(own - interval) > 0.01 * interval) continue;
-      const VectorXd& value = fitted.bases[i][s].plain.value;
-      left.emplace_back(value.begin(), value.end());
-    }
-  }
-  return ringing_frequency(left, interval);
+  std::vector<std::vector<double>> all;
+  double common = 0;  // [s] between the readings of the first record; others are left out
+  for_each_fast_speed(fitted, [&](const PreparedRun&, const Observation&, std::vector<double> left, double interval) {
+    if (common == 0) common = interval;
+    if (std::abs(interval - common) <= 0.01 * common) all.push_back(std::move(left));
+  });
+  return ringing_frequency(all, common);
 }
 
 /// Where a search for a formula starts: each shape as given, then half way to each of its bounds.

@@ -46,13 +46,13 @@ class Bench {
     const nlohmann::json config = daemon_.call("config", nlohmann::json::object());
     name_ = config["bench"];
     rate_ = config["rate"];
-    low_ = o.reach * config["reference"]["min"].get<double>();
-    high_ = o.reach * config["reference"]["max"].get<double>();
+    reach_.low = o.reach * config["reference"]["min"].get<double>();
+    reach_.high = o.reach * config["reference"]["max"].get<double>();
     const auto limits = parse_bench(config["text"], config["file"].get<std::string>()).limits;
-    longest_ = limits.time.value_or(longest_);
-    if (limits.i_a) limits_[Signal::i_a] = *limits.i_a;
-    if (limits.omega) limits_[Signal::omega] = *limits.omega;
-    if (limits.torque) limits_[Signal::torque] = *limits.torque;
+    reach_.longest = limits.time.value_or(reach_.longest);
+    if (limits.i_a) reach_.limits[Signal::i_a] = *limits.i_a;
+    if (limits.omega) reach_.limits[Signal::omega] = *limits.omega;
+    if (limits.torque) reach_.limits[Signal::torque] = *limits.torque;
     for (const auto& channel : config["channels"]) {
       if (const auto signal = signal_named(channel["signal"].get<std::string>())) signals_.push_back(*signal);
     }
@@ -62,9 +62,7 @@ class Bench {
 
   const std::string& name() const { return name_; }
   double rate() const { return rate_; }  ///< [Hz]
-  double low() const { return low_; }    ///< [V]
-  double high() const { return high_; }  ///< [V]
-  Reach reach() const { return {.low = low_, .high = high_, .longest = longest_, .limits = limits_}; }
+  const Reach& reach() const { return reach_; }
   bool measures(Signal signal) const { return std::ranges::find(signals_, signal) != signals_.end(); }
 
   /// Asks before the motor moves. @throws Error where there is nobody to ask.
@@ -99,9 +97,8 @@ class Bench {
   Client daemon_;
   bool yes_;
   std::string name_;
-  double rate_ = 0, low_ = 0, high_ = 0;
-  double longest_ = unbounded;  // [s] a run may take
-  SignalLimits limits_;
+  double rate_ = 0;
+  Reach reach_;
   std::vector<Signal> signals_;
 };
 
@@ -123,13 +120,13 @@ class Investigation {
 
   /// Where no sessions are at hand yet, or those at hand cannot tell. @return false where nobody agrees
   bool record_first(const std::string& why) {
-    const Experiments first = first_experiments(bench_.low(), bench_.high(), o_.settle);
+    const Experiments first = first_experiments(bench_.reach().low, bench_.reach().high, o_.settle);
     double total = 0;
     for (const auto* list : {&first.train, &first.held_out}) {
       for (const Profile& p : *list) total += p.duration();
     }
-    if (!bench_.agreed(why + " Six experiments: " + pretty(bench_.low()) + " to " + pretty(bench_.high()) + " V, " +
-                       seconds(total) + " in all?")) {
+    if (!bench_.agreed(why + " Six experiments: " + pretty(bench_.reach().low) + " to " + pretty(bench_.reach().high) +
+                       " V, " + seconds(total) + " in all?")) {
       return false;
     }
     recorded_first_ = true;
@@ -189,7 +186,7 @@ class Investigation {
   /// Predicts a run that is yet to be made, then makes it. @return its error in multiples of the noise floor
   std::optional<double> confirm(const Diagnosis& d) {
     const auto seed = static_cast<std::uint64_t>(o_.seed);
-    const Profile planned = confirming_experiment(bench_.low(), bench_.high(), o_.settle, seed);
+    const Profile planned = confirming_experiment(bench_.reach().low, bench_.reach().high, o_.settle, seed);
     const Profile profile = within_limits(planned, d.final, bench_.reach().limits).value_or(planned);
     const std::string said = (std::filesystem::path(o_.folder) / "prediction.csv").string();
     write_session(said, prediction(d.final, profile, bench_.rate()));
