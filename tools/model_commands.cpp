@@ -330,15 +330,15 @@ int diagnose_command(const ModelOptions& o) {
   Diagnosis d = diagnose(train, held_out, model, options);
   progress.clear();
   for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, o.sessions});
+  json result = to_json(d);
   LikelihoodIntervals intervals;
   if (o.intervals) {
     const Dataset data = prepare(train, held_out, d.final);
     CalibrationOptions from_there;
     from_there.extra_starts = 0;
     intervals = profile_likelihoods(data.train, calibrate(data.train, d.final, from_there));
+    result["parameters"] = parameters_json(d.final, intervals);
   }
-  json result = to_json(d);
-  result["parameters"] = parameters_json(d.final, intervals);
   write_json(o.json_file, result);
   if (o.json_file == "-") return 0;
 
