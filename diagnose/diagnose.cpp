@@ -26,6 +26,15 @@ bool needed(std::size_t effect, const Model& model) {
   });
 }
 
+/// Which of the effects found shapes the same edges as this one, if any?
+std::optional<std::size_t> kin_of(std::size_t effect, const std::vector<std::size_t>& found, const Model& model) {
+  if (!model.about(effect).edges) return std::nullopt;
+  for (const std::size_t other : found) {
+    if (other != effect && model.about(other).edges) return other;
+  }
+  return std::nullopt;
+}
+
 /// A model fitted to the training runs and judged on runs that it never saw.
 struct Trial {
   Model model;
@@ -113,14 +122,20 @@ class Search {
     std::array<std::size_t, 2> effects{};
     Trial trial;
   };
-  std::optional<Two> two_at_once(const Round& round, const Materiality& rule) const {
+  std::optional<Two> two_at_once(const Round& round, const std::vector<std::size_t>& added,
+                                 const Materiality& rule) const {
     constexpr std::size_t tried = 4;    // the best scored: six pairs
     constexpr double most_of_it = 0.5;  // of the largest remainder: two amplitudes can do a little of anything
+    constexpr int few = 4;              // steps, by which
+    constexpr double half_way = 0.5;    // of that must be done for a fit to go on
     const Loss& alone = round.fitted.held_out;
     const double left = largest_excess(alone);
     if (left < rule.remainder) return std::nullopt;
+    const double left_in_training = largest_excess(trained(round.fitted.model));
     std::vector<Score> best = promising(round.scores, options_.score);
-    std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, round.fitted.model); });
+    std::erase_if(best, [&](const Score& s) {
+      return !makes_sense(s.effect, round.fitted.model) || kin_of(s.effect, added, round.fitted.model);
+    });
     if (best.size() > tried) best.resize(tried);
     std::optional<Two> found;
     for (std::size_t i = 0; i + 1 < best.size(); ++i) {
@@ -130,7 +145,9 @@ class Search {
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
         start.others.clear();  // they belong to a model without the first
-        Two two{{best[i].effect, best[j].effect}, fit(with_effect(data_.train, one, squares, best[j].effect, start))};
+        const Model begun = first_steps(with_effect(data_.train, one, squares, best[j].effect, start), few).model;
+        if (largest_excess(trained(begun)) > (1 - half_way * most_of_it) * left_in_training) continue;
+        Two two{{best[i].effect, best[j].effect}, fit(begun)};
         if (largest_excess(two.trial.held_out) > (1 - most_of_it) * left) continue;
         if (found && found->trial.held_out.error() <= two.trial.held_out.error()) continue;
         if (!material(alone, two.trial.held_out, rule)) continue;
@@ -186,6 +203,12 @@ class Search {
     double largest = 0;
     for (const auto& [signal, mean_square] : loss.mean_squares()) largest = std::max(largest, mean_square - 1);
     return largest;
+  }
+
+  Loss trained(const Model& model) const {
+    Loss loss(data_.noise);
+    loss.add(data_.train, residuals(data_.train, model, model.values(), {}));
+    return loss;
   }
 
   /// Is some signal so far above its floor that anything material could be removed?
@@ -365,6 +388,19 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   d.where = residual_maps(all, d.base);
   if (current.held_out.error() > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
 
+  // Two that shape the same edges: of a filter with two poles, a lag leaves what a delay takes away. Another effect is
+  // one that removes a material share of what was there before both.
+  std::map<std::size_t, Loss> before;  // each effect was added
+  const auto mends_another = [&](std::size_t effect, const std::vector<std::size_t>& others, const Loss& without,
+                                 const Loss& with) {
+    const auto kin = kin_of(effect, others, model);
+    if (!kin) return false;
+    const auto own = before.find(effect);
+    const Loss& both =
+        own != before.end() && own->second.error() > before.at(*kin).error() ? own->second : before.at(*kin);
+    return !takes_share(both, rule.edge_share, without, with, rule);
+  };
+
   // Forward: add what removes most, until nothing material is left to remove.
   std::vector<std::size_t> found;
   while (found.size() < options.longest_list) {
@@ -373,22 +409,27 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     std::vector<std::pair<Score, Trial>> trials = round.refits;
     for (const Score& s : round.scores) remember(d.candidates, s, {});
     for (const auto& [s, trial] : trials) remember(d.candidates, s, trial.held_out.error());
+    std::erase_if(trials, [&](const auto& t) {
+      return mends_another(t.first.effect, found, current.held_out, t.second.held_out);
+    });
     const auto* best = best_of(trials, current, rule);
     while (best != nullptr && !search.determined(best->second.model, best->first.effect)) {
       std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
       best = best_of(trials, current, rule);
     }
     if (best == nullptr) {
-      auto two = search.two_at_once(round, rule);
+      auto two = search.two_at_once(round, found, rule);
       if (!two) break;
       for (const std::size_t effect : two->effects) {
         found.push_back(effect);
+        before.insert_or_assign(effect, current.held_out);
         d.steps.push_back({"added " + id(effect), effect, two->trial.train, two->trial.held_out.error()});
       }
       current = std::move(two->trial);
       continue;
     }
     found.push_back(best->first.effect);
+    before.insert_or_assign(found.back(), current.held_out);
     current = search.fit_to_the_end(best->second.model);
     remember(d.candidates, best->first, current.held_out.error());
     d.steps.push_back({"added " + id(found.back()), found.back(), current.train, current.held_out.error()});
@@ -398,7 +439,9 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   if (found.size() >= 3) {
     progress(0.55, "trying fewer");
     if (auto two = search.fewer(search.round({}, [&] { return current; }), current, found.front())) {
+      const Loss first = before.at(found.front());
       found.assign(two->effects.begin(), two->effects.end());
+      for (const std::size_t effect : found) before.insert_or_assign(effect, first);
       d.steps.push_back(
           {id(found[0]) + " and " + id(found[1]) + " instead", {}, two->trial.train, two->trial.held_out.error()});
       current = std::move(two->trial);
@@ -426,6 +469,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
             {"swapped " + id(member) + " for " + id(s.effect), s.effect, trial.train, trial.held_out.error()});
         current = trial;
         found[i] = s.effect;
+        before.insert_or_assign(s.effect, before.at(member));
         rivals.erase(member);
       } else if (tied(current.held_out, trial.held_out, rule)) {
         rivals[found[i]].emplace_back(s.effect, trial.model);
@@ -441,10 +485,18 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       ++i;
       continue;
     }
-    Model without = current.model;
-    without.exclude(found[i]);
-    Trial reduced = search.fit(without);
-    if (material(reduced.held_out, current.held_out, rule)) {
+    const auto fitted_without = [&](std::size_t effect) {
+      Model without = current.model;
+      without.exclude(effect);
+      return search.fit(without);
+    };
+    Trial reduced = fitted_without(found[i]);
+    bool stays = material(reduced.held_out, current.held_out, rule);
+    if (stays && mends_another(found[i], found, reduced.held_out, current.held_out)) {
+      // The lesser of the two goes.
+      stays = fitted_without(*kin_of(found[i], found, model)).held_out.error() < reduced.held_out.error();
+    }
+    if (stays) {
       ++i;
       continue;
     }

@@ -69,22 +69,18 @@ std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Los
   return differences;
 }
 
-namespace {
-
-bool materially_better(const Loss& without, const Loss& with, const Materiality& rule) {
-  const auto mean = without.mean_squares();
+bool takes_share(const Loss& before, double share, const Loss& without, const Loss& with, const Materiality& rule) {
+  const auto mean = before.mean_squares();
   return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {
     const auto& [signal, d] = entry;
     const double excess = mean.at(signal) - 1;  // at the floor there is nothing left to remove
-    return excess >= rule.least && d.gain >= rule.share * excess && d.gain >= rule.least &&
+    return excess >= rule.least && d.gain >= share * excess && d.gain >= rule.least &&
            d.gain > rule.errors * d.noise_error;
   });
 }
 
-}  // namespace
-
 bool material(const Loss& without, const Loss& with, const Materiality& rule) {
-  return with.error() < without.error() && materially_better(without, with, rule);
+  return with.error() < without.error() && takes_share(without, rule.share, without, with, rule);
 }
 
 bool tied(const Loss& best, const Loss& other, const Materiality& rule) {

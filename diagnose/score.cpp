@@ -615,13 +615,14 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
   fitted.bases.resize(records.size());
   const std::vector<double> values = model.values();
   const std::vector<std::vector<std::size_t>> moved = moved_by(free);
-  parallel_for(records.size(), [&](std::size_t i) {
+  const auto fit_of = [&](std::size_t i) {
     const ModelStructure structure = records[i].structure(model);
     fitted.turns[i] = best_turn(records[i], structure, values);
     for (Residuals& r : residuals_at_turn(records[i], structure, values, moved, fitted.turns[i])) {
       fitted.bases[i].push_back(make_base(std::move(r)));
     }
-  });
+  };
+  parallel_for(records.size(), fit_of, [&](std::size_t i) { return records[i].length(); });
   for (const auto& bases : fitted.bases) {
     for (const Base& base : bases) {
       fitted.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);
@@ -632,9 +633,10 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
   fitted.seen.ringing = ringing_of(fitted);
   const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates));
   std::vector<std::vector<Evidence>> evidence(batches.size() * records.size());
-  parallel_for(evidence.size(), [&](std::size_t k) {
-    evidence[k] = evidence_of(fitted, k % records.size(), batches[k / records.size()]);
-  });
+  parallel_for(
+      evidence.size(),
+      [&](std::size_t k) { evidence[k] = evidence_of(fitted, k % records.size(), batches[k / records.size()]); },
+      [&](std::size_t k) { return records[k % records.size()].length(); });
 
   // The best of a candidate's hypotheses; the more there are, the less its p-value is worth.
   std::map<std::size_t, std::vector<Score>> of_effect;

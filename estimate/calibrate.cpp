@@ -56,7 +56,7 @@ class Problem {
     const std::vector<double> values = free_.spread(x);
     std::vector<NormalEquations> each(records_.size());
     std::vector<std::optional<double>> turns(records_.size());
-    parallel_for(records_.size(), [&](std::size_t i) {
+    const auto one = [&](std::size_t i) {
       const auto moved = with_sensitivities ? std::span(moved_) : std::span<const std::vector<std::size_t>>{};
       NormalEquations& n = each[i];
       n.sts.setZero(p, p);
@@ -73,7 +73,8 @@ class Problem {
         if (with_blocks) add_blocks(records_[i], r, blocks);
       }
       for (auto& [block, gradient] : blocks) n.block_gradients.push_back(std::move(gradient));
-    });
+    };
+    parallel_for(records_.size(), one, [&](std::size_t i) { return records_[i].length(); });
     NormalEquations sum{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p), 0, {}};
     for (NormalEquations& n : each) {
       sum.sts += n.sts;
@@ -260,11 +261,11 @@ std::vector<double> other_start(const Problem& problem, const Model& model, std:
 /// The shorter records, up to a quarter of the samples, at least two where there are.
 std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records) {
   std::vector<PreparedRun> part(records.begin(), records.end());
-  std::ranges::stable_sort(part, {}, [](const PreparedRun& r) { return r.excitation.t.size(); });
+  std::ranges::stable_sort(part, {}, [](const PreparedRun& r) { return r.length(); });
   std::size_t total = 0, taken = 0, keep = 0;
-  for (const PreparedRun& r : part) total += r.excitation.t.size();
-  while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].excitation.t.size()) <= total)) {
-    taken += part[keep++].excitation.t.size();
+  for (const PreparedRun& r : part) total += r.length();
+  while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].length()) <= total)) {
+    taken += part[keep++].length();
   }
   part.resize(keep);
   return part;

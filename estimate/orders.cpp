@@ -100,7 +100,7 @@ FittedWave fitted_wave(const TurningStretch& s, double per_turn) {
   const double mean = mean_of(s.value);
   const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(s.value.data(), w.rows()).array() - mean;
   const Eigen::Matrix2d information = w.transpose() * w;
-  if (information.determinant() < 1e-6 * information(0, 0) * information(1, 1)) return {};
+  if (information.determinant() <= 1e-6 * information(0, 0) * information(1, 1)) return {};
   const Eigen::Vector2d product = w.transpose() * y;
   const Eigen::Vector2d size = information.inverse() * product;
   return {size, size.dot(product)};
@@ -223,7 +223,7 @@ void remove_orders(TurningStretch& stretch, std::span<const Order> orders) {
     const Eigen::MatrixXd w = waves(stretch, order.per_turn);
     Eigen::Map<Eigen::VectorXd> y(stretch.value.data(), w.rows());
     const Eigen::Matrix2d information = w.transpose() * w;
-    if (information.determinant() < 1e-6 * information(0, 0) * information(1, 1)) continue;
+    if (information.determinant() <= 1e-6 * information(0, 0) * information(1, 1)) continue;
     y -= w * (information.inverse() * (w.transpose() * y));
   }
 }

@@ -4,7 +4,9 @@
 #include <atomic>
 #include <cstddef>
 #include <exception>
+#include <functional>
 #include <mutex>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -36,6 +38,16 @@ void parallel_for(std::size_t n, const Function& f) {
   work();
   threads.clear();
   if (failure) std::rethrow_exception(failure);
+}
+
+/// The same, what takes longest first: the last to be taken then keeps one core the least.
+/// @param length_of the work of f(i), in any unit
+template <class Function, class Length>
+void parallel_for(std::size_t n, const Function& f, const Length& length_of) {
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater{}, length_of);
+  parallel_for(n, [&](std::size_t k) { f(order[k]); });
 }
 
 }  // namespace emtb

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "estimate/orders.h"
 #include "estimate/scatter.h"
 #include "estimate/shaft_angle.h"
 #include "hal/error.h"
@@ -132,18 +133,49 @@ std::vector<double> quiet_speed(const Run& run, std::span<const double> grid) {
   return moving_mean(raw, trusted_reach(raw, std::vector<std::size_t>(grid.size(), longest), noise));
 }
 
+/// What repeats with the angle of the shaft in a reading, by pieces of two seconds: a mean over a turn would take it
+/// away with the noise.
+std::vector<double> ripple_of(std::span<const double> x, std::span<const double> angle, double interval) {
+  constexpr double piece = 2;  // [s]
+  constexpr std::size_t most_orders = 3;
+  std::vector<double> ripple(x.size(), 0.0);
+  if (angle.empty()) return ripple;
+  const std::vector<double> quick = without_slow_changes({x.begin(), x.end()}, interval);
+  const auto size = static_cast<std::size_t>(std::max(16.0, std::round(piece / interval)));
+  std::vector<TurningStretch> pieces;
+  for (std::size_t from = 0; from < x.size(); from += size) {
+    const auto begin = static_cast<std::ptrdiff_t>(from),
+               end = static_cast<std::ptrdiff_t>(std::min(from + size, x.size()));
+    pieces.push_back({{angle.begin() + begin, angle.begin() + end}, {quick.begin() + begin, quick.begin() + end}});
+  }
+  const std::vector<Order> orders = strong_orders(pieces, most_orders);
+  if (orders.empty()) return ripple;
+  std::size_t k = 0;
+  for (TurningStretch& p : pieces) {
+    remove_orders(p, orders);
+    for (const double rest : p.value) {
+      ripple[k] = quick[k] - rest;
+      ++k;
+    }
+  }
+  return ripple;
+}
+
 /// The gauge's reading as a load, its noise averaged away where it stands still. Nothing where it reads zero
 /// throughout: then K_m, B, J and the frictions share a common factor anyway, and a load of pure noise would only add
 /// its noise.
 void load_with_measured_torque(PreparedRun& record, const Series& torque) {
   const std::span<const double> grid = record.excitation.t;
-  const std::vector<double> raw = on_grid(torque, grid, record.name + ": torque_Nm");
+  std::vector<double> raw = on_grid(torque, grid, record.name + ": torque_Nm");
   const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const std::vector<double> ripple = ripple_of(raw, record.excitation.angle, interval);
+  std::ranges::transform(raw, ripple, raw.begin(), std::minus{});
   const auto samples = [&](double seconds) { return static_cast<std::size_t>(std::max(1.0, seconds / interval)); };
   const ColouredNoise noise = coloured_noise(raw, torque.lsb / std::sqrt(12.0));
   const std::vector<std::size_t> half =
       trusted_reach(raw, std::vector<std::size_t>(grid.size(), samples(longest_smoothing)), noise);
   std::vector<double> load = moving_mean(raw, half);
+  std::ranges::transform(load, ripple, load.begin(), std::plus{});
   InputNoise left = noise_of_means(noise, half, interval);
   bool loaded = false;
   for (std::size_t k = 0; k < load.size() && !loaded; ++k) {

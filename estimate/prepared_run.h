@@ -62,6 +62,8 @@ struct PreparedRun {
   InputNoise load_noise;     ///< [N m] of the measured torque
   std::vector<Observation> observations;
 
+  std::size_t length() const { return excitation.t.size(); }
+
   /// The model's equations as this record drives them.
   ModelStructure structure(const Model& model) const;
 };

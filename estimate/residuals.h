@@ -35,8 +35,7 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size
 
 /// Where in a turn a run starts, for a structure with effects that repeat with the angle: where they fit it best. 0 for
 /// any other.
-/// @param near where it was for values like these: one step from there, in place of a scan of the turn (which takes as
-/// many simulations as a turn has valleys, eight times)
+/// @param near where it was for values like these: one step from there, in place of a search in all of the turn
 double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
                  std::optional<double> near = {});
 

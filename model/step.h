@@ -481,6 +481,7 @@ class Machine {
     terms_.omega_reading = omega;
     terms_.i_a_reading = i_a;
     terms_.torque_reading = terms_.load_torque;
+    terms_.load_offset = Scalar(0.0);
     const Scalar angle = in.angle_end ? turned_ + *in.angle_end : theta;
     apply(sensor_parts_,
           {.t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = angle});

@@ -170,6 +170,23 @@ TEST(Diagnose, NamesTheLagOfTheTacho) {
   EXPECT_NEAR(fitted(d, "tau"), 8e-3, 0.4e-3);
 }
 
+TEST(Diagnose, CallsADriverWithTwoPolesALagAndNoDelayToo) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.lag = 0.006;  // [s] two of half of it
+  bench.plant.laws = simulated::Laws::other;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("driver_lag")) << report(d);
+  EXPECT_NEAR(fitted(d, "tau"), 0.006, 1e-3);
+}
+
+TEST(Diagnose, NamesALagAndADelayWhereBothAreThere) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.lag = 0.004;    // [s]
+  bench.plant.driver.delay = 0.003;  // [s]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), testing::UnorderedElementsAre("driver_lag", "driver_delay")) << report(d);
+}
+
 TEST(Diagnose, NamesTwoEffectsThatAreBothThere) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.friction.T_c = 0.003;

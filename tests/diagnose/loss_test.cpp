@@ -76,6 +76,15 @@ TEST_F(Losses, DoNotCountASmallPartOfALargeExcess) {
   EXPECT_FALSE(material(before, after));
 }
 
+TEST_F(Losses, CountAShareOfWhatWasThereBeforeAnother) {
+  const Loss before = loss([](double t) { return 5 * std::sin(t); });  // 12.5 of the mean square
+  const Loss without = loss([](double t) { return 1 * std::sin(t); });
+  const Loss with = loss([](double) { return 0.0; });  // 0.5 more: all that was left, 4 % of what was
+  EXPECT_TRUE(material(without, with));
+  EXPECT_FALSE(takes_share(before, 0.1, without, with));
+  EXPECT_TRUE(takes_share(before, 0.03, without, with));
+}
+
 TEST_F(Losses, ScatterMoreInColouredNoise) {
   const Loss white = loss([](double) { return 0.0; });
   noise_[Signal::omega].autocorrelation = 0.95;

@@ -137,6 +137,22 @@ TEST(PrepareRun, AGaugeThatReadsZeroIsNoLoad) {
   EXPECT_NEAR(prepared.excitation.load[1500], 0.01, 0.001);
 }
 
+TEST(PrepareRun, QuietsAMeasuredLoadButForWhatRepeatsWithTheAngle) {
+  emtb::Run run = plain_run();
+  const double speed = 180, ripple = 0.006, sigma = 0.002;  // [rad/s], [N m] of a weight off centre and of the noise
+  synthetic::Noise noise(5);
+  run.signals[Signal::omega] = series(1e-3, 20, [&](double) { return speed; });
+  run.signals[Signal::u_ref] = series(1e-3, 20, [](double) { return 2.0; });
+  run.signals[Signal::torque] = series(1e-3, 20, [&](double t) { return ripple * std::sin(speed * t) + noise(sigma); });
+  const PreparedRun prepared = prepare_run(run, servo_model());
+  ASSERT_TRUE(prepared.measured_load);
+  double squares = 0;
+  for (std::size_t k = 0; k < prepared.length(); ++k) {
+    squares += std::pow(prepared.excitation.load[k] - ripple * std::sin(speed * prepared.excitation.t[k]), 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(prepared.length())), 0.25 * sigma);
+}
+
 TEST(PrepareRun, QuietsTheMeasuredVoltageWithoutTouchingItsCorners) {
   const double sigma = 0.05;
   const std::vector<synthetic::Hold> plan{{0.7, 0}, {0.8, 3}, {0.8, -4}, {0.7, 1}};

@@ -396,6 +396,20 @@ TEST(Step, AnOffsetOfTheGaugeIsNoLoad) {
   for (const double torque : y.torque) ASSERT_EQ(torque, 0.003);
 }
 
+TEST(Step, WhatLoadEffectsForetellIsOnTheShaftBeforeALateGaugeReadsIt) {
+  ModelStructure s = with({"eddy_brake", "torque_lag"}, Signal::i_a);
+  const double tau = 0.04, T_b = 0.003, omega_b = 30;
+  Excitation x = constant(0.5, 1e-3, 0.2, &Excitation::i_a);
+  const Trajectory<double> truth = run(s, and_({R, K, K, 0, J}, {T_b, omega_b, tau}), x);
+  s.measured_load = true;
+  x.load = truth.torque;  // as the gauge reads it
+  x.omega = truth.omega;
+  const Trajectory<double> y = run(s, and_({R, K, K, 0, J}, {T_b, omega_b, tau}), x);
+  const Trajectory<double> late = run(s, and_({R, K, K, 0, J}, {T_b, omega_b, 0}), x);
+  EXPECT_NEAR(y.omega.back(), truth.omega.back(), 0.05);
+  EXPECT_GT(late.omega.back(), truth.omega.back() + 0.5) << "what the gauge did not show in time would be missing";
+}
+
 // ---- sensors
 
 TEST(Step, ATachoLagTrailsARampExactly) {

@@ -5,7 +5,8 @@
 
 namespace emtb {
 
-/// The filter behind a strain gauge.
+/// The filter behind a strain gauge. Where the shaft takes its load from that gauge, what the load effects foretell is
+/// on the shaft before it is read.
 struct TorqueLag {
   static constexpr EffectInfo info{.id = "torque_lag",
                                    .name = "torque gauge lag",
@@ -20,7 +21,9 @@ struct TorqueLag {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
+    const Scalar taken = balance.torque_reading;
     lag_reading(p[0], x.h, memory, balance.torque_reading);
+    balance.load_offset += balance.torque_reading - taken;
   }
 };
 

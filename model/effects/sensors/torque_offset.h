@@ -23,7 +23,7 @@ struct TorqueOffset {
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     balance.torque_reading += p[0];
-    balance.load_offset = p[0];
+    balance.load_offset += p[0];
   }
 };
 
