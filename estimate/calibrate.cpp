@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -19,13 +20,25 @@ bool wanted(Signal signal, const CalibrationOptions& options) {
   return options.outputs.empty() || std::ranges::find(options.outputs, signal) != options.outputs.end();
 }
 
-/// The normal equations of one model on all records: SᵀS, Sᵀr, rᵀr, and the gradient of each block.
+/// The normal equations of one model on all records: SᵀS, Sᵀr, rᵀr, and for judging what they say the gradient of each
+/// block, and by how much Sᵀr would change were the simulation exact.
 struct NormalEquations {
   Eigen::MatrixXd sts;
   Eigen::VectorXd str;
   double rtr = 0;
-  std::vector<Eigen::VectorXd> block_gradients;
+  std::array<std::vector<Eigen::VectorXd>, 2> block_gradients;  ///< of short and of long blocks
+  Eigen::VectorXd str_of_step;
 };
+
+/// The record, to be simulated in steps of half the length.
+PreparedRun in_half_steps(const PreparedRun& record) {
+  PreparedRun fine = record;
+  Excitation& x = fine.excitation;
+  const double interval = (x.t.back() - x.t.front()) / static_cast<double>(std::max<std::size_t>(2, x.t.size()) - 1);
+  x.longest_step = 0.5 * std::min(interval, x.longest_step);
+  x.quick_step = 0.5 * std::min(interval, x.quick_step);
+  return fine;
+}
 
 class Problem {
  public:
@@ -51,7 +64,8 @@ class Problem {
     least_ = std::numeric_limits<double>::infinity();
   }
 
-  NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool with_blocks) const {
+  /// @param to_judge with what tells how good an optimum is
+  NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const {
     const auto p = static_cast<Eigen::Index>(free_.size());
     const std::vector<double> values = free_.spread(x);
     std::vector<NormalEquations> each(records_.size());
@@ -61,26 +75,47 @@ class Problem {
       NormalEquations& n = each[i];
       n.sts.setZero(p, p);
       n.str.setZero(p);
+      n.str_of_step.setZero(p);
       std::map<long, Eigen::VectorXd> blocks;
       const ModelStructure structure = records_[i].structure(model_);
       turns[i] = best_turn(records_[i], structure, values, turns_[i]);
-      for (const Residuals& r : residuals_at_turn(records_[i], structure, values, moved, *turns[i])) {
+      std::vector<Residuals> finer;
+      if (to_judge) finer = residuals_at_turn(in_half_steps(records_[i]), structure, values, {}, *turns[i]);
+      const std::vector<Residuals> all = residuals_at_turn(records_[i], structure, values, moved, *turns[i]);
+      for (std::size_t s = 0; s < all.size(); ++s) {
+        const Residuals& r = all[s];
         if (!wanted(r.signal, options_)) continue;
         n.rtr += r.value.squaredNorm();
         if (!r.informed()) continue;
         n.sts += gram(r.sensitivity);
         n.str += transposed_product(r.sensitivity, r.value);
-        if (with_blocks) add_blocks(records_[i], r, blocks);
+        if (!to_judge) continue;
+        add_blocks(records_[i], r, blocks);
+        constexpr double second_order = 4.0 / 3;  // half steps show three quarters of the error
+        n.str_of_step += second_order * transposed_product(r.sensitivity, finer[s].value - r.value);
       }
-      for (auto& [block, gradient] : blocks) n.block_gradients.push_back(std::move(gradient));
+      long last = -1;
+      for (const auto& [second, gradient] : blocks) {
+        auto& [of_one, of_five] = n.block_gradients;
+        of_one.push_back(gradient);
+        if (of_five.empty() || second / 5 != last) {
+          of_five.push_back(gradient);
+        } else {
+          of_five.back() += gradient;
+        }
+        last = second / 5;
+      }
     };
     parallel_for(records_.size(), one, [&](std::size_t i) { return records_[i].length(); });
-    NormalEquations sum{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p), 0, {}};
+    NormalEquations sum{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p), 0, {}, Eigen::VectorXd::Zero(p)};
     for (NormalEquations& n : each) {
       sum.sts += n.sts;
       sum.str += n.str;
+      sum.str_of_step += n.str_of_step;
       sum.rtr += n.rtr;
-      std::ranges::move(n.block_gradients, std::back_inserter(sum.block_gradients));
+      for (std::size_t b = 0; b < n.block_gradients.size(); ++b) {
+        std::ranges::move(n.block_gradients[b], std::back_inserter(sum.block_gradients[b]));
+      }
     }
     for (const auto& [column, prior] : priors_) {
       const double r = (prior.value - x[static_cast<std::size_t>(column)]) / prior.std;
@@ -337,9 +372,13 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   result.alone = n.sts.diagonal().cwiseSqrt().cwiseInverse();
   result.inflation.setZero(p);
   for (Eigen::Index i = 0; i < p; ++i) {
-    double scatter = 0;
-    for (const Eigen::VectorXd& g : n.block_gradients) scatter += g[i] * g[i];
-    if (n.sts(i, i) > 0) result.inflation[i] = std::max(1.0, scatter / n.sts(i, i));
+    if (!(n.sts(i, i) > 0)) continue;
+    result.inflation[i] = 1;
+    for (const auto& gradients : n.block_gradients) {
+      double scatter = 0;
+      for (const Eigen::VectorXd& g : gradients) scatter += g[i] * g[i];
+      result.inflation[i] = std::max(result.inflation[i], scatter / n.sts(i, i));
+    }
   }
   result.identifiability = identifiability_of(n, result.model, free);
   if (inner.empty()) return;
@@ -351,21 +390,28 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   const Eigen::VectorXd variances = eigen.values.cwiseMax(rounding).cwiseInverse();
   const Eigen::MatrixXd root = inverse_size.asDiagonal() * eigen.vectors * variances.cwiseSqrt().asDiagonal();
   const Eigen::MatrixXd inverse = product(root, root.transpose());
-  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
-  for (const Eigen::VectorXd& g : n.block_gradients) {
-    const Eigen::VectorXd part = g(inner);
-    meat.noalias() += part * part.transpose();
-  }
-  const double blocks = static_cast<double>(n.block_gradients.size());
-  meat *= blocks / std::max(1.0, blocks - static_cast<double>(inner.size()));
-  const Eigen::MatrixXd sandwich = product(product(inverse, meat), inverse);
+  const auto sandwich_of = [&](const std::vector<Eigen::VectorXd>& gradients) -> Eigen::MatrixXd {
+    Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
+    for (const Eigen::VectorXd& g : gradients) {
+      const Eigen::VectorXd part = g(inner);
+      meat.noalias() += part * part.transpose();
+    }
+    const double blocks = static_cast<double>(gradients.size());
+    meat *= blocks / std::max(1.0, blocks - static_cast<double>(inner.size()));
+    return product(product(inverse, meat), inverse);
+  };
+  constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
+  const auto& [of_one, of_five] = n.block_gradients;
+  const bool long_ones_tell = static_cast<double>(of_five.size()) >= enough + static_cast<double>(inner.size());
+  const Eigen::MatrixXd sandwich = sandwich_of(of_one), of_long = long_ones_tell ? sandwich_of(of_five) : sandwich;
+  const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
   for (std::size_t a = 0; a < inner.size(); ++a) {
     for (std::size_t b = 0; b < inner.size(); ++b) {
       const auto ia = static_cast<Eigen::Index>(a), ib = static_cast<Eigen::Index>(b);
       result.covariance(inner[a], inner[b]) = sandwich(ia, ib);
     }
     const auto ia = static_cast<Eigen::Index>(a);
-    const double variance = std::max(sandwich(ia, ia), inverse(ia, ia));
+    const double variance = std::max({sandwich(ia, ia), of_long(ia, ia), inverse(ia, ia)}) + off[ia] * off[ia];
     result.covariance(inner[a], inner[a]) = variance;
     result.inflation[inner[a]] = variance / inverse(ia, ia);
     Parameter& parameter = result.model.at(free.places()[static_cast<std::size_t>(inner[a])]);

@@ -190,7 +190,7 @@ TEST(Calibrate, NinetyFivePercentIntervalsHoldTheTruthThatOften) {
   Observation i_a = run.observations[0];
   i_a.signal = Signal::i_a;
   run.observations.push_back(i_a);
-  run.excitation.longest_step = 1e-2;
+  run.excitation.longest_step = 2.5e-3;  // errs by far less than the noise, as the fit would notice
   run.excitation.initial = {};
   Trajectory<double> y;
   simulate<double>(run.structure(truth), truth.values(), run.excitation, y);
@@ -217,6 +217,30 @@ TEST(Calibrate, NinetyFivePercentIntervalsHoldTheTruthThatOften) {
     EXPECT_GE(count, 0.90 * seeds) << truth.at(place).symbol;
     EXPECT_LE(count, 0.99 * seeds) << truth.at(place).symbol;
   }
+}
+
+TEST(Calibrate, ErrorsHoldWhatTheLengthOfTheStepsDoes) {
+  // The truth in steps of 1 ms, the model in steps of 10 ms: the noise is not what is wrong.
+  Model truth = with_noise(servo_model());
+  std::vector<synthetic::Hold> plan;
+  for (int n = 0; n < 60; ++n) plan.push_back({0.5, 2 + 1.5 * std::sin(2.4 * n)});
+  std::vector<PreparedRun> records{prepare_run(speed_only(record({}, plan, 1e-2)), truth)};
+  PreparedRun& run = records[0];
+  run.excitation.initial = {};
+  run.excitation.longest_step = 1e-3;
+  Trajectory<double> y;
+  simulate<double>(run.structure(truth), truth.values(), run.excitation, y);
+  for (Observation& o : run.observations) {
+    o.sigma.assign(o.size(), 0.01);
+    for (std::size_t k = 0; k < o.size(); ++k) o.value[k] = y.omega[o.last[k]];
+  }
+  truth.at(0).fixed = true;  // the speed alone does not tell it
+  run.excitation.longest_step = 1e-2;
+  const Calibration coarse = calibrate(records, truth);
+  const Parameter& J = coarse.model.at(4);
+  ASSERT_TRUE(J.std_error);
+  EXPECT_GT(std::abs(J.value - truth.at(4).value), 3 * coarse.alone[coarse.alone.size() - 1]) << "more than noise does";
+  EXPECT_LT(std::abs(J.value - truth.at(4).value), 1.96 * *J.std_error);
 }
 
 TEST(Calibrate, ErrorsGrowWhereResidualsAreCorrelated) {
