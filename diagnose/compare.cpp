@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/parallel.h"
 #include "estimate/residuals.h"
 #include "hal/error.h"
 
@@ -16,8 +17,15 @@ std::vector<PreparedRun> Dataset::all() const {
 
 Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model, Chaining chaining) {
   Dataset data;
-  for (const Run& run : train) data.train.push_back(prepare_run(run, model, chaining));
-  for (const Run& run : held_out) data.held_out.push_back(prepare_run(run, model, chaining));
+  data.train.resize(train.size());
+  data.held_out.resize(held_out.size());
+  parallel_for(train.size() + held_out.size(), [&](std::size_t i) {
+    if (i < train.size()) {
+      data.train[i] = prepare_run(train[i], model, chaining);
+    } else {
+      data.held_out[i - train.size()] = prepare_run(held_out[i - train.size()], model, chaining);
+    }
+  });
   data.noise = estimate_noise(data.all(), model);
   weigh(data.train, data.noise, model);
   weigh(data.held_out, data.noise, model);

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "estimate/orders.h"
+#include "estimate/parallel.h"
 #include "estimate/regression.h"
 #include "estimate/scatter.h"
 
@@ -311,20 +315,24 @@ NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
 }  // namespace
 
 Noise estimate_noise(std::span<const PreparedRun> records, const Model& model) {
-  Noise noise;
+  std::map<Signal, const Observation*> first;
   for (const PreparedRun& record : records) {
-    for (const Observation& o : record.observations) {
-      if (noise.contains(o.signal)) continue;
-      NoiseFloor floor = floor_of(o.signal, records);
-      if (const auto declared = model.noise.find(o.signal); declared != model.noise.end()) {
-        floor.sigma = std::max(declared->second, o.lsb / std::sqrt(12.0));
-        floor.from = "declared";
-        floor.lower_bound = false;
-      }
-      if (floor.sigma <= 0) floor.sigma = 1e-9;  // a signal without any scatter at all: nothing to weigh by
-      noise[o.signal] = floor;
-    }
+    for (const Observation& o : record.observations) first.try_emplace(o.signal, &o);
   }
+  const std::vector<std::pair<Signal, const Observation*>> signals(first.begin(), first.end());
+  std::vector<NoiseFloor> floors(signals.size());
+  parallel_for(signals.size(), [&](std::size_t i) {
+    const auto& [signal, o] = signals[i];
+    floors[i] = floor_of(signal, records);
+    if (const auto declared = model.noise.find(signal); declared != model.noise.end()) {
+      floors[i].sigma = std::max(declared->second, o->lsb / std::sqrt(12.0));
+      floors[i].from = "declared";
+      floors[i].lower_bound = false;
+    }
+    if (floors[i].sigma <= 0) floors[i].sigma = 1e-9;  // a signal without any scatter at all: nothing to weigh by
+  });
+  Noise noise;
+  for (std::size_t i = 0; i < signals.size(); ++i) noise[signals[i].first] = floors[i];
   return noise;
 }
 

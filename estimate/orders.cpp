@@ -122,11 +122,11 @@ Share share_of(std::span<const TurningStretch> stretches, double per_turn) {
   return sum;
 }
 
-/// In how many of the stretches an order explains far more than the orders beside it, as a share: noise is coloured,
-/// and a stretch's own neighbourhood is the only measure of what chance does there.
-double clear_in(std::span<const TurningStretch> stretches, double per_turn) {
+/// Does an order explain far more than the orders beside it in at least half of the stretches? Noise is coloured, and a
+/// stretch's own neighbourhood is the only measure of what chance does there.
+bool clear_in_half(std::span<const TurningStretch> stretches, double per_turn) {
   constexpr double far_more = 8;  // of two squares over the mean of sixteen: one in 250 by chance
-  double clear = 0;
+  std::size_t clear = 0, looked_at = 0;
   for (const TurningStretch& s : stretches) {
     const auto [low, high] = std::ranges::minmax(s.angle);
     const double line = two_pi / (high - low);  // the width of a line in this stretch
@@ -137,9 +137,12 @@ double clear_in(std::span<const TurningStretch> stretches, double per_turn) {
       beside += share_of(s, per_turn + away * line).squares;
       ++count;
     }
-    if (count > 0 && share_of(s, per_turn).squares > far_more * beside / count) clear += 1;
+    if (count > 0 && share_of(s, per_turn).squares > far_more * beside / count) ++clear;
+    ++looked_at;
+    if (2 * clear >= stretches.size()) return true;
+    if (2 * (clear + stretches.size() - looked_at) < stretches.size()) return false;
   }
-  return clear / static_cast<double>(stretches.size());
+  return false;
 }
 
 /// The order near `start` that explains most, by golden section.
@@ -191,7 +194,7 @@ std::optional<Order> strongest(std::span<const TurningStretch> stretches, double
     Order found = peaks[k].order;
     found.per_turn = refined(stretches, found.per_turn, spectrum.step);
     // At one speed, slow changes appear at the order of the sampling. At others that is another order.
-    if (clear_in(stretches, found.per_turn) < 0.5) continue;
+    if (!clear_in_half(stretches, found.per_turn)) continue;
     found.amplitude = std::sqrt(share_of(stretches, found.per_turn).amplitude / static_cast<double>(stretches.size()));
     return found;
   }
