@@ -26,11 +26,21 @@ bool needed(std::size_t effect, const Model& model) {
   });
 }
 
+/// A sensor's error shows in its own reading. A gain elsewhere that this has no part in is a makeshift: a lag of the
+/// gauge stands in for the noise of a load.
+bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& with) {
+  if (!effect.reads) return true;
+  const auto differences = Loss::difference(without, with);
+  const auto own = differences.find(*effect.reads);
+  return own == differences.end() || own->second.gain > 0;
+}
+
 /// Which of the effects found shapes the same edges as this one, if any?
 std::optional<std::size_t> kin_of(std::size_t effect, const std::vector<std::size_t>& found, const Model& model) {
-  if (!model.about(effect).edges) return std::nullopt;
+  const EffectInfo& about = model.about(effect);
+  if (!about.edges) return std::nullopt;
   for (const std::size_t other : found) {
-    if (other != effect && model.about(other).edges) return other;
+    if (other != effect && model.about(other).edges && model.about(other).stage == about.stage) return other;
   }
   return std::nullopt;
 }
@@ -410,7 +420,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     for (const Score& s : round.scores) remember(d.candidates, s, {});
     for (const auto& [s, trial] : trials) remember(d.candidates, s, trial.held_out.error());
     std::erase_if(trials, [&](const auto& t) {
-      return mends_another(t.first.effect, found, current.held_out, t.second.held_out);
+      return mends_another(t.first.effect, found, current.held_out, t.second.held_out) ||
+             !shows_itself(model.about(t.first.effect), current.held_out, t.second.held_out);
     });
     const auto* best = best_of(trials, current, rule);
     while (best != nullptr && !search.determined(best->second.model, best->first.effect)) {

@@ -405,6 +405,12 @@ Eigen::VectorXd LiveMisfit::inflation() const {
   return by;
 }
 
+/// Does the gauge show loads that are there or that come and go, by what is known so far?
+bool LiveMisfit::shows_load(const Eigen::VectorXd& at, const Eigen::MatrixXd& covariance) const {
+  const auto j = static_cast<Eigen::Index>(*gauge_);
+  return inflation()[j] > most_varied || std::abs(at[j]) > alarm_at * std::sqrt(covariance(j, j)) + gauge_digit_;
+}
+
 LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recent) const {
   const Eigen::Index n = base_.rows();
   // In units in which each unknown is known to about one.
@@ -413,13 +419,11 @@ LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recen
   const Eigen::VectorXd at = covariance * earlier.g;
   const Eigen::VectorXd by = inflation();
   covariance = by.asDiagonal() * covariance * by.asDiagonal();
-  if (gauge_) {  // where it shows a load anyway, the load is known, whatever it is
+  if (gauge_ && (loaded_ || shows_load(at, covariance))) {  // then the load is known, whatever it is
     const auto j = static_cast<Eigen::Index>(*gauge_);
-    if (by[j] > most_varied || std::abs(at[j]) > alarm_at * std::sqrt(covariance(j, j)) + gauge_digit_) {
-      recent.h.row(j).setZero();
-      recent.h.col(j).setZero();
-      recent.g[j] = 0;
-    }
+    recent.h.row(j).setZero();
+    recent.h.col(j).setZero();
+    recent.g[j] = 0;
   }
   for (Eigen::Index i = 0; i < n; ++i) {  // what moves by itself
     if (digits_[i] > 0) {
@@ -513,6 +517,11 @@ void LiveMisfit::evaluate() {
   if (slots_seen_ >= learn_slots / 2) look_for_effects(all, covariance);
   if (slots_seen_ < learn_slots) return;
 
+  if (gauge_ && !loaded_) {
+    const Equations before = time.before(std::min<std::size_t>(filled_, recent_slots / 2));
+    const Eigen::MatrixXd known = inverse_of(before.h);
+    loaded_ = shows_load(known * before.g, known);
+  }
   Suspicion worst;
   double most = 0;
   for (const std::size_t slots : splits) {

@@ -123,6 +123,7 @@ class LiveMisfit final : private LiveRows {
   void look_for_effects(const Equations& all, const Eigen::MatrixXd& covariance);
   void move_point(Eigen::VectorXd d);
   Equations equations(const std::vector<LagSums>& sums) const;
+  bool shows_load(const Eigen::VectorXd& at, const Eigen::MatrixXd& covariance) const;
   Suspicion look(const Equations& earlier, Equations recent) const;
   Eigen::VectorXd inflation() const;
   LiveChange change_of(const Suspicion& suspicion) const;
@@ -135,6 +136,7 @@ class LiveMisfit final : private LiveRows {
 
   std::optional<std::size_t> gauge_;  ///< the unknown that is a load which a gauge shows
   double gauge_digit_ = 0;            ///< [N m]
+  bool loaded_ = false;               ///< it has shown loads, whatever else is learnt anew
   Eigen::VectorXd scaled_, scaled_before_;
   std::size_t inertia_ = 0;                 ///< the unknown that is J
   std::size_t flux_ = 0;                    ///< the unknown that is K_b

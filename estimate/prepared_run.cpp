@@ -122,15 +122,20 @@ InputNoise noise_of_means(const ColouredNoise& noise, std::span<const std::size_
   return left;
 }
 
-/// The measured speed that load effects see, its noise averaged away where it stands still: noise that enters the
-/// predicted torque looks like a gauge that is too quick.
-std::vector<double> quiet_speed(const Run& run, std::span<const double> grid) {
+/// A measured speed on the grid, and how far around each sample it stands still for all that its noise tells.
+struct SteadySpeed {
+  std::vector<double> raw;
+  std::vector<std::size_t> reach;
+};
+
+SteadySpeed steady_speed(const Run& run, std::span<const double> grid) {
   const Series& omega = run.at(Signal::omega);
-  const std::vector<double> raw = on_grid(omega, grid, run.name + ": omega_rad_s");
+  SteadySpeed s{on_grid(omega, grid, run.name + ": omega_rad_s"), {}};
   const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
-  const ColouredNoise noise = coloured_noise(raw, omega.lsb / std::sqrt(12.0));
+  const ColouredNoise noise = coloured_noise(s.raw, omega.lsb / std::sqrt(12.0));
   const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
-  return moving_mean(raw, trusted_reach(raw, std::vector<std::size_t>(grid.size(), longest), noise));
+  s.reach = trusted_reach(s.raw, std::vector<std::size_t>(grid.size(), longest), noise);
+  return s;
 }
 
 /// What repeats with the angle of the shaft in a reading, by pieces of two seconds: a mean over a turn would take it
@@ -161,19 +166,18 @@ std::vector<double> ripple_of(std::span<const double> x, std::span<const double>
   return ripple;
 }
 
-/// The gauge's reading as a load, its noise averaged away where it stands still. Nothing where it reads zero
-/// throughout: then K_m, B, J and the frictions share a common factor anyway, and a load of pure noise would only add
-/// its noise.
-void load_with_measured_torque(PreparedRun& record, const Series& torque) {
+/// The gauge's reading as a load, its noise averaged away where it stands still, and the speed with it: a load that
+/// hangs on the speed changes with that, long before its own noise tells. Nothing where it reads zero throughout: then
+/// K_m, B, J and the frictions share a common factor anyway, and a load of pure noise would only add its noise.
+/// @param steady how far around each sample; at most
+void load_with_measured_torque(PreparedRun& record, const Series& torque, std::vector<std::size_t> steady) {
   const std::span<const double> grid = record.excitation.t;
   std::vector<double> raw = on_grid(torque, grid, record.name + ": torque_Nm");
   const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
   const std::vector<double> ripple = ripple_of(raw, record.excitation.angle, interval);
   std::ranges::transform(raw, ripple, raw.begin(), std::minus{});
-  const auto samples = [&](double seconds) { return static_cast<std::size_t>(std::max(1.0, seconds / interval)); };
   const ColouredNoise noise = coloured_noise(raw, torque.lsb / std::sqrt(12.0));
-  const std::vector<std::size_t> half =
-      trusted_reach(raw, std::vector<std::size_t>(grid.size(), samples(longest_smoothing)), noise);
+  const std::vector<std::size_t> half = trusted_reach(raw, std::move(steady), noise);
   std::vector<double> load = moving_mean(raw, half);
   std::ranges::transform(load, ripple, load.begin(), std::plus{});
   InputNoise left = noise_of_means(noise, half, interval);
@@ -356,8 +360,12 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(Signal::i_a, run.at(Signal::i_a));
   if (run.has(Signal::torque)) {
     add(Signal::torque, run.at(Signal::torque));
-    load_with_measured_torque(record, run.at(Signal::torque));
-    if (record.measured_load && run.has(Signal::omega)) x.omega = quiet_speed(run, x.t);
+    const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+    SteadySpeed speed{{}, std::vector<std::size_t>(x.t.size(), longest)};
+    if (run.has(Signal::omega)) speed = steady_speed(run, x.t);
+    load_with_measured_torque(record, run.at(Signal::torque), speed.reach);
+    // What load effects see: noise that enters the predicted torque looks like a gauge that is too quick.
+    if (record.measured_load && run.has(Signal::omega)) x.omega = moving_mean(speed.raw, speed.reach);
   }
   if (run.has(Signal::e_a) && model.input == Signal::u_ref) {
     add(Signal::e_a, run.at(Signal::e_a));

@@ -3,9 +3,12 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <tuple>
+
+#include "hal/signal.h"
 
 namespace emtb {
 
@@ -60,14 +63,15 @@ struct EffectInfo {
   std::string_view source;
   std::array<EffectParameter, max_parameters> parameter_list{};
   std::size_t parameter_count = 1;
-  std::size_t memory = 0;       ///< how many states of its own it keeps
-  bool opposes_motion = false;  ///< an amplitude that cannot be negative
-  bool clips = false;           ///< acts beyond its parameter only: what the data reach is its null
-  bool sudden = false;          ///< its null tells nothing of it: tried at sizes of its own
-  bool edges = false;           ///< acts after an edge is over, where its null tells nothing: tried at sizes, too
-  bool periodic = false;        ///< in the angle; its shapes are found from the data's own spectrum
-  bool quick = false;           ///< with a time constant of its own that may be far below the shaft's
-  std::string_view needs = {};  ///< the effect without which this one makes no sense
+  std::size_t memory = 0;            ///< how many states of its own it keeps
+  bool opposes_motion = false;       ///< an amplitude that cannot be negative
+  bool clips = false;                ///< acts beyond its parameter only: what the data reach is its null
+  bool sudden = false;               ///< its null tells nothing of it: tried at sizes of its own
+  bool edges = false;                ///< acts after an edge is over, where its null tells nothing: tried at sizes, too
+  bool periodic = false;             ///< in the angle; its shapes are found from the data's own spectrum
+  bool quick = false;                ///< with a time constant of its own that may be far below the shaft's
+  std::optional<Signal> reads = {};  ///< of a sensor: the signal whose reading it describes
+  std::string_view needs = {};       ///< the effect without which this one makes no sense
 
   /// Neither amplitude nor null to be seen from: the effect is there or not, and is judged by trying it.
   constexpr bool fades() const {

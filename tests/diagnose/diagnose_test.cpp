@@ -187,6 +187,18 @@ TEST(Diagnose, NamesALagAndADelayWhereBothAreThere) {
   EXPECT_THAT(named(d), testing::UnorderedElementsAre("driver_lag", "driver_delay")) << report(d);
 }
 
+TEST(Diagnose, NamesALateGaugeBesideTheLoadThatItReads) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.eddy_torque = 0.03;  // [N m]
+  bench.plant.load.eddy_omega = 200;    // [rad/s]
+  EXPECT_THAT(named(diagnose_on(bench)), ElementsAre("eddy_brake")) << "a gauge in time";
+  bench.plant.sensors.torque_lag = 0.03;  // [s]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), testing::UnorderedElementsAre("eddy_brake", "torque_lag")) << report(d);
+  EXPECT_NEAR(fitted(d, "tau"), 0.03, 3e-3);
+  EXPECT_LE(d.final_held_out, 1.1);
+}
+
 TEST(Diagnose, NamesTwoEffectsThatAreBothThere) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.friction.T_c = 0.003;

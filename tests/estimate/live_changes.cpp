@@ -111,6 +111,25 @@ void count_changes(const char* what, LiveBench bench, const MotorChange& change,
   std::fflush(stdout);
 }
 
+/// The same levels, jumps of more than `most` [V] by way of zero for half a second: what the bench's limit of the
+/// current allows.
+Profile in_smaller_jumps(const Profile& profile, double most) {
+  constexpr double on_the_way = 0.5;  // [s]
+  std::vector<Knot> knots;
+  double later = 0;  // [s]
+  for (const Knot& knot : profile.knots()) {
+    const bool jump =
+        !knots.empty() && knots.back().t == knot.t + later && std::abs(knots.back().value - knot.value) > most;
+    if (jump) {
+      knots.push_back({knot.t + later, 0});
+      later += on_the_way;
+      knots.push_back({knot.t + later, 0});
+    }
+    knots.push_back({knot.t + later, knot.value});
+  }
+  return Profile(std::string(profile.name()), knots);
+}
+
 void count_alarms(const char* what, LiveBench bench, double minutes, double rho, int seed) {
   bench.colour_tacho(rho);
   const bool servo = bench.setup.plant.driver.min < 0;
@@ -121,7 +140,8 @@ void count_alarms(const char* what, LiveBench bench, double minutes, double rho,
   const int runs = std::max(1, static_cast<int>(std::lround(minutes / 2)));
   for (int k = 0; k < runs; ++k) {
     const auto run_seed = static_cast<std::uint64_t>(1000 * seed + k);
-    const Profile profile = random_steps("random", servo ? -5 : 0, servo ? 5 : 6, 1, 15, 2, 114, 4, run_seed);
+    const Profile profile =
+        in_smaller_jumps(random_steps("random", servo ? -5 : 0, servo ? 5 : 6, 1, 15, 2, 114, 4, run_seed), 6);
     const Run run = simulated::record(bench.setup, profile, run_seed);
     const auto start = std::chrono::steady_clock::now();
     feed(estimator, run);

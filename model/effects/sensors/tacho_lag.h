@@ -17,7 +17,8 @@ struct TachoLag {
       .told_apart = "From armature_inductance by current in transients; from J by the current.",
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
-      .memory = 2};
+      .memory = 2,
+      .reads = Signal::omega};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {

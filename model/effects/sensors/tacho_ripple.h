@@ -23,7 +23,8 @@ struct TachoRipple {
                           {.symbol = "N", .unit = "1/turn", .null = 2, .min = 0.5, .max = 400, .shape = true},
                           {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .shape = true}}},
       .parameter_count = 3,
-      .periodic = true};
+      .periodic = true,
+      .reads = Signal::omega};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "model/dual.h"
 #include "model/effect.h"
 
@@ -17,7 +19,9 @@ struct TorqueLag {
                                    .told_apart = "From shaft_compliance by the absence of ringing.",
                                    .source = "first-order filter",
                                    .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
-                                   .memory = 2};
+                                   .memory = 2,
+                                   .edges = true,
+                                   .reads = Signal::torque};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
@@ -25,6 +29,9 @@ struct TorqueLag {
     lag_reading(p[0], x.h, memory, balance.torque_reading);
     balance.load_offset += balance.torque_reading - taken;
   }
+
+  /// None, and from a sample of a fast loop to a slow amplifier's, in s.
+  static std::vector<StartValues> starts(const Ranges&) { return {{0.0}, {0.003}, {0.01}, {0.03}, {0.1}}; }
 };
 
 }  // namespace emtb
