@@ -155,14 +155,14 @@ class Machine {
     } else {
       // What the load effects say of it pulls as they do, as far as the gauge shows it; the rest is a brake's, which
       // takes torque but does not push: at rest it holds.
-      const bool all = in.load == 0 || value_of(terms_.load_torque) / in.load > 1;
-      const Scalar pulls = all ? Scalar(in.load) : terms_.load_torque, rest = in.load - pulls;
-      torque += terms_.load_offset;
+      const Scalar load = in.load - terms_.load_offset;
+      const bool all = value_of(load) == 0 || value_of(terms_.load_torque) / value_of(load) > 1;
+      const Scalar pulls = all ? load : terms_.load_torque, rest = load - pulls;
       if (value_of(rest) * value_of(omega) >= 0) {
         torque -= pulls;
         dry_friction += abs(rest);
       } else {
-        torque -= Scalar(in.load);
+        torque -= load;
       }
     }
     const Scalar omega_end = soft_threshold(momentum_ * omega + torque, dry_friction) * inverse_inertia_;

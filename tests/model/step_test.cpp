@@ -396,6 +396,17 @@ TEST(Step, AnOffsetOfTheGaugeIsNoLoad) {
   for (const double torque : y.torque) ASSERT_EQ(torque, 0.003);
 }
 
+TEST(Step, AnOffsetOfTheGaugeHoldsNoShaft) {
+  ModelStructure s = with({"torque_offset"}, Signal::i_a);
+  s.measured_load = true;
+  for (const double current : {0.2, -0.2}) {  // [A] less than the offset would brake
+    Excitation x = constant(0.5, 1e-3, current, &Excitation::i_a);
+    x.load.assign(x.t.size(), 0.02);
+    const Trajectory<double> y = run(s, and_({R, K, K, 0, J}, {0.02}), x);
+    EXPECT_NEAR(y.omega.back(), K * current / J * x.t.back(), 1e-9);
+  }
+}
+
 TEST(Step, WhatLoadEffectsForetellIsOnTheShaftBeforeALateGaugeReadsIt) {
   ModelStructure s = with({"eddy_brake", "torque_lag"}, Signal::i_a);
   const double tau = 0.04, T_b = 0.003, omega_b = 30;
