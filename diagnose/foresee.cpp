@@ -11,7 +11,6 @@ namespace emtb {
 namespace {
 
 constexpr double longest_step = 1e-3;     // [s] of a simulation whose peaks count
-constexpr double share_of_limit = 0.8;    // what may be used of a limit
 constexpr double smallest_share = 0.1;    // of the levels: with less, an experiment shows little
 constexpr double coarse_interval = 0.01;  // [s] of a run that lasts minutes
 
@@ -51,7 +50,8 @@ std::optional<Foreseen> foresee(const Model& model, const Profile& profile, doub
   return run;
 }
 
-std::optional<Profile> within_limits(const Profile& profile, const Model& model, const SignalLimits& limits) {
+std::optional<Profile> within_limits(const Profile& profile, const Model& model, const SignalLimits& limits,
+                                     double share) {
   if (limits.empty()) return profile;
   const double interval = profile.duration() > 100 ? coarse_interval : longest_step;
   double size = 1;
@@ -59,9 +59,9 @@ std::optional<Profile> within_limits(const Profile& profile, const Model& model,
     const Profile smaller = size == 1 ? profile : scaled(profile, size);
     const std::optional<Foreseen> run = foresee(model, smaller, interval);
     if (!run) return std::nullopt;
-    const double share = share_taken(*run, limits);
-    if (share <= share_of_limit) return smaller;
-    size *= std::min(0.95, share_of_limit / share);
+    const double taken = share_taken(*run, limits);
+    if (taken <= share) return smaller;
+    size *= std::min(0.95, share / taken);
   }
   return std::nullopt;
 }

@@ -25,8 +25,10 @@ std::optional<Foreseen> foresee(const Model& model, const Profile& profile, doub
 using SignalLimits = std::map<Signal, double>;
 
 /// The profile, or where a model foresees that it would come close to a limit, one of the same shape with smaller
-/// levels. A fifth of each limit is left for what the model does not know.
+/// levels.
+/// @param share of each limit that may be used; the rest is for what the model does not know
 /// @return nothing where no tenth of it would do
-std::optional<Profile> within_limits(const Profile& profile, const Model& model, const SignalLimits& limits);
+std::optional<Profile> within_limits(const Profile& profile, const Model& model, const SignalLimits& limits,
+                                     double share = 0.8);
 
 }  // namespace emtb

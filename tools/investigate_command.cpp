@@ -6,12 +6,15 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "config/bench.h"
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/yaml.h"
 #include "diagnose/diagnose.h"
+#include "diagnose/foresee.h"
+#include "estimate/calibrate.h"
 #include "experiment/first_experiments.h"
 #include "hal/error.h"
 #include "server/client.h"
@@ -119,7 +122,7 @@ class Investigation {
   }
 
   /// Where no sessions are at hand yet, or those at hand cannot tell. @return false where nobody agrees
-  bool record_first(const std::string& why) {
+  bool record_first(const std::string& why, const Model& given) {
     const Experiments first = first_experiments(bench_.reach().low, bench_.reach().high, o_.settle);
     double total = 0;
     for (const auto* list : {&first.train, &first.held_out}) {
@@ -130,9 +133,17 @@ class Investigation {
       return false;
     }
     recorded_first_ = true;
+    // The first, a small step, says more of this motor than the model that was given: what it draws from larger ones.
+    Model motor = given;
+    bool nothing_yet = true;
+    const auto record = [&](std::vector<std::string>& sessions, const Profile& planned, const char* note) {
+      const bool first_of_all = std::exchange(nothing_yet, false);
+      sessions.push_back(bench_.run(first_of_all ? planned : allowed(planned, motor, little_unknown), note));
+      if (first_of_all) motor = fitted(given, sessions.back());
+    };
     if (!story_.rounds.empty()) story_.rounds.back().then = "six experiments to begin with";
-    for (const Profile& p : first.train) train_.push_back(bench_.run(p, "investigate: to fit to"));
-    for (const Profile& p : first.held_out) held_out_.push_back(bench_.run(p, "investigate: to judge by"));
+    for (const Profile& p : first.train) record(train_, p, "investigate: to fit to");
+    for (const Profile& p : first.held_out) record(held_out_, p, "investigate: to judge by");
     return true;
   }
 
@@ -161,7 +172,7 @@ class Investigation {
       if (round >= o_.rounds) return d;
       const bool open = d.verdict == Verdict::unknown_effect || d.verdict == Verdict::cannot_tell;
       if (open && !recorded_first_) {
-        if (!record_first("These sessions leave it open.")) return d;
+        if (!record_first("These sessions leave it open.", given)) return d;
         continue;
       }
       if (open && !recorded_more_) {
@@ -187,7 +198,7 @@ class Investigation {
   std::optional<double> confirm(const Diagnosis& d) {
     const auto seed = static_cast<std::uint64_t>(o_.seed);
     const Profile planned = confirming_experiment(bench_.reach().low, bench_.reach().high, o_.settle, seed);
-    const Profile profile = within_limits(planned, d.final, bench_.reach().limits).value_or(planned);
+    const Profile profile = allowed(planned, d.final, much_unknown);
     const std::string said = (std::filesystem::path(o_.folder) / "prediction.csv").string();
     write_session(said, prediction(d.final, profile, bench_.rate()));
     std::cout << "\nConfirm: what the model says of a run that nobody has seen is in " << said << std::endl;
@@ -235,6 +246,29 @@ class Investigation {
   }
 
  private:
+  static constexpr double much_unknown = 0.8, little_unknown = 0.9;  ///< shares of the bench's limits that are used
+
+  static Model fitted(const Model& given, const std::string& session) {
+    const std::vector<Run> runs = runs_of({session});
+    return calibrate(prepare(runs, {}, given).train, given).model;
+  }
+
+  /// The profile, with smaller levels where the model foresees that it would come near a limit of the bench.
+  /// @throws Error where that would leave nothing of it
+  Profile allowed(const Profile& planned, const Model& model, double share) const {
+    if (model.input != Signal::u_ref) return planned;
+    const auto smaller = within_limits(planned, model, bench_.reach().limits, share);
+    if (!smaller) {
+      throw Error("the model foresees that even a tenth of the run " + planned.name() +
+                  " would come near a limit of the bench. Check the model's parameters and the bench's limits");
+    }
+    if (smaller->max() != planned.max() || smaller->min() != planned.min()) {
+      std::cout << "  " << planned.name() << ": " << pretty(smaller->min(), 3) << " to " << pretty(smaller->max(), 3)
+                << " V, for more would come near a limit of the bench" << std::endl;
+    }
+    return *smaller;
+  }
+
   Diagnosis diagnosed(const Model& given, int round) {
     Progress progress;
     DiagnoseOptions options;
@@ -298,7 +332,7 @@ int investigate_command(const InvestigateOptions& o) {
   Bench bench(o);
   std::cout << "bench " << bench.name() << ", model " << o.model << "\n";
   Investigation investigation(o, bench);
-  if (o.sessions.empty() && !investigation.record_first("No sessions are given.")) return 1;
+  if (o.sessions.empty() && !investigation.record_first("No sessions are given.", given)) return 1;
   const Diagnosis d = investigation.learn(given);
   std::optional<double> error;
   if (!o.no_confirm && d.verdict != Verdict::cannot_tell) error = investigation.confirm(d);

@@ -18,8 +18,10 @@ using testing::HasSubstr;
 class Investigate : public Scratch {
  protected:
   /// @param hidden lines of the bench's `simulation:`
-  void start(const std::string& hidden, bool with_gauge = true) {
+  /// @param resistance of the simulated motor, in place of its `R_a: 1.2 `
+  void start(const std::string& hidden, bool with_gauge = true, const std::string& resistance = "R_a: 1.2 ") {
     std::string desk = read(std::filesystem::path(EMTB_CONFIG) / "benches/desk-simulated.yaml");
+    desk.replace(desk.rfind("R_a: 1.2 "), 9, resistance);
     if (!with_gauge) desk = std::regex_replace(desk, std::regex("\n +torque: [^\n]*"), "");
     const auto bench = write("bench.yaml", desk + hidden);
     emtbd_ = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"),
@@ -57,6 +59,15 @@ class Investigate : public Scratch {
 
   std::unique_ptr<Process> emtbd_, last_;
 };
+
+TEST_F(Investigate, MakesTheFirstRunsSmallerWhereTheMotorWouldDrawMoreThanTheBenchAllows) {
+  // 5.4 V and a gain of 4 on 0.85 ohm: 25 A, were the driver not as slow as it is; 19 end a run.
+  start("  friction: {law: hard, T_c: 0.003}\n", true, "R_a: 0.85 ");
+  EXPECT_EQ(investigate({"--yes", "--no-confirm"}), 0) << last_->out() << last_->err();
+  EXPECT_THAT(last_->out(), HasSubstr("step_high: -"));
+  EXPECT_THAT(last_->out(), HasSubstr("near a limit of the bench"));
+  EXPECT_EQ(all()["rounds"].back()["missing"][0]["id"], "coulomb_friction");
+}
 
 TEST_F(Investigate, FindsTheFrictionThatTheBenchHidesAndForetellsARun) {
   start("  friction: {law: hard, T_c: 0.003}\n");
