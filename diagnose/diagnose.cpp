@@ -101,16 +101,17 @@ class Search {
   }
 
   /// A fitted model with its standard errors.
-  Model judged(const Model& fitted) const {
-    return calibrate(data_.train, fitted,
-                     {.extra_starts = 0, .max_iterations = 0, .tolerance = 0, .with_covariance = true, .outputs = {}})
-        .model;
+  Model judged(const Model& fitted, bool quick = false) const {
+    CalibrationOptions as_it_is;
+    as_it_is.extra_starts = as_it_is.max_iterations = 0;
+    as_it_is.quick_errors = quick;
+    return calibrate(data_.train, fitted, as_it_is).model;
   }
 
   /// Do the data tell the size of an effect, to three standard errors that hold for coloured residuals? A gain that
   /// several parameters of the model share out among themselves is nobody's.
   bool determined(const Model& fitted, std::size_t effect) const {
-    const Model judged = this->judged(fitted);
+    const Model judged = this->judged(fitted, true);  // what its errors lack is no reason to doubt that it is there
     const EffectInfo& about = judged.about(effect);
     const std::vector<Parameter>& included = judged.parameters_of(effect);
     bool any_amplitude = false;
@@ -424,7 +425,12 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
              !shows_itself(model.about(t.first.effect), current.held_out, t.second.held_out);
     });
     const auto* best = best_of(trials, current, rule);
-    while (best != nullptr && !search.determined(best->second.model, best->first.effect)) {
+    std::optional<Trial> kept;
+    while (best != nullptr) {
+      if (search.determined(best->second.model, best->first.effect)) {
+        kept = search.fit_to_the_end(best->second.model);
+        if (material(current.held_out, kept->held_out, rule)) break;  // not only where a descent was broken off
+      }
       std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
       best = best_of(trials, current, rule);
     }
@@ -441,7 +447,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     }
     found.push_back(best->first.effect);
     before.insert_or_assign(found.back(), current.held_out);
-    current = search.fit_to_the_end(best->second.model);
+    current = std::move(*kept);
     remember(d.candidates, best->first, current.held_out.error());
     d.steps.push_back({"added " + id(found.back()), found.back(), current.train, current.held_out.error()});
   }

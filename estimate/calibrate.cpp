@@ -56,6 +56,7 @@ class Problem {
   }
 
   const FreeParameters& free() const { return free_; }
+  bool quick_errors() const { return options_.quick_errors; }
 
   /// Where in a turn the records start is searched anew, in all of the turn; else it is followed from one call to the
   /// next.
@@ -66,6 +67,7 @@ class Problem {
 
   /// @param to_judge with what tells how good an optimum is
   NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const {
+    const bool in_steps = to_judge && !options_.quick_errors;
     const auto p = static_cast<Eigen::Index>(free_.size());
     const std::vector<double> values = free_.spread(x);
     std::vector<NormalEquations> each(records_.size());
@@ -80,7 +82,7 @@ class Problem {
       const ModelStructure structure = records_[i].structure(model_);
       turns[i] = best_turn(records_[i], structure, values, turns_[i]);
       std::vector<Residuals> finer;
-      if (to_judge) finer = residuals_at_turn(in_half_steps(records_[i]), structure, values, {}, *turns[i]);
+      if (in_steps) finer = residuals_at_turn(in_half_steps(records_[i]), structure, values, {}, *turns[i]);
       const std::vector<Residuals> all = residuals_at_turn(records_[i], structure, values, moved, *turns[i]);
       for (std::size_t s = 0; s < all.size(); ++s) {
         const Residuals& r = all[s];
@@ -91,6 +93,7 @@ class Problem {
         n.str += transposed_product(r.sensitivity, r.value);
         if (!to_judge) continue;
         add_blocks(records_[i], r, blocks);
+        if (!in_steps) continue;
         constexpr double second_order = 4.0 / 3;  // half steps show three quarters of the error
         n.str_of_step += second_order * transposed_product(r.sensitivity, finer[s].value - r.value);
       }
@@ -402,7 +405,8 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
   };
   constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
   const auto& [of_one, of_five] = n.block_gradients;
-  const bool long_ones_tell = static_cast<double>(of_five.size()) >= enough + static_cast<double>(inner.size());
+  const bool long_ones_tell =
+      !problem.quick_errors() && static_cast<double>(of_five.size()) >= enough + static_cast<double>(inner.size());
   const Eigen::MatrixXd sandwich = sandwich_of(of_one), of_long = long_ones_tell ? sandwich_of(of_five) : sandwich;
   const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
   for (std::size_t a = 0; a < inner.size(); ++a) {

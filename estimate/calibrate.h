@@ -42,6 +42,7 @@ struct CalibrationOptions {
   double tolerance = 1e-9;  ///< of the cost, relative: where a descent ends
   bool with_covariance = true;
   std::vector<Signal> outputs;  ///< compare these alone; empty: all
+  bool quick_errors = false;    ///< leaves long blocks and the length of steps out of the standard errors
 };
 
 /// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
