@@ -106,7 +106,9 @@ TEST_P(EffectSensitivities, AreRightBesideDryFriction) {
 }
 
 TEST_P(EffectSensitivities, AreRightWhereVoltageAndLoadAreMeasured) {
-  if (!effect_catalogue()[effect()].fades()) {
+  // At rest without any load, an offset of the gauge to either side is a brake that holds: a kink.
+  const bool kinks = effect_catalogue()[effect()].id == "torque_offset";
+  if (!effect_catalogue()[effect()].fades() && !kinks) {
     EXPECT_TRUE(CheckSensitivities(staged(case_of(bench(), {{effect(), Size::null}}), true, true)));
   }
   // Where the driver begins to block, the current jumps by what the voltmeter is off.
