@@ -15,6 +15,11 @@ namespace {
 /// [s] Half the time over which a measured voltage or torque that drives the model is averaged, where nothing changes.
 constexpr double longest_smoothing = 0.25;
 
+/// The same in samples that are `interval` [s] apart.
+std::size_t longest_reach(double interval) {
+  return static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+}
+
 /// The mean of x over [k - half[k], k + half[k]], for every k.
 std::vector<double> moving_mean(std::span<const double> x, std::span<const std::size_t> half) {
   std::vector<double> sum(x.size() + 1, 0.0), mean(x.size());
@@ -133,7 +138,7 @@ SteadySpeed steady_speed(const Run& run, std::span<const double> grid) {
   SteadySpeed s{on_grid(omega, grid, run.name + ": omega_rad_s"), {}};
   const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
   const ColouredNoise noise = coloured_noise(s.raw, omega.lsb / std::sqrt(12.0));
-  const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+  const auto longest = longest_reach(interval);
   s.reach = trusted_reach(s.raw, std::vector<std::size_t>(grid.size(), longest), noise);
   return s;
 }
@@ -225,7 +230,7 @@ void drive_with_measured_voltage(PreparedRun& record, const Series& e_a, const M
   Excitation& x = record.excitation;
   const std::vector<double> measured = on_grid(e_a, x.t, record.name + ": e_a_V");
   const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
-  const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+  const auto longest = longest_reach(interval);
   Trajectory<double> driver;
   const std::vector<double> values = model.values();
   ModelStructure structure = model.structure();
@@ -360,7 +365,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(Signal::i_a, run.at(Signal::i_a));
   if (run.has(Signal::torque)) {
     add(Signal::torque, run.at(Signal::torque));
-    const auto longest = static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+    const auto longest = longest_reach(interval);
     SteadySpeed speed{{}, std::vector<std::size_t>(x.t.size(), longest)};
     if (run.has(Signal::omega)) speed = steady_speed(run, x.t);
     load_with_measured_torque(record, run.at(Signal::torque), speed.reach);
