@@ -166,25 +166,26 @@ class Investigation {
   }
 
   /// Diagnoses, and runs what tells tied effects apart, until the verdict stands or nothing more can be learnt.
-  Diagnosis learn(const Model& given) {
+  void learn(const Model& given) {
     for (int round = 1;; ++round) {
-      Diagnosis d = diagnosed(given, round);
-      if (round >= o_.rounds) return d;
+      latest_ = {diagnosed(given, round), train_, held_out_};
+      const Diagnosis& d = latest_->diagnosis;
+      if (round >= o_.rounds) return;
       const bool open = d.verdict == Verdict::unknown_effect || d.verdict == Verdict::cannot_tell;
       if (open && !recorded_first_) {
-        if (!record_first("These sessions leave it open.", given)) return d;
+        if (!record_first("These sessions leave it open.", given)) return;
         continue;
       }
       if (open && !recorded_more_) {
-        if (!record_more(d)) return d;
+        if (!record_more(d)) return;
         continue;
       }
       const Proposal* next = next_of(d);
-      if (next == nullptr) return d;
+      if (next == nullptr) return;
       const Profile& profile = next->profile;
       const std::string what = next->what + " (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
                                seconds(profile.duration()) + ")";
-      if (!bench_.agreed("Run, to fit to and once more to judge by: " + what + "?")) return d;
+      if (!bench_.agreed("Run, to fit to and once more to judge by: " + what + "?")) return;
       run_already_.insert(profile.name());
       const std::string why = "investigate: to tell tied effects apart";
       train_.push_back(bench_.run(named(profile, profile.name() + "-fit"), why));
@@ -194,8 +195,10 @@ class Investigation {
     }
   }
 
-  /// Predicts a run that is yet to be made, then makes it. @return its error in multiples of the noise floor
-  std::optional<double> confirm(const Diagnosis& d) {
+  /// Predicts a run that is yet to be made, then makes it, where somebody agrees.
+  void confirm() {
+    const Diagnosis& d = latest_->diagnosis;
+    if (d.verdict == Verdict::cannot_tell) return;
     const auto seed = static_cast<std::uint64_t>(o_.seed);
     const Profile planned = confirming_experiment(bench_.reach().low, bench_.reach().high, o_.settle, seed);
     const Profile profile = allowed(planned, d.final, much_unknown);
@@ -204,7 +207,7 @@ class Investigation {
     std::cout << "\nConfirm: what the model says of a run that nobody has seen is in " << said << std::endl;
     if (!bench_.agreed("Run it (" + pretty(profile.min()) + " to " + pretty(profile.max()) + " V, " +
                        seconds(profile.duration()) + ")?")) {
-      return std::nullopt;
+      return;
     }
     const std::string session = bench_.run(profile, "investigate: confirms " + said);
     const std::vector<Run> runs = read_runs(session);
@@ -225,19 +228,27 @@ class Investigation {
                   {"base", {{"error", before.error}, {"chained_error", before.chained_error}}},
                   {"final", {{"error", after.error}, {"chained_error", after.chained_error}}}};
     story_.foretold = {said, session, runs.front(), judge, before.chained_error, after.chained_error};
-    return after.chained_error;
   }
 
-  void write(const Diagnosis& d, const Model& given) const {
+  /// Whether the verdict stands, and a run that was foretold has been made where one was wanted.
+  bool settled() const {
+    const Verdict verdict = latest_->diagnosis.verdict;
+    return (verdict == Verdict::found || verdict == Verdict::nothing_missing) && (o_.no_confirm || story_.foretold);
+  }
+
+  /// What is known, if anything is: also where a run was refused or ended early.
+  void write(const Model& given) const {
+    if (!latest_) return;
+    const auto& [d, train, held_out] = *latest_;
     const std::string found = (std::filesystem::path(o_.folder) / "found.yaml").string();
     write_model(found, d.final);
-    json all{{"rounds", rounds_}, {"sessions", train_},      {"held_out", held_out_},
+    json all{{"rounds", rounds_}, {"sessions", train},       {"held_out", held_out},
              {"model", found},    {"diagnosis", to_json(d)}, {"confirmed", confirmed_}};
     write_json(o_.json_file, all);
     if (!o_.report.empty()) {
       ReportInput in = ReportInput::of(o_.model, given, o_.command);
-      for (const std::string& s : train_) in.add(s, false);
-      for (const std::string& s : held_out_) in.add(s, true);
+      for (const std::string& s : train) in.add(s, false);
+      for (const std::string& s : held_out) in.add(s, true);
       in.story = story_;
       write_page(o_.report, report_page(in, d), "--report");
       std::cout << "\nAll of it as a page: " << o_.report << std::endl;
@@ -246,6 +257,12 @@ class Investigation {
   }
 
  private:
+  /// A diagnosis, and the sessions that it is of.
+  struct Learnt {
+    Diagnosis diagnosis;
+    std::vector<std::string> train, held_out;
+  };
+
   static constexpr double much_unknown = 0.8, little_unknown = 0.9;  ///< shares of the bench's limits that are used
 
   static Model fitted(const Model& given, const std::string& session) {
@@ -313,6 +330,7 @@ class Investigation {
   Bench& bench_;
   std::vector<std::string> train_, held_out_;
   bool recorded_first_ = false, recorded_more_ = false;
+  std::optional<Learnt> latest_;
   std::set<std::string> run_already_;  // profiles that were to tell tied effects apart
   json rounds_ = json::array();
   json confirmed_;
@@ -333,12 +351,15 @@ int investigate_command(const InvestigateOptions& o) {
   std::cout << "bench " << bench.name() << ", model " << o.model << "\n";
   Investigation investigation(o, bench);
   if (o.sessions.empty() && !investigation.record_first("No sessions are given.", given)) return 1;
-  const Diagnosis d = investigation.learn(given);
-  std::optional<double> error;
-  if (!o.no_confirm && d.verdict != Verdict::cannot_tell) error = investigation.confirm(d);
-  investigation.write(d, given);
-  const bool stands = d.verdict == Verdict::found || d.verdict == Verdict::nothing_missing;
-  return stands && (o.no_confirm || error) ? 0 : 1;
+  try {
+    investigation.learn(given);
+    if (!o.no_confirm) investigation.confirm();
+  } catch (const Error&) {
+    investigation.write(given);
+    throw;
+  }
+  investigation.write(given);
+  return investigation.settled() ? 0 : 1;
 }
 
 }  // namespace

@@ -17,12 +17,14 @@ using testing::HasSubstr;
 /// `emtb investigate` beside a real emtbd, whose simulated desk bench hides what the test says.
 class Investigate : public Scratch {
  protected:
+  /// Expressions in the bench's file, and what stands there instead.
+  using Changes = std::vector<std::pair<std::string, std::string>>;
+
   /// @param hidden lines of the bench's `simulation:`
-  /// @param resistance of the simulated motor, in place of its `R_a: 1.2 `
-  void start(const std::string& hidden, bool with_gauge = true, const std::string& resistance = "R_a: 1.2 ") {
+  void start(const std::string& hidden, const Changes& changes = {}) {
+    emtbd_.reset();
     std::string desk = read(std::filesystem::path(EMTB_CONFIG) / "benches/desk-simulated.yaml");
-    desk.replace(desk.rfind("R_a: 1.2 "), 9, resistance);
-    if (!with_gauge) desk = std::regex_replace(desk, std::regex("\n +torque: [^\n]*"), "");
+    for (const auto& [from, to] : changes) desk = std::regex_replace(desk, std::regex(from), to);
     const auto bench = write("bench.yaml", desk + hidden);
     emtbd_ = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", bench, "--socket", path("s"),
                                                                 "--data", path("data"), "--pace", "max"},
@@ -46,9 +48,12 @@ class Investigate : public Scratch {
     return recorded(name, "kind: step\nlevel: " + std::to_string(level) + "\nbefore: 0.5\nhold: 3\nafter: 0.5\n") +
            "@0:3.4";
   }
+  std::string to_and_fro(const std::string& name, const std::string& levels) {
+    return recorded(name, "kind: staircase\nlevels: [" + levels + "]\nbefore: 0.5\nhold: 1\nafter: 0.5\n");
+  }
   /// A session of levels, from when it turns until it is stopped.
   std::string turning(const std::string& name, const std::string& levels) {
-    return recorded(name, "kind: staircase\nlevels: [" + levels + "]\nbefore: 0.5\nhold: 1\nafter: 0.5\n") + "@1:4.4";
+    return to_and_fro(name, levels) + "@1:4.4";
   }
   std::string recorded(const std::string& name, const std::string& profile) {
     EXPECT_EQ(call({"run", "--reset", write(name + ".yaml", "name: " + name + "\n" + profile).string()}), 0)
@@ -62,7 +67,7 @@ class Investigate : public Scratch {
 
 TEST_F(Investigate, MakesTheFirstRunsSmallerWhereTheMotorWouldDrawMoreThanTheBenchAllows) {
   // 5.4 V and a gain of 4 on 0.85 ohm: 25 A, were the driver not as slow as it is; 19 end a run.
-  start("  friction: {law: hard, T_c: 0.003}\n", true, "R_a: 0.85 ");
+  start("  friction: {law: hard, T_c: 0.003}\n", {{"    R_a: 1.2 ", "    R_a: 0.85 "}});
   EXPECT_EQ(investigate({"--yes", "--no-confirm"}), 0) << last_->out() << last_->err();
   EXPECT_THAT(last_->out(), HasSubstr("step_high: -"));
   EXPECT_THAT(last_->out(), HasSubstr("near a limit of the bench"));
@@ -93,6 +98,19 @@ TEST_F(Investigate, FindsTheFrictionThatTheBenchHidesAndForetellsARun) {
       << "it was said before";
 }
 
+TEST_F(Investigate, WritesWhatWasFoundAlsoWhereNoRunToConfirmItIsAllowed) {
+  start("  friction: {law: hard, T_c: 0.003}\n");
+  const std::string one = to_and_fro("one", "2, -2, 1, -1"), other = to_and_fro("other", "-1, 2, -2, 1");
+  start("  friction: {law: hard, T_c: 0.003}\n", {{"omega: 620 ", "omega: 15 "}});  // a tenth needs 24 rad/s
+  EXPECT_EQ(investigate({"--yes", "--sessions", one, "--held-out", other, "--report", path("page.html")}), 2) << last_->out();
+  EXPECT_THAT(last_->err(), HasSubstr("near a limit of the bench"));
+  const json found = all();
+  EXPECT_EQ(found["diagnosis"]["missing"][0]["id"], "coulomb_friction");
+  EXPECT_TRUE(found["confirmed"].is_null());
+  EXPECT_THAT(read(found["model"].get<std::string>()), HasSubstr("T_c"));
+  EXPECT_THAT(read(path("page.html")), HasSubstr("The model lacks Coulomb friction"));
+}
+
 TEST_F(Investigate, RecordsMoreWhereTheSessionsAtHandLeaveItOpen) {
   start("  friction: {law: hard, T_c: 0.003}\n");
   const std::string one = one_direction("one", 2), other = one_direction("other", 3);
@@ -105,7 +123,7 @@ TEST_F(Investigate, RecordsMoreWhereTheSessionsAtHandLeaveItOpen) {
 }
 
 TEST_F(Investigate, RunsTheProposedExperimentWhereEffectsTie) {
-  start("  friction: {law: hard, T_c: 0.003}\n", false);
+  start("  friction: {law: hard, T_c: 0.003}\n", {{"\n +torque: [^\n]*", ""}});
   const std::string one = turning("one", "2, 4, 1, 3"), other = turning("other", "3, 1, 4, 2");
   EXPECT_EQ(investigate({"--yes", "--no-confirm", "--rounds", "2", "--sessions", one, "--held-out", other}), 0)
       << last_->out() << last_->err();
