@@ -169,6 +169,35 @@ class Search {
     return found;
   }
 
+  /// The refit of what pulls at a shaft that never turns slowly: it shows where the shaft starts and stops, in no
+  /// spectrum. So where nothing else explains what is left, whole orders are tried one by one, on the shortest runs.
+  std::optional<std::pair<Score, Trial>> whole_orders(const Round& round) {
+    constexpr int glance = 2;
+    constexpr std::size_t go_on = 2;
+    const Trial& fitted = round.fitted;
+    const std::size_t cogging = effect_index("cogging");
+    if (largest_excess(fitted.held_out) < options_.materiality.remainder || fitted.model.includes(cogging)) return {};
+    ScoreOptions all = options_.score;
+    all.whole_orders = true;
+    const std::vector<Score> scored =
+        promising(score(data_.train, fitted.model, std::vector<std::size_t>{cogging}, all), options_.score);
+    if (scored.empty()) return {};
+    Score best = scored.front();
+    const std::vector<PreparedRun> runs = shortest_records(data_.train);
+    const double squares = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
+    std::vector<std::pair<double, Score::Start>> begun;
+    for (const Score::Start& start : best.starts) {
+      const Calibration c = first_steps(runs, with_effect(runs, fitted.model, squares, cogging, start), glance);
+      std::vector<double> there;
+      for (const Parameter& p : c.model.parameters_of(cogging)) there.push_back(p.value);
+      begun.push_back({c.cost, {there, there, {}}});
+    }
+    std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
+    best.starts.clear();
+    for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
+    return std::pair{best, fit(first_steps(fitted, best).model)};
+  }
+
   /// Two effects that explain all that the many do which were pieced together one by one, and leave nothing: the first
   /// step takes what removes most, which may be neither of them. So each of the others that came near is followed by
   /// one step.
@@ -257,8 +286,12 @@ class Search {
   }
 
   Calibration first_steps(const Model& start, int iterations) const {
+    return first_steps(data_.train, start, iterations);
+  }
+
+  static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations) {
     return calibrate(
-        data_.train, start,
+        runs, start,
         {.extra_starts = 0, .max_iterations = iterations, .tolerance = 1e-3, .with_covariance = false, .outputs = {}});
   }
 
@@ -424,15 +457,26 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       return mends_another(t.first.effect, found, current.held_out, t.second.held_out) ||
              !shows_itself(model.about(t.first.effect), current.held_out, t.second.held_out);
     });
-    const auto* best = best_of(trials, current, rule);
     std::optional<Trial> kept;
-    while (best != nullptr) {
-      if (search.determined(best->second.model, best->first.effect)) {
-        kept = search.fit_to_the_end(best->second.model);
-        if (material(current.held_out, kept->held_out, rule)) break;  // not only where a descent was broken off
+    const auto best_that_stays = [&] {
+      const auto* best = best_of(trials, current, rule);
+      while (best != nullptr) {
+        if (search.determined(best->second.model, best->first.effect)) {
+          kept = search.fit_to_the_end(best->second.model);
+          if (material(current.held_out, kept->held_out, rule)) break;  // not only where a descent was broken off
+        }
+        std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
+        best = best_of(trials, current, rule);
       }
-      std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
-      best = best_of(trials, current, rule);
+      return best;
+    };
+    const auto* best = best_that_stays();
+    if (best == nullptr) {
+      if (auto teeth = search.whole_orders(round)) {
+        remember(d.candidates, teeth->first, teeth->second.held_out.error());
+        trials.push_back(std::move(*teeth));
+        best = best_that_stays();
+      }
     }
     if (best == nullptr) {
       auto two = search.two_at_once(round, found, rule);

@@ -14,6 +14,7 @@
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
 #include "estimate/ringing.h"
+#include "estimate/turn.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -139,7 +140,7 @@ double normal_quantile(double tail) {
 struct Fitted {
   std::span<const PreparedRun> records;
   const Model& model;
-  std::vector<double> turns;             ///< of each record
+  std::vector<Turn> turns;               ///< of each record
   std::vector<std::vector<Base>> bases;  ///< of each record, one a signal
   std::map<Signal, OwnSums> plain;
   OwnSums white;
@@ -323,13 +324,13 @@ std::vector<Evidence> evidence_of(const Fitted& fitted, std::size_t index, const
   const Extended x = extend(fitted, record, batch);
   std::vector<Residuals> seen;
   if (batch.front().whole) {
-    seen = residuals_at_turn(record, x.structure, x.values, {}, fitted.turns[index]);
+    seen = residuals_at_turn(record, x.structure, x.values, {}, fitted.turns[index]).residuals;
     for (std::size_t s = 0; s < seen.size(); ++s) {
       const VectorXd change = fitted.bases[index][s].plain.value - seen[s].value;
       if (change.squaredNorm() > 0) seen[s].sensitivity = change;
     }
   } else {
-    seen = residuals_at_turn(record, x.structure, x.values, x.columns, fitted.turns[index]);
+    seen = residuals_at_turn(record, x.structure, x.values, x.columns, fitted.turns[index]).residuals;
   }
   std::vector<Evidence> all;
   for (const Hypothesis& h : batch) {
@@ -532,7 +533,8 @@ std::vector<StartValues> starts_of_formula(const EffectInfo& about) {
   return all;
 }
 
-std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std::size_t> candidates) {
+std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std::size_t> candidates,
+                                      bool whole_orders) {
   std::vector<Hypothesis> all;
   std::optional<std::vector<Order>> orders;
   for (const std::size_t effect : candidates) {
@@ -556,13 +558,24 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
       all.push_back({effect, &about, {}, false});
       continue;
     }
-    if (!orders) orders = orders_left(fitted);
-    for (const Order& order : *orders) {
+    const auto add_order = [&](double per_turn) {
       Hypothesis h{effect, &about, {}, false};
       for (std::size_t i = 0; i < about.parameter_count; ++i) {
-        if (about.parameter_list[i].symbol == "N") h.at[i] = order.per_turn;
+        if (about.parameter_list[i].symbol == "N") h.at[i] = per_turn;
       }
       all.push_back(h);
+    };
+    if (whole_orders) {
+      constexpr int most_teeth = 24;
+      for (int n = 2; n <= most_teeth; ++n) add_order(n);
+      continue;
+    }
+    if (!orders) orders = orders_left(fitted);
+    for (const Order& order : *orders) {
+      constexpr double scale = 0.01;  // of the measured angle, which may be off by as much
+      const double whole = std::round(order.per_turn), off = std::abs(order.per_turn - whole);
+      add_order(order.per_turn);
+      if (whole > 0 && off > 1e-4 * whole && off < scale * whole) add_order(whole);
     }
   }
   // Those that need the short step share their simulations.
@@ -611,14 +624,15 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
                          std::span<const std::size_t> candidates, const ScoreOptions& options) {
   const FreeParameters free(model);
   const auto p = static_cast<Eigen::Index>(free.size());
-  Fitted fitted{records, model, std::vector<double>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model), p};
+  Fitted fitted{records, model, std::vector<Turn>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model), p};
   fitted.bases.resize(records.size());
   const std::vector<double> values = model.values();
   const std::vector<std::vector<std::size_t>> moved = moved_by(free);
   const auto fit_of = [&](std::size_t i) {
     const ModelStructure structure = records[i].structure(model);
     fitted.turns[i] = best_turn(records[i], structure, values);
-    for (Residuals& r : residuals_at_turn(records[i], structure, values, moved, fitted.turns[i])) {
+    std::vector<Residuals> all = residuals_at_turn(records[i], structure, values, moved, fitted.turns[i]).residuals;
+    for (Residuals& r : all) {
       fitted.bases[i].push_back(make_base(std::move(r)));
     }
   };
@@ -631,7 +645,7 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
   }
 
   fitted.seen.ringing = ringing_of(fitted);
-  const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates));
+  const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates, options.whole_orders));
   std::vector<std::vector<Evidence>> evidence(batches.size() * records.size());
   parallel_for(
       evidence.size(),
@@ -667,7 +681,8 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
     }
     Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
     const bool shaped = std::ranges::any_of(model.about(effect).parameters(), &EffectParameter::shape);
-    const bool several = (model.about(effect).fades() && shaped) || model.about(effect).sudden;
+    const bool several =
+        (model.about(effect).fades() && shaped) || model.about(effect).sudden || model.about(effect).periodic;
     if (several) {
       for (const Score& other : tried) {
         if (other.expected() != best.expected()) best.starts.push_back(other.starts.front());
@@ -705,18 +720,20 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
 Model with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares, std::size_t effect,
                   const Score::Start& start) {
   const FreeParameters free(fitted);
+  const EffectInfo& about = fitted.about(effect);
   const auto at = [&](double share) {
     Model extended = fitted;
     for (std::size_t i = 0; i < start.others.size(); ++i) {
       Parameter& p = extended.at(free.places()[i]);
-      p.value = std::clamp(p.value + share * start.others[i], p.min, p.max);
+      p.value = std::clamp(p.value + std::min(share, 1.0) * start.others[i], p.min, p.max);
     }
     extended.include(effect);
     std::vector<Parameter>& added = extended.parameters_of(effect);
     for (std::size_t i = 0; i < added.size(); ++i) {
       Parameter& p = added[i];
       if (p.fixed) continue;
-      p.value = std::clamp(start.from[i] + share * (start.expected[i] - start.from[i]), p.min, p.max);
+      const double part = about.parameter_list[i].shape ? std::min(share, 1.0) : share;
+      p.value = std::clamp(start.from[i] + part * (start.expected[i] - start.from[i]), p.min, p.max);
     }
     return extended;
   };
@@ -733,6 +750,14 @@ Model with_effect(std::span<const PreparedRun> records, const Model& fitted, dou
       least = cost;
       best = std::move(nearer);
     }
+  }
+  // It sees only as much of a wave as keeps step with the measured angle, which wanders.
+  for (double share = 2; about.periodic && least < squares && share <= 16; share *= 2) {
+    Model larger = at(share);
+    const double cost = squares_of(larger);
+    if (!(cost < least)) break;
+    least = cost;
+    best = std::move(larger);
   }
   return best;
 }

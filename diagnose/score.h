@@ -33,7 +33,8 @@ struct Score {
   };
 
   std::size_t effect = 0;     ///< as the model numbers them: of the catalogue, then the formulas on offer
-  std::vector<Start> starts;  ///< the best, and for an effect that fades and has a shape where else it was tried
+  std::vector<Start> starts;  ///< the best, and for an effect that fades and has a shape, or repeats with the angle,
+                              ///< where else it was tried
   double predicted_drop = 0;  ///< of the sum of squares in units of sigma^2
   double predicted_gain = 0;  ///< largest mean square, in units of sigma^2, that goes from a signal
   double visibility = 0;
@@ -48,6 +49,7 @@ struct ScoreOptions {
   double false_alarms = 0.05;       ///< over the whole list of candidates
   double material_least = 0.02;     ///< mean square that an effect must remove to count
   double gain_worth_a_refit = 0.5;  ///< mean square whose promise needs no test of significance
+  bool whole_orders = false;        ///< what repeats with the angle: at all whole orders, not at those of the spectrum
 };
 
 /// Scores each candidate on the records, at the values of the fitted model.

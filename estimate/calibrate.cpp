@@ -10,6 +10,7 @@
 
 #include "estimate/linear_algebra.h"
 #include "estimate/parallel.h"
+#include "estimate/turn.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -65,13 +66,25 @@ class Problem {
     least_ = std::numeric_limits<double>::infinity();
   }
 
+  /// Searches the turns anew where they have been followed to. @return whether that lowers the cost by a share
+  bool finds_better_turns(std::span<const double> x, double share) const {
+    if (!model_.periodic()) return false;
+    const auto followed = turns_;
+    const double before = least_;
+    search_turns();
+    if (normal_equations(x, false, false).rtr < (1 - share) * before) return true;
+    turns_ = followed;
+    least_ = before;
+    return false;
+  }
+
   /// @param to_judge with what tells how good an optimum is
   NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const {
     const bool in_steps = to_judge && !options_.quick_errors;
     const auto p = static_cast<Eigen::Index>(free_.size());
     const std::vector<double> values = free_.spread(x);
     std::vector<NormalEquations> each(records_.size());
-    std::vector<std::optional<double>> turns(records_.size());
+    std::vector<std::optional<Turn>> turns(records_.size());
     const auto one = [&](std::size_t i) {
       const auto moved = with_sensitivities ? std::span(moved_) : std::span<const std::vector<std::size_t>>{};
       NormalEquations& n = each[i];
@@ -80,10 +93,15 @@ class Problem {
       n.str_of_step.setZero(p);
       std::map<long, Eigen::VectorXd> blocks;
       const ModelStructure structure = records_[i].structure(model_);
-      turns[i] = best_turn(records_[i], structure, values, turns_[i]);
+      turns[i] = best_turn(records_[i], structure, values, turns_[i] ? &*turns_[i] : nullptr);
+      n.rtr += turns[i]->unlikely;
       std::vector<Residuals> finer;
-      if (in_steps) finer = residuals_at_turn(in_half_steps(records_[i]), structure, values, {}, *turns[i]);
-      const std::vector<Residuals> all = residuals_at_turn(records_[i], structure, values, moved, *turns[i]);
+      if (in_steps) finer = residuals_at_turn(in_half_steps(records_[i]), structure, values, {}, *turns[i]).residuals;
+      const auto [all, prior] = residuals_at_turn(records_[i], structure, values, moved, *turns[i]);
+      if (prior.sts.size() > 0) {
+        n.sts += prior.sts;
+        n.str += prior.str;
+      }
       for (std::size_t s = 0; s < all.size(); ++s) {
         const Residuals& r = all[s];
         if (!wanted(r.signal, options_)) continue;
@@ -151,7 +169,7 @@ class Problem {
   FreeParameters free_;
   std::vector<std::vector<std::size_t>> moved_;
   std::vector<std::pair<Eigen::Index, Prior>> priors_;
-  mutable std::vector<std::optional<double>> turns_;  // of each record, where the cost was least
+  mutable std::vector<std::optional<Turn>> turns_;  // of each record, where the cost was least
   mutable double least_ = std::numeric_limits<double>::infinity();
 };
 
@@ -192,6 +210,8 @@ class CompressedCost final : public ceres::CostFunction {
     return true;
   }
 
+  void forget() { last_x_.clear(); }
+
   /// Most points that are tried are kept, and then linearized: done at once, that is one simulation instead of two.
   const NormalEquations& at(std::span<const double> x) const {
     if (!std::ranges::equal(x, last_x_)) {
@@ -219,6 +239,7 @@ struct Descent {
 Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations,
                 double tolerance) {
   constexpr int round_length = 8;
+  const bool repeats = model.periodic();
   problem.search_turns();
   CompressedCost cost(problem);
   const auto places = problem.free().places();
@@ -267,6 +288,14 @@ Descent descend(const Problem& problem, const Model& model, std::vector<double> 
     ceres::Solve(options, &round, &summary);
     result.cost = summary.final_cost;
     result.converged = summary.termination_type == ceres::CONVERGENCE;
+    if (repeats) {  // the turns are followed no nearer than this
+      constexpr double near = 1e-5;
+      result.converged = result.converged || summary.final_cost > (1 - near) * summary.initial_cost;
+      if (problem.finds_better_turns(result.x, near)) {
+        cost.forget();
+        result.converged = false;
+      }
+    }
     result.iterations += std::max(1, static_cast<int>(summary.iterations.size()) - 1);
     if (summary.termination_type == ceres::FAILURE) break;
   }
@@ -294,19 +323,6 @@ std::vector<double> other_start(const Problem& problem, const Model& model, std:
     x.push_back(p.min > 0 ? p.min * std::pow(p.max / p.min, u) : p.min + (p.max - p.min) * u * u);
   }
   return x;
-}
-
-/// The shorter records, up to a quarter of the samples, at least two where there are.
-std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records) {
-  std::vector<PreparedRun> part(records.begin(), records.end());
-  std::ranges::stable_sort(part, {}, [](const PreparedRun& r) { return r.length(); });
-  std::size_t total = 0, taken = 0, keep = 0;
-  for (const PreparedRun& r : part) total += r.length();
-  while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].length()) <= total)) {
-    taken += part[keep++].length();
-  }
-  part.resize(keep);
-  return part;
 }
 
 /// Does another point lie in the valley of an optimum? It does where the cost there is what the optimum's curvature
@@ -424,6 +440,18 @@ void judge(Calibration& result, const Problem& problem, std::span<const double> 
 }
 
 }  // namespace
+
+std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records) {
+  std::vector<PreparedRun> part(records.begin(), records.end());
+  std::ranges::stable_sort(part, {}, [](const PreparedRun& r) { return r.length(); });
+  std::size_t total = 0, taken = 0, keep = 0;
+  for (const PreparedRun& r : part) total += r.length();
+  while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].length()) <= total)) {
+    taken += part[keep++].length();
+  }
+  part.resize(keep);
+  return part;
+}
 
 Calibration calibrate(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options) {
   const Problem problem(records, model, options);

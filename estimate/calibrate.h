@@ -45,6 +45,9 @@ struct CalibrationOptions {
   bool quick_errors = false;    ///< leaves long blocks and the length of steps out of the standard errors
 };
 
+/// The shorter records, up to a quarter of the samples, at least two where there are: for a first look.
+std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records);
+
 /// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
 /// region) on the weighed residuals of all records, from several starts. A parameter that rests on a bound and would
 /// leave it is held there while the others go on; a start that leads back to a valley already known is not followed to

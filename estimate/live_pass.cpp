@@ -207,7 +207,8 @@ void LivePass::start_run(std::span<const LiveTick> ahead) {
   renew_machines();
   e_a_ = std::isfinite(now.drive) ? now.drive : 0;
   unmeasured_ = 0;
-  StepInput in{.u_ref = now.u_ref, .e_a_mean = e_a_, .e_a_end = e_a_, .angle_middle = {}, .angle_end = {}};
+  StepInput in{
+      .u_ref = now.u_ref, .e_a_mean = e_a_, .e_a_end = e_a_, .angle_middle = {}, .angle_end = {}, .angle_pull = {}};
   in.i_a = std::isfinite(now.i_a) ? now.i_a : 0;
   in.load = now.load;
   in.omega = speed.value;
@@ -249,7 +250,7 @@ void LivePass::step_to(const LiveTick& now) {
   }
   const int steps = std::max(1, static_cast<int>(std::ceil(interval / plan_.longest_step - 1e-6)));
   const double h = interval / steps;
-  StepInput in{.u_ref = before_.u_ref, .angle_middle = {}, .angle_end = {}};
+  StepInput in{.u_ref = before_.u_ref, .angle_middle = {}, .angle_end = {}, .angle_pull = {}};
   in.i_a = std::isfinite(before_.i_a) ? before_.i_a : value_of(machines_.front().i_a);
   in.load = 0.5 * (before_.load + now.load);
   const double a = std::isfinite(before_.omega) ? before_.omega : value_of(machines_.front().omega);

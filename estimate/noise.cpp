@@ -378,6 +378,34 @@ class CarriedNoise {
   double time_constant_ = 0;     ///< [s]
 };
 
+/// Where the angle is the integral of a speed: what noise makes it wander, and how far a simulated rotor trusts it.
+void set_wander(PreparedRun& record, const Noise& noise) {
+  constexpr double longest_memory = 0.99;  // of the noise, from one reading to the next
+  constexpr double more = 4;               // also what rounds the reading, and what lags
+  constexpr double window = 0.1;           // [s] over which a shaft turns or stands
+  constexpr double clear = 4;              // standard deviations of noise above which it turns
+  constexpr double back = 4;  // [1/rad] a rotor that turns is back at a measured angle within a part of a turn
+  Excitation& x = record.excitation;
+  const auto speed = std::ranges::find(record.observations, Signal::omega, &Observation::signal);
+  if (!x.angle_wanders || speed == record.observations.end() || speed->size() < 2) return;
+  const double interval = (x.t[speed->last.back()] - x.t[speed->last.front()]) / static_cast<double>(speed->size() - 1);
+  const NoiseFloor& floor = noise.at(Signal::omega);
+  const double rho = std::clamp(floor.autocorrelation, 0.0, longest_memory);
+  const double by_noise = floor.sigma * floor.sigma * interval * (1 + rho) / (1 - rho);  // [rad^2/s]
+  record.angle_wander = more * by_noise;
+  const std::size_t n = x.t.size();
+  const auto half =
+      static_cast<std::size_t>(std::lround(0.5 * window * static_cast<double>(n - 1) / (x.t.back() - x.t.front())));
+  x.angle_pull.assign(n, 0);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t from = k - std::min(k, half), to = std::min(k + half, n - 1);
+    const double seconds = x.t[to] - x.t[from];
+    if (seconds <= 0) continue;
+    const double turning = std::abs(x.angle[to] - x.angle[from]) / seconds;
+    x.angle_pull[k] = back * std::max(0.0, turning - clear * std::sqrt(by_noise / seconds));
+  }
+}
+
 }  // namespace
 
 void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& model) {
@@ -385,6 +413,7 @@ void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& mode
   for (PreparedRun& record : records) {
     const CarriedNoise carried(record, values, model.input == Signal::i_a);
     const Excitation& x = record.excitation;
+    set_wander(record, noise);
     Trajectory<double> driver;
     if (!x.u_ref.empty()) {
       ModelStructure structure = model.structure();

@@ -60,6 +60,7 @@ struct PreparedRun {
   bool measured_load = false;
   InputNoise voltage_noise;  ///< [V] of the measured e_a
   InputNoise load_noise;     ///< [N m] of the measured torque
+  double angle_wander = 0;   ///< [rad^2/s] variance that an angle integrated from a speed gains; set by weigh()
   std::vector<Observation> observations;
 
   std::size_t length() const { return excitation.t.size(); }

@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <type_traits>
 
-#include "estimate/linear_algebra.h"
 #include "estimate/parallel.h"
-#include "model/catalogue.h"
+#include "estimate/turn.h"
 
 namespace emtb {
 namespace {
@@ -109,15 +106,6 @@ void pass(const PreparedRun& record, const ModelStructure& structure, std::span<
   simulate<Scalar>(structure, p, record.excitation, comparison);
 }
 
-/// Room for the residuals of each observation.
-std::vector<Residuals> room_for(const PreparedRun& record) {
-  std::vector<Residuals> out;
-  for (const Observation& o : record.observations) {
-    out.push_back({0, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}});
-  }
-  return out;
-}
-
 /// As many passes as the columns need.
 void all_passes(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
                 std::span<const std::vector<std::size_t>> moved, std::vector<Residuals>& out) {
@@ -139,188 +127,24 @@ void all_passes(const PreparedRun& record, const ModelStructure& structure, std:
   }
 }
 
-/// An effect of a structure that repeats with the angle.
-struct PeriodicPart {
-  std::size_t index = 0;  ///< among the structure's effects
-  std::size_t place = 0;  ///< of its amplitude among the values; its phase comes last of its parameters
-  std::size_t count = 0;  ///< of its parameters
-  double order = 1;       ///< how often a turn it repeats
-};
-
-std::vector<PeriodicPart> periodic_parts(const ModelStructure& structure, std::span<const double> values) {
-  std::vector<PeriodicPart> parts;
-  std::size_t place = ModelStructure::base_count;
-  for (std::size_t k = 0; k < structure.effects.size(); ++k) {
-    const EffectInfo& info = effect_catalogue()[structure.effects[k]];
-    if (info.periodic) {
-      PeriodicPart part{k, place, info.parameter_count, 1};
-      for (std::size_t i = 0; i < info.parameter_count; ++i) {
-        if (info.parameter_list[i].symbol == "N") part.order = values[place + i];
-      }
-      parts.push_back(part);
-    }
-    place += info.parameter_count;
-  }
-  return parts;
-}
-
-/// What waves of unit amplitude, in phase and a quarter of a period later, would do to a record in which nothing
-/// repeats with the angle, to first order: with these, the cost at any turn is a quadratic form of its sines and
-/// cosines, and no turn needs a simulation of its own.
-class WavesOfTurn {
- public:
-  WavesOfTurn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
-              std::span<const PeriodicPart> parts)
-      : parts_(parts.begin(), parts.end()) {
-    ModelStructure doubled = structure;
-    std::vector<double> still(values.begin(), values.end());
-    std::vector<std::vector<std::size_t>> amplitudes(2 * parts_.size());
-    for (std::size_t k = parts_.size(); k-- > 0;) {  // from the back: the places before stay as they are
-      const PeriodicPart& part = parts_[k];
-      amplitudes_.insert(amplitudes_.begin(), still[part.place]);
-      still[part.place] = 0;
-      const auto begin = still.begin() + static_cast<std::ptrdiff_t>(part.place);
-      std::vector<double> later(begin, begin + static_cast<std::ptrdiff_t>(part.count));
-      later.back() += std::numbers::pi / 2;
-      still.insert(begin + static_cast<std::ptrdiff_t>(part.count), later.begin(), later.end());
-      const auto effect = doubled.effects.begin() + static_cast<std::ptrdiff_t>(part.index);
-      doubled.effects.insert(effect, *effect);
-      const std::size_t before = part.place + shift(k);
-      amplitudes[2 * k] = {before};
-      amplitudes[2 * k + 1] = {before + part.count};
-    }
-    std::vector<Residuals> out = room_for(record);
-    all_passes(record, doubled, still, amplitudes, out);
-    const auto columns = static_cast<Eigen::Index>(amplitudes.size());
-    information_.setZero(columns, columns);
-    gradient_.setZero(columns);
-    for (const Residuals& r : out) {
-      squares_ += r.value.squaredNorm();
-      if (!r.informed()) continue;
-      information_ += gram(r.sensitivity);
-      gradient_ += transposed_product(r.sensitivity, r.value);
-    }
-  }
-
-  double cost(double turn) const {
-    Eigen::VectorXd size(gradient_.size());
-    for (std::size_t k = 0; k < parts_.size(); ++k) {
-      const auto column = static_cast<Eigen::Index>(2 * k);
-      size[column] = amplitudes_[k] * std::cos(parts_[k].order * turn);
-      size[column + 1] = amplitudes_[k] * std::sin(parts_[k].order * turn);
-    }
-    return squares_ - 2 * size.dot(gradient_) + size.dot(information_ * size);
-  }
-
- private:
-  /// How many values the parts before the k-th have been doubled by.
-  std::size_t shift(std::size_t k) const {
-    std::size_t sum = 0;
-    for (std::size_t i = 0; i < k; ++i) sum += parts_[i].count;
-    return sum;
-  }
-
-  std::vector<PeriodicPart> parts_;
-  std::vector<double> amplitudes_;
-  double squares_ = 0;
-  Eigen::MatrixXd information_;
-  Eigen::VectorXd gradient_;
-};
-
-/// Takes out of the other columns what the last one, the turn at the start, does instead, and drops it: the residuals
-/// are those at its best value, whatever the parameters are (variable projection after Kaufman, 1975).
-void project_off_last(std::vector<Residuals>& out) {
-  double own = 0;
-  Eigen::RowVectorXd shared;
-  for (const Residuals& r : out) {
-    if (!r.informed()) continue;
-    const auto turn = r.sensitivity.rightCols<1>();
-    own += turn.squaredNorm();
-    const Eigen::RowVectorXd product = turn.transpose() * r.sensitivity;
-    shared = shared.size() > 0 ? Eigen::RowVectorXd(shared + product) : product;
-  }
-  for (Residuals& r : out) {
-    if (!r.informed()) continue;
-    if (own > 0) r.sensitivity -= Eigen::VectorXd(r.sensitivity.rightCols<1>()) * (shared / own);
-    r.sensitivity.conservativeResize(Eigen::NoChange, r.sensitivity.cols() - 1);
-  }
-}
-
 }  // namespace
 
-double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> parameters,
-                 std::optional<double> near) {
-  const std::vector<PeriodicPart> parts = periodic_parts(structure, parameters);
-  if (parts.empty()) return 0;
-  const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
-  const double period = 2 * std::numbers::pi / slowest.order;
-  const int steps = 8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)));
-  std::vector<double> values(parameters.begin(), parameters.end());
-  values.push_back(0);
-  std::vector<Residuals> out = room_for(record);
-  double best = near.value_or(0);
-  if (!near) {
-    // There is a valley for each period of the fastest; what is linear tells the lowest of them, near enough.
-    constexpr std::size_t looked_at = 3;
-    const WavesOfTurn waves(record, structure, parameters, parts);
-    std::vector<double> costs;
-    for (int k = 0; k < steps; ++k) costs.push_back(waves.cost(period * k / steps));
-    std::vector<std::size_t> valleys;
-    for (std::size_t k = 0; k < costs.size(); ++k) {
-      const double before = costs[(k + costs.size() - 1) % costs.size()], after = costs[(k + 1) % costs.size()];
-      if (costs[k] <= before && costs[k] < after) valleys.push_back(k);
-    }
-    std::ranges::sort(valleys, {}, [&](std::size_t k) { return costs[k]; });
-    if (valleys.size() > looked_at) valleys.resize(looked_at);
-    double least = std::numeric_limits<double>::infinity();
-    for (const std::size_t valley : valleys) {
-      values.back() = period * static_cast<double>(valley) / steps;
-      all_passes(record, structure, values, {}, out);
-      if (const double cost = sum_of_squares(out); cost < least) {
-        least = cost;
-        best = values.back();
-      }
-    }
+std::vector<Residuals> simulated_residuals(const PreparedRun& record, const ModelStructure& structure,
+                                           std::span<const double> values,
+                                           std::span<const std::vector<std::size_t>> moved) {
+  std::vector<Residuals> out;
+  for (const Observation& o : record.observations) {
+    out.push_back({0, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}});
   }
-  const std::vector<std::vector<std::size_t>> turn{{values.size() - 1}};
-  for (int k = 0; k < (near ? 1 : 2); ++k) {
-    values.back() = best;
-    out = room_for(record);
-    all_passes(record, structure, values, turn, out);
-    double gradient = 0, curvature = 0;
-    for (const Residuals& r : out) {
-      if (!r.informed()) continue;
-      gradient += r.sensitivity.col(0).dot(r.value);
-      curvature += r.sensitivity.col(0).squaredNorm();
-    }
-    if (curvature <= 0) break;
-    best += std::clamp(gradient / curvature, -period / steps, period / steps);
-  }
-  return best;
-}
-
-std::vector<Residuals> residuals_at_turn(const PreparedRun& record, const ModelStructure& structure,
-                                         std::span<const double> values,
-                                         std::span<const std::vector<std::size_t>> moved, double turn) {
-  std::vector<Residuals> out = room_for(record);
-  if (periodic_parts(structure, values).empty()) {
-    all_passes(record, structure, values, moved, out);
-    return out;
-  }
-  std::vector<double> turned(values.begin(), values.end());
-  turned.push_back(turn);
-  std::vector<std::vector<std::size_t>> with_turn(moved.begin(), moved.end());
-  if (!moved.empty()) with_turn.push_back({values.size()});
-  all_passes(record, structure, turned, with_turn, out);
-  if (!moved.empty()) project_off_last(out);
+  all_passes(record, structure, values, moved, out);
   return out;
 }
 
 std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index,
                                  const ModelStructure& structure, std::span<const double> values,
                                  std::span<const std::vector<std::size_t>> moved) {
-  const double turn = best_turn(records[index], structure, values);
-  std::vector<Residuals> out = residuals_at_turn(records[index], structure, values, moved, turn);
+  const Turn turn = best_turn(records[index], structure, values);
+  std::vector<Residuals> out = residuals_at_turn(records[index], structure, values, moved, turn).residuals;
   for (Residuals& r : out) r.record = index;
   return out;
 }

@@ -23,26 +23,19 @@ struct Residuals {
   bool informed() const { return sensitivity.size() > 0; }
 };
 
-/// Simulates one record and compares it with each of its observations. Where the structure holds an effect that repeats
-/// with the angle, the angle at which the run starts is free: the residuals are those at its best value, and what it
-/// does is projected off the sensitivities.
-/// @param values all parameters, in the order of the structure
+/// Simulates one record and compares it with each of its observations.
+/// @param values all parameters, in the order of the structure, and optionally one more: an angle to add to the rotor's
 /// @param moved  for each of the p columns wanted, the places in `values` that this parameter moves (more than one if
 /// tied)
+std::vector<Residuals> simulated_residuals(const PreparedRun& record, const ModelStructure& structure,
+                                           std::span<const double> values,
+                                           std::span<const std::vector<std::size_t>> moved);
+
+/// The same at the angle of the rotor that fits best, where the structure holds an effect that repeats with it: see
+/// best_turn().
 std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t record,
                                  const ModelStructure& structure, std::span<const double> values,
                                  std::span<const std::vector<std::size_t>> moved);
-
-/// Where in a turn a run starts, for a structure with effects that repeat with the angle: where they fit it best. 0 for
-/// any other.
-/// @param near where it was for values like these: one step from there, in place of a search in all of the turn
-double best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
-                 std::optional<double> near = {});
-
-/// The residuals of one record at a known turn; what a little more of it would do is projected off the sensitivities.
-std::vector<Residuals> residuals_at_turn(const PreparedRun& record, const ModelStructure& structure,
-                                         std::span<const double> values,
-                                         std::span<const std::vector<std::size_t>> moved, double turn);
 
 /// The same for all records, in their order.
 std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,

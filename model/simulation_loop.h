@@ -30,7 +30,8 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
                .load = at(x.load, 0),
                .omega = at(x.omega, 0),
                .angle_middle = {},
-               .angle_end = {}};
+               .angle_end = {},
+               .angle_pull = {}};
   if (!x.angle.empty()) in.angle_end = x.angle[0];
   machine.start(x.initial, in);
   read(0);
@@ -42,6 +43,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
     in.u_ref = at(x.u_ref, k);
     in.i_a = at(x.i_a, k);
     if (!x.temperature.empty()) in.temperature = x.temperature[k];
+    if (!x.angle_pull.empty()) in.angle_pull = x.angle_pull[k];
     in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
     const bool whole = interval <= longest_step * (1 + 1e-6);
     const int steps = whole ? 1 : static_cast<int>(std::ceil(interval / longest_step - 1e-6));

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -25,6 +26,7 @@ struct StepInput {
   double load = 0;      ///< [N m] measured load torque, mean over the step: a passive load
   double omega = 0;     ///< [rad/s] measured speed: predicts the load where `measured_load`
   std::optional<double> angle_middle, angle_end;  ///< [rad] measured: what periodic effects see; absent: as simulated
+  std::optional<double> angle_pull;               ///< [1/s] see Excitation::angle_pull
   double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [degC] where measured
   bool armature_open = false;
 };
@@ -78,6 +80,9 @@ class Machine {
   void start(const InitialState& initial, const StepInput& input) {
     omega = omega_before_ = Scalar(initial.omega);
     theta = turned_ + initial.theta;
+    lead_ = Scalar(0.0);
+    period_ = shortest_period();
+    angle_before_ = input.angle_end.value_or(0);
     i_a = i_a_before_ = Scalar(initial.i_a);
     changes_ = {{-infinity, input.u_ref}};
     e_driver = e_slewed_ = initial.e_driver ? Scalar(*initial.e_driver) : target_of(input.u_ref);
@@ -175,7 +180,15 @@ class Machine {
       i_a = mean_current;
     }
     e_a_reading = blocked ? k_b_ * omega_end : output_voltage();
-    theta += 0.5 * h * (omega + omega_end);
+    const Scalar turned = 0.5 * h * (omega + omega_end);
+    theta += turned;
+    if (in.angle_end) {
+      if (in.angle_pull) {
+        lead_ = (lead_ + turned - (*in.angle_end - angle_before_)) * (1 / (1 + h * *in.angle_pull));
+        lead_ -= period_ * std::round(value_of(lead_) / period_);  // another tooth is as good
+      }
+      angle_before_ = *in.angle_end;
+    }
     omega_before_ = omega;
     omega = omega_end;
     read_sensors(t + h, h, in);
@@ -217,8 +230,24 @@ class Machine {
     middle_.i_a = i_a + 0.5 * (i_a - i_a_before_);
     middle_.omega = omega + 0.5 * (omega - omega_before_);
     middle_.omega_start = omega;
-    middle_.theta = in.angle_middle ? turned_ + *in.angle_middle : theta + 0.5 * h * omega;
+    middle_.theta = !in.angle_middle ? theta + 0.5 * h * omega
+                    : in.angle_pull  ? turned_ + angle_before_ + lead_ + 0.5 * h * omega
+                                     : turned_ + *in.angle_middle;
     middle_.temperature = in.temperature;
+  }
+
+  /// [rad] Of what repeats with the angle; a turn where nothing does.
+  double shortest_period() const {
+    double most = 1;  // a turn
+    std::size_t place = ModelStructure::base_count;
+    for (const std::size_t effect : structure_.effects) {
+      const EffectInfo& info = effect_catalogue()[effect];
+      for (std::size_t i = 0; i < info.parameter_count && info.periodic; ++i) {
+        if (info.parameter_list[i].symbol == "N") most = std::max(most, value_of(p_[place + i]));
+      }
+      place += info.parameter_count;
+    }
+    return 2 * std::numbers::pi / most;
   }
 
   /// The driver as known; effects of the driver change it in every step.
@@ -482,7 +511,7 @@ class Machine {
     terms_.i_a_reading = i_a;
     terms_.torque_reading = terms_.load_torque;
     terms_.load_offset = Scalar(0.0);
-    const Scalar angle = in.angle_end ? turned_ + *in.angle_end : theta;
+    const Scalar angle = in.angle_end ? turned_ + *in.angle_end + lead_ : theta;
     apply(sensor_parts_,
           {.t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = angle});
     omega_reading = terms_.omega_reading;
@@ -497,8 +526,11 @@ class Machine {
   Scalar added_{};  ///< [V] by the latter, in the last step
   std::vector<double> term_values_, by_parameter_;
   std::vector<Scalar> memory_;
-  Scalar e_slewed_{};  ///< [V] the driver's output before its lag
-  Scalar turned_{};    ///< [rad] added to the angle at the start, and to a measured one
+  Scalar e_slewed_{};        ///< [V] the driver's output before its lag
+  Scalar turned_{};          ///< [rad] added to the angle at the start, and to a measured one
+  Scalar lead_{};            ///< [rad] of the simulated rotor over a measured angle that wanders
+  double angle_before_ = 0;  ///< [rad] measured
+  double period_ = 0;        ///< [rad] of the fastest wave
   State<Scalar> middle_;
   Balance<Scalar> terms_;
   Scalar omega_before_{};
