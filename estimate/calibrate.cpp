@@ -289,7 +289,7 @@ Descent descend(const Problem& problem, const Model& model, std::vector<double> 
     result.cost = summary.final_cost;
     result.converged = summary.termination_type == ceres::CONVERGENCE;
     if (repeats) {  // the turns are followed no nearer than this
-      constexpr double near = 1e-5;
+      const double near = std::max(1e-5, 100 * tolerance);
       result.converged = result.converged || summary.final_cost > (1 - near) * summary.initial_cost;
       if (problem.finds_better_turns(result.x, near)) {
         cost.forget();

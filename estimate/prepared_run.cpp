@@ -358,8 +358,10 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
     }
     if (o.size() > 0) record.observations.push_back(std::move(o));
   }
-  x.angle = measured_angle(run, x.t);
-  x.angle_wanders = !x.angle.empty() && !run.has(Signal::theta);
+  MeasuredAngle measured = measured_angle(run, x.t);
+  x.angle = std::move(measured.angle);
+  record.angle_integrated = measured.integrated;
+  record.angle_tied = measured.tied;
   if (run.has(Signal::temperature)) {
     x.temperature = on_grid(run.at(Signal::temperature), x.t, run.name + ": temperature_degC");
   }

@@ -103,30 +103,32 @@ double lag_of(std::span<const Sighting> sightings, double order) {
 
 }  // namespace
 
-std::vector<double> measured_angle(const Run& run, std::span<const double> grid) {
+MeasuredAngle measured_angle(const Run& run, std::span<const double> grid) {
   const auto fast = [&](Signal signal) {
     return run.has(signal) && run.at(signal).window <= 0 && 2 * run.at(signal).t.size() > grid.size();
   };
-  if (fast(Signal::theta)) return interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid);
+  if (fast(Signal::theta))
+    return {interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid), false, false};
   if (!fast(Signal::omega)) return {};
   const Series& omega = run.at(Signal::omega);
   std::vector<double> angle(omega.t.size(), 0.0);
   for (std::size_t k = 1; k < angle.size(); ++k) {
     angle[k] = angle[k - 1] + 0.5 * (omega.value[k] + omega.value[k - 1]) * (omega.t[k] - omega.t[k - 1]);
   }
-  tie_to_ripple(angle, omega.value, (omega.t.back() - omega.t.front()) / static_cast<double>(omega.t.size() - 1));
-  return interpolated(omega.t, angle, grid);
+  const double interval = (omega.t.back() - omega.t.front()) / static_cast<double>(omega.t.size() - 1);
+  const bool tied = tie_to_ripple(angle, omega.value, interval);
+  return {interpolated(omega.t, angle, grid), true, tied};
 }
 
-void tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval) {
+bool tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval) {
   constexpr double clear = 0.3;    // share of what varies within a block: noise alone seldom explains a tenth
   constexpr double periods = 3;    // at least, in a block
   constexpr double longest = 0.5;  // [s] of a block: the wander within is small
   const auto size = static_cast<std::size_t>(longest / interval);
-  if (size < 20 || angle.size() < 8 * size) return;
+  if (size < 20 || angle.size() < 8 * size) return false;
   const std::vector<double> ripple = without_slow_changes({omega.begin(), omega.end()}, interval);
   const std::optional<double> order = order_of(angle, ripple, interval);
-  if (!order) return;
+  if (!order) return false;
   std::vector<Sighting> sightings;
   std::size_t turning = 0;
   for (const Block& block : blocks_of(angle, ripple, size)) {
@@ -137,13 +139,14 @@ void tie_to_ripple(std::span<double> angle, std::span<const double> omega, doubl
     const double seconds = static_cast<double>(size - 1) * interval;
     sightings.push_back({block.middle, std::atan2(wave.cosine, wave.sine), block.turned / seconds});
   }
-  if (sightings.size() < 2 || 2 * sightings.size() < turning) return;
+  if (sightings.size() < 2 || 2 * sightings.size() < turning) return false;
   const double lag = lag_of(sightings, *order);
   std::vector<double> at, readings(angle.size());
   for (const Sighting& s : sightings) at.push_back(s.middle);
   std::iota(readings.begin(), readings.end(), 0.0);
   const std::vector<double> wander = interpolated(at, wander_of(sightings, *order, lag), readings);
   for (std::size_t k = 0; k < angle.size(); ++k) angle[k] += wander[k] + lag * omega[k];
+  return true;
 }
 
 }  // namespace emtb

@@ -7,6 +7,12 @@
 
 namespace emtb {
 
+struct MeasuredAngle {
+  std::vector<double> angle;  ///< [rad] at each time of the grid, counted from the first reading; may be empty
+  bool integrated = false;    ///< it is the integral of a speed
+  bool tied = false;          ///< and what wandered has been taken out
+};
+
 /// The angle of the shaft as measured: the encoder's, or the integral of a speed that is read fast; empty where there
 /// is neither.
 ///
@@ -14,12 +20,12 @@ namespace emtb {
 /// several times that, and an offset of the tachogenerator without end. Where the speed's reading itself repeats with
 /// the angle (a ripple of the tachogenerator, cogging), its phase says by how much, and the wander is taken out; so is
 /// what a lag of the tachogenerator leaves the integral behind by, where the ripple's phase over the speed tells it.
-/// @return [rad] at each time of the grid, counted from the first reading
-std::vector<double> measured_angle(const Run& run, std::span<const double> grid);
+MeasuredAngle measured_angle(const Run& run, std::span<const double> grid);
 
 /// Takes the wander out of an angle that was integrated from a speed that repeats with it, order by order of the shaft.
 /// No change where no order of the shaft stands out.
 /// @param angle [rad] at each reading @param omega [rad/s] the readings @param interval [s] between them
-void tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval);
+/// @return whether one did
+bool tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval);
 
 }  // namespace emtb

@@ -350,7 +350,7 @@ TurnPrior project_off_turn(std::vector<Residuals>& out, const Knots& knots, cons
 /// @param longest [rad] of a step @return the cost there, as far as it was looked at
 double follow(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
               const Knots& knots, Turn& turn, int simulations, double longest) {
-  constexpr double close = 0.02;  // of the longest step: near enough
+  constexpr double close = 0.05;  // of the longest step: near enough
   std::vector<double> step;
   Turn tried = turn;
   double least = std::numeric_limits<double>::infinity();
@@ -406,11 +406,11 @@ Turn best_turn(const PreparedRun& record, const ModelStructure& structure, std::
       std::ranges::move(likely_turns(waves, knots, period, steps, hardly), std::back_inserter(turns));
     double least = std::numeric_limits<double>::infinity();
     for (Turn& turn : turns) {
-      const double cost = follow(record, structure, values, knots, turn, knots.count() > 1 ? 5 : 1, period / steps);
+      const double cost = follow(record, structure, values, knots, turn, knots.count() > 1 ? 3 : 1, period / steps);
       if (cost < least) least = cost, best = std::move(turn);
     }
   }
-  follow(record, structure, values, knots, best, near != nullptr ? (knots.count() == 1 ? 1 : 4) : 10, period / steps);
+  follow(record, structure, values, knots, best, near == nullptr ? 8 : knots.count() == 1 ? 1 : 2, period / steps);
   return best;
 }
 

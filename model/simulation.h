@@ -20,7 +20,6 @@ struct Excitation {
   std::vector<double> load;       ///< [N m] linear in between
   std::vector<double> omega;      ///< [rad/s] measured speed, for load effects beside a measured torque
   std::vector<double> angle;      ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
-  bool angle_wanders = false;     ///< it is the integral of a speed
   std::vector<double> angle_pull;  ///< [1/s] how fast the rotor comes back to an angle that wanders: 0 where it stands,
                                    ///< for noise does not turn it; held; empty: it is where it is measured
   std::vector<double> temperature;  ///< [degC] of the armature, held

@@ -146,6 +146,18 @@ TEST(Diagnose, CannotTellAConstantLoadFromFrictionInOneDirectionWithoutAGauge) {
   EXPECT_EQ(d.verdict, Verdict::tied) << report(d);
 }
 
+TEST(Diagnose, NamesCoggingThatIsNeverPassedSlowly) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.shaft.cogging = 0.008;  // [N m]
+  bench.plant.shaft.cogging_order = 6;
+  bench.plant.shaft.cogging_phase = 1;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_cog"), 0.008, 0.02 * 0.008);
+  EXPECT_NEAR(fitted(d, "N"), 6, 0.01);
+  EXPECT_LE(d.final_held_out, 1.12);
+}
+
 TEST(Diagnose, NamesTheInductanceWhereTheDriverIsFastEnoughToShowIt) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.motor.L_a = 2e-3;  // [H]

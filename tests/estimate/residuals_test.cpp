@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "estimate/noise.h"
-#include "estimate/turn.h"
 #include "tests/estimate/synthetic.h"
 
 namespace emtb {
@@ -111,30 +110,6 @@ TEST(Residuals, OfAllRecordsStandInTheirOrder) {
   const auto all = of(runs, servo_model(), {});
   ASSERT_EQ(all.size(), 9U);
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i].record, i / 3);
-}
-
-TEST(BestTurn, IsTheLowestOfAllValleysWhereTwoOrdersRepeat) {
-  for (const double turned : {0.4, 2.0, 5.5}) {  // [rad]
-    Model model = servo_model();
-    model.include(effect_index("cogging"));
-    model.include(effect_index("eccentric_load"));
-    std::vector<double> values = model.values();
-    std::ranges::copy(std::vector{0.004, 24.0, 0.3, 0.003, 0.0}, values.begin() + 5);  // [N m], [1/turn], [rad], ...
-    std::vector<PreparedRun> runs = records();
-    PreparedRun& record = runs[0];
-    record.measured_voltage = false;
-    std::vector<double> truth = values;
-    truth.push_back(turned);
-    Trajectory<double> y;
-    simulate<double>(record.structure(model), truth, record.excitation, y);
-    for (Observation& o : record.observations) {
-      const auto& signal = o.signal == Signal::omega ? y.omega : o.signal == Signal::i_a ? y.i_a : y.e_a;
-      for (std::size_t i = 0; i < o.size(); ++i) o.value[i] = o.predicted(i, [&](std::size_t k) { return signal[k]; });
-    }
-    const Turn turn = best_turn(record, record.structure(model), values);
-    ASSERT_EQ(turn.at.size(), 1U);
-    EXPECT_NEAR(turn.at.front(), turned, 1e-3);
-  }
 }
 
 TEST(ErrorOfTheContract, CountsEachSignalEqually) {

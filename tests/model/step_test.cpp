@@ -581,6 +581,27 @@ TEST(Step, TachoRippleRepeatsWithTheAngleInProportionToTheSpeed) {
   }
 }
 
+TEST(Step, NoiseOfAMeasuredAngleDoesNotTurnARotorThatStandsAndMovesOneThatTurns) {
+  const std::vector<double> cogging{0.01, 6, 0};  // [N m], [1/turn], [rad]: a well at 0
+  Excitation x = constant(2, 1e-3, 0, &Excitation::u_ref);
+  for (std::size_t k = 0; k < x.t.size(); ++k) {
+    if (k > 1000) x.u_ref[k] = 12;
+  }
+  const auto run_with = [&](const Excitation& e) { return run(with({"cogging"}), and_(servo, cogging), e); };
+  const Trajectory<double> truth = run_with(x);
+  for (std::size_t k = 0; k < x.t.size(); ++k) x.angle.push_back(truth.theta[k] + 0.2 * x.t[k]);  // [rad] it drifts
+  EXPECT_GT(std::abs(run_with(x).omega[1000]), 0.1) << "where the measured angle counts, the well moves";
+  x.angle_pull.assign(x.t.size(), 0);
+  const Trajectory<double> free = run_with(x);
+  for (std::size_t k = 0; k <= 1000; ++k) EXPECT_NEAR(free.omega[k], 0, 1e-12);
+  for (std::size_t k = 1000; k < x.t.size(); ++k) x.angle_pull[k] = 100;
+  const Trajectory<double> pulled = run_with(x);
+  Excitation there = x;  // the rotor as far on as measured, from where it turns
+  there.angle_pull.clear();
+  const Trajectory<double> measured = run_with(there);
+  EXPECT_NEAR(pulled.omega.back(), measured.omega.back(), 0.05);
+}
+
 // ---- against the same equations, written in a row
 
 /// Readings of step.h and of PlainMachine, with derivatives with respect to four of the parameters.
