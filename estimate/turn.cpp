@@ -402,15 +402,16 @@ Turn best_turn(const PreparedRun& record, const ModelStructure& structure, std::
     constexpr double hardly = 100;
     const WavesOfTurn waves(record, structure, values, parts, knots);
     std::vector<Turn> turns = likely_turns(waves, knots, period, steps, 1);
-    if (knots.count() > 1)
+    if (knots.count() > 1) {
       std::ranges::move(likely_turns(waves, knots, period, steps, hardly), std::back_inserter(turns));
+    }
     double least = std::numeric_limits<double>::infinity();
     for (Turn& turn : turns) {
       const double cost = follow(record, structure, values, knots, turn, knots.count() > 1 ? 3 : 1, period / steps);
       if (cost < least) least = cost, best = std::move(turn);
     }
   }
-  follow(record, structure, values, knots, best, near == nullptr ? 8 : knots.count() == 1 ? 1 : 2, period / steps);
+  follow(record, structure, values, knots, best, near == nullptr ? 8 : 2, period / steps);
   return best;
 }
 

@@ -183,7 +183,7 @@ class Machine {
     const Scalar turned = 0.5 * h * (omega + omega_end);
     theta += turned;
     if (in.angle_end) {
-      if (in.angle_pull) {
+      if (in.angle_pull && period_ > 0) {
         lead_ = (lead_ + turned - (*in.angle_end - angle_before_)) * (1 / (1 + h * *in.angle_pull));
         lead_ -= period_ * std::round(value_of(lead_) / period_);  // another tooth is as good
       }
@@ -236,18 +236,19 @@ class Machine {
     middle_.temperature = in.temperature;
   }
 
-  /// [rad] Of what repeats with the angle; a turn where nothing does.
+  /// [rad] Of what repeats with the angle; 0 where nothing does.
   double shortest_period() const {
-    double most = 1;  // a turn
+    double most = 0;  // times a turn
     std::size_t place = ModelStructure::base_count;
     for (const std::size_t effect : structure_.effects) {
       const EffectInfo& info = effect_catalogue()[effect];
+      if (info.periodic) most = std::max(most, 1.0);
       for (std::size_t i = 0; i < info.parameter_count && info.periodic; ++i) {
         if (info.parameter_list[i].symbol == "N") most = std::max(most, value_of(p_[place + i]));
       }
       place += info.parameter_count;
     }
-    return 2 * std::numbers::pi / most;
+    return most > 0 ? 2 * std::numbers::pi / most : 0;
   }
 
   /// The driver as known; effects of the driver change it in every step.

@@ -1,10 +1,24 @@
 #include "tools/verdict.h"
 
+#include <algorithm>
 #include <sstream>
 
 #include "tools/text.h"
 
 namespace emtb {
+
+namespace {
+
+/// What remains, and the signal that shows it most: the others may be at their floors.
+std::string remainder_in_words(const Diagnosis& d) {
+  std::string text = pretty(d.final_held_out, 3) + " times the noise floor remains";
+  const auto worst =
+      std::ranges::max_element(d.signals, {}, [](const auto& signal_and_fit) { return signal_and_fit.second.ratio; });
+  if (worst == d.signals.end() || d.signals.size() < 2) return text;
+  return text + ", " + pretty(worst->second.ratio, 3) + " in " + std::string(info(worst->first).name);
+}
+
+}  // namespace
 
 std::string verdict_text(const Diagnosis& d) {
   std::ostringstream out;
@@ -14,8 +28,7 @@ std::string verdict_text(const Diagnosis& d) {
       out << (d.verdict == Verdict::found ? "found:" : "found, but tied with others that do as well:");
       break;
     case Verdict::unknown_effect:
-      out << "unknown_effect: something is missing that nothing in the library explains; "
-          << pretty(d.final_held_out, 3) << " times the noise floor remains"
+      out << "unknown_effect: something is missing that nothing in the library explains; " << remainder_in_words(d)
           << (d.missing.empty() ? "." : ", even with");
       break;
     case Verdict::nothing_missing:

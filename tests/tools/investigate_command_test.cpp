@@ -12,6 +12,7 @@ namespace emtb {
 namespace {
 
 using nlohmann::json;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 
 /// `emtb investigate` beside a real emtbd, whose simulated desk bench hides what the test says.
@@ -118,6 +119,7 @@ TEST_F(Investigate, RecordsMoreWhereTheSessionsAtHandLeaveItOpen) {
   const json found = all();
   ASSERT_EQ(found["rounds"].size(), 2U) << last_->out();
   EXPECT_EQ(found["rounds"][0]["verdict"], "unknown_effect") << "one level tells friction from B no more than a wish";
+  EXPECT_THAT(last_->out(), ContainsRegex("the noise floor remains, [0-9.]+ in (omega|i_a|e_a|torque)"));
   ASSERT_EQ(found["rounds"][1]["missing"].size(), 1U) << last_->out();
   EXPECT_EQ(found["rounds"][1]["missing"][0]["id"], "coulomb_friction");
 }
