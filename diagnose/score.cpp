@@ -561,7 +561,10 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
     const auto add_order = [&](double per_turn) {
       Hypothesis h{effect, &about, {}, false};
       for (std::size_t i = 0; i < about.parameter_count; ++i) {
-        if (about.parameter_list[i].symbol == "N") h.at[i] = per_turn;
+        const EffectParameter& p = about.parameter_list[i];
+        if (p.symbol != "N") continue;
+        if (per_turn < p.min || per_turn > p.max) return;
+        h.at[i] = per_turn;
       }
       all.push_back(h);
     };

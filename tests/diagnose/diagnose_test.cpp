@@ -158,6 +158,14 @@ TEST(Diagnose, NamesCoggingThatIsNeverPassedSlowly) {
   EXPECT_LE(d.final_held_out, 1.12);
 }
 
+TEST(Diagnose, CallsWhatPullsOnceATurnALoadOffCentreAndNoCogging) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.eccentric = 0.004;  // [N m]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named_or_tied(d), ElementsAre("eccentric_load")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_e"), 0.004, 0.03 * 0.004);
+}
+
 TEST(Diagnose, NamesTheInductanceWhereTheDriverIsFastEnoughToShowIt) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.motor.L_a = 2e-3;  // [H]
