@@ -68,7 +68,8 @@ class Problem {
 
   /// Searches the turns anew where they have been followed to. @return whether that lowers the cost by a share
   bool finds_better_turns(std::span<const double> x, double share) const {
-    if (!model_.periodic()) return false;
+    const bool wanders = std::ranges::any_of(records_, [](const PreparedRun& r) { return r.angle_wander > 0; });
+    if (!model_.periodic() || !wanders) return false;
     const auto followed = turns_;
     const double before = least_;
     search_turns();

@@ -41,15 +41,20 @@ std::vector<PeriodicPart> periodic_parts(const ModelStructure& structure, std::s
 /// Knots evenly spread over a run, and where each reading lies between them.
 class Knots {
  public:
-  explicit Knots(const PreparedRun& record) : record_(record) {
+  Knots(const PreparedRun& record, std::size_t count) : record_(record), count_(std::max<std::size_t>(1, count)) {
     const std::vector<double>& t = record.excitation.t;
     start_ = t.front();
-    const double span = t.back() - start_;
-    if (record.angle_wander > 0 && span > knot_interval) {
-      count_ = static_cast<std::size_t>(std::ceil(span / knot_interval)) + 1;
-      interval_ = span / static_cast<double>(count_ - 1);
-      stiffness_ = 1 / (record.angle_wander * interval_);
-    }
+    if (count_ < 2) return;
+    interval_ = (t.back() - start_) / static_cast<double>(count_ - 1);
+    stiffness_ = 1 / (record.angle_wander * interval_);
+  }
+
+  /// As many as an effect of an order needs: one where the wander puts it off by little in all of the run.
+  static std::size_t wanted(const PreparedRun& record, double order) {
+    constexpr double little = 0.5;  // [rad] of its period
+    const double span = record.excitation.t.back() - record.excitation.t.front();
+    if (order * std::sqrt(record.angle_wander * span) < little || span < knot_interval) return 1;
+    return static_cast<std::size_t>(std::ceil(span / knot_interval)) + 1;
   }
 
   std::size_t count() const { return count_; }
@@ -389,8 +394,8 @@ Turn best_turn(const PreparedRun& record, const ModelStructure& structure, std::
                const Turn* near) {
   const std::vector<PeriodicPart> parts = periodic_parts(structure, values);
   if (parts.empty()) return {};
-  const Knots knots(record);
   const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
+  const Knots knots(record, near != nullptr ? near->at.size() : Knots::wanted(record, fastest.order));
   const double period = 2 * std::numbers::pi / slowest.order;
   const int steps = 8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)));
   Turn best{std::vector<double>(knots.count(), 0.0), 0};
@@ -411,7 +416,7 @@ Turn best_turn(const PreparedRun& record, const ModelStructure& structure, std::
       if (cost < least) least = cost, best = std::move(turn);
     }
   }
-  follow(record, structure, values, knots, best, near == nullptr ? 8 : 2, period / steps);
+  follow(record, structure, values, knots, best, near != nullptr ? 2 : knots.count() > 1 ? 8 : 3, period / steps);
   return best;
 }
 
@@ -419,7 +424,7 @@ ResidualsAtTurn residuals_at_turn(const PreparedRun& record, const ModelStructur
                                   std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
                                   const Turn& turn) {
   if (turn.at.empty()) return {simulated_residuals(record, structure, values, moved), {}};
-  const Knots knots(record);
+  const Knots knots(record, turn.at.size());
   if (!moved.empty()) {
     std::vector<Residuals> out = with_turn(record, structure, values, moved, knots, turn);
     TurnPrior prior = project_off_turn(out, knots, turn);
