@@ -103,7 +103,8 @@ TEST_F(Investigate, WritesWhatWasFoundAlsoWhereNoRunToConfirmItIsAllowed) {
   start("  friction: {law: hard, T_c: 0.003}\n");
   const std::string one = to_and_fro("one", "2, -2, 1, -1"), other = to_and_fro("other", "-1, 2, -2, 1");
   start("  friction: {law: hard, T_c: 0.003}\n", {{"omega: 620 ", "omega: 15 "}});  // a tenth needs 24 rad/s
-  EXPECT_EQ(investigate({"--yes", "--sessions", one, "--held-out", other, "--report", path("page.html")}), 2) << last_->out();
+  EXPECT_EQ(investigate({"--yes", "--sessions", one, "--held-out", other, "--report", path("page.html")}), 2)
+      << last_->out();
   EXPECT_THAT(last_->err(), HasSubstr("near a limit of the bench"));
   const json found = all();
   EXPECT_EQ(found["diagnosis"]["missing"][0]["id"], "coulomb_friction");
