@@ -66,10 +66,13 @@ class Problem {
     least_ = std::numeric_limits<double>::infinity();
   }
 
+  /// Whether the turns change in the course of a record.
+  bool turns_wander() const {
+    return model_.periodic() && std::ranges::any_of(records_, [](const PreparedRun& r) { return r.angle_wander > 0; });
+  }
+
   /// Searches the turns anew where they have been followed to. @return whether that lowers the cost by a share
   bool finds_better_turns(std::span<const double> x, double share) const {
-    const bool wanders = std::ranges::any_of(records_, [](const PreparedRun& r) { return r.angle_wander > 0; });
-    if (!model_.periodic() || !wanders) return false;
     const auto followed = turns_;
     const double before = least_;
     search_turns();
@@ -240,7 +243,7 @@ struct Descent {
 Descent descend(const Problem& problem, const Model& model, std::vector<double> x, int max_iterations,
                 double tolerance) {
   constexpr int round_length = 8;
-  const bool repeats = model.periodic();
+  const bool turns_wander = problem.turns_wander();
   problem.search_turns();
   CompressedCost cost(problem);
   const auto places = problem.free().places();
@@ -289,7 +292,7 @@ Descent descend(const Problem& problem, const Model& model, std::vector<double> 
     ceres::Solve(options, &round, &summary);
     result.cost = summary.final_cost;
     result.converged = summary.termination_type == ceres::CONVERGENCE;
-    if (repeats) {  // the turns are followed no nearer than this
+    if (turns_wander) {  // the turns are followed no nearer than this
       const double near = std::max(1e-5, 100 * tolerance);
       result.converged = result.converged || summary.final_cost > (1 - near) * summary.initial_cost;
       if (problem.finds_better_turns(result.x, near)) {

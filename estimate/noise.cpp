@@ -387,12 +387,12 @@ void set_wander(PreparedRun& record, const Noise& noise) {
   constexpr double back = 4;  // [1/rad] a rotor that turns is back at a measured angle within a part of a turn
   Excitation& x = record.excitation;
   const auto speed = std::ranges::find(record.observations, Signal::omega, &Observation::signal);
-  if (!record.angle_integrated || speed == record.observations.end() || speed->size() < 2) return;
+  if (!record.angle_wanders || speed == record.observations.end() || speed->size() < 2) return;
   const double interval = (x.t[speed->last.back()] - x.t[speed->last.front()]) / static_cast<double>(speed->size() - 1);
   const NoiseFloor& floor = noise.at(Signal::omega);
   const double rho = std::clamp(floor.autocorrelation, 0.0, longest_memory);
   const double by_noise = floor.sigma * floor.sigma * interval * (1 + rho) / (1 - rho);  // [rad^2/s]
-  record.angle_wander = record.angle_tied ? 0 : more * by_noise;
+  record.angle_wander = more * by_noise;
   const std::size_t n = x.t.size();
   const auto half =
       static_cast<std::size_t>(std::lround(0.5 * window * static_cast<double>(n - 1) / (x.t.back() - x.t.front())));

@@ -360,8 +360,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
   }
   MeasuredAngle measured = measured_angle(run, x.t);
   x.angle = std::move(measured.angle);
-  record.angle_integrated = measured.integrated;
-  record.angle_tied = measured.tied;
+  record.angle_wanders = measured.wanders;
   if (run.has(Signal::temperature)) {
     x.temperature = on_grid(run.at(Signal::temperature), x.t, run.name + ": temperature_degC");
   }

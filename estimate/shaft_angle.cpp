@@ -107,8 +107,7 @@ MeasuredAngle measured_angle(const Run& run, std::span<const double> grid) {
   const auto fast = [&](Signal signal) {
     return run.has(signal) && run.at(signal).window <= 0 && 2 * run.at(signal).t.size() > grid.size();
   };
-  if (fast(Signal::theta))
-    return {interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid), false, false};
+  if (fast(Signal::theta)) return {interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid), false};
   if (!fast(Signal::omega)) return {};
   const Series& omega = run.at(Signal::omega);
   std::vector<double> angle(omega.t.size(), 0.0);
@@ -117,7 +116,7 @@ MeasuredAngle measured_angle(const Run& run, std::span<const double> grid) {
   }
   const double interval = (omega.t.back() - omega.t.front()) / static_cast<double>(omega.t.size() - 1);
   const bool tied = tie_to_ripple(angle, omega.value, interval);
-  return {interpolated(omega.t, angle, grid), true, tied};
+  return {interpolated(omega.t, angle, grid), !tied};
 }
 
 bool tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval) {

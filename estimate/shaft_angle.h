@@ -9,8 +9,7 @@ namespace emtb {
 
 struct MeasuredAngle {
   std::vector<double> angle;  ///< [rad] at each time of the grid, counted from the first reading; may be empty
-  bool integrated = false;    ///< it is the integral of a speed
-  bool tied = false;          ///< and what wandered has been taken out
+  bool wanders = false;       ///< it is the integral of a speed, and its wander could not be taken out
 };
 
 /// The angle of the shaft as measured: the encoder's, or the integral of a speed that is read fast; empty where there

@@ -416,7 +416,18 @@ Turn best_turn(const PreparedRun& record, const ModelStructure& structure, std::
       if (cost < least) least = cost, best = std::move(turn);
     }
   }
-  follow(record, structure, values, knots, best, near != nullptr ? 2 : knots.count() > 1 ? 8 : 3, period / steps);
+  if (knots.count() > 1) {
+    follow(record, structure, values, knots, best, near != nullptr ? 2 : 8, period / steps);
+    return best;
+  }
+  for (int k = 0; k < (near != nullptr ? 1 : 2); ++k) {  // a single turn is nearly linear: no step needs to be proved
+    TurnEquations equations(knots, best.at);
+    for (const Residuals& r : with_turn(record, structure, values, {}, knots, best)) {
+      if (r.informed()) equations.add(r, knots.of(r));
+    }
+    if (!equations.informed()) break;
+    best.at.front() += std::clamp(equations.step().front(), -period / steps, period / steps);
+  }
   return best;
 }
 
