@@ -93,28 +93,31 @@ double unlikely(const Knots& knots, std::span<const double> at) {
   return knots.stiffness() * squares;
 }
 
-/// The record as it is with the rotor turned.
-PreparedRun turned(const PreparedRun& record, const Knots& knots, const Turn& turn) {
-  PreparedRun result = record;
-  if (turn.at.size() < 2) return result;
-  Excitation& x = result.excitation;
+/// The residuals with the rotor turned; a column that moves the place after the values is the turn's, the same
+/// throughout.
+std::vector<Residuals> turned_residuals(const PreparedRun& record, const ModelStructure& structure,
+                                        std::span<const double> values,
+                                        std::span<const std::vector<std::size_t>> columns, const Knots& knots,
+                                        const Turn& turn) {
+  std::vector<double> all(values.begin(), values.end());
+  all.push_back(knots.count() == 1 ? turn.at.front() : 0);
+  if (knots.count() == 1) return simulated_residuals(record, structure, all, columns);
+  PreparedRun turned = record;
+  Excitation& x = turned.excitation;
   for (std::size_t k = 0; k < x.t.size(); ++k) {
     const auto [knot, share] = knots.of(x.t[k]);
     x.angle[k] += turn.at[knot] + share * (turn.at[knot + 1] - turn.at[knot]);
   }
-  return result;
+  return simulated_residuals(turned, structure, all, columns);
 }
 
-/// The residuals with the sensitivity to one more column: the turn, the same throughout.
+/// The residuals with the sensitivity to one more column: the turn.
 std::vector<Residuals> with_turn(const PreparedRun& record, const ModelStructure& structure,
                                  std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
                                  const Knots& knots, const Turn& turn) {
-  std::vector<double> all(values.begin(), values.end());
-  all.push_back(turn.at.size() == 1 ? turn.at.front() : 0);
   std::vector<std::vector<std::size_t>> columns(moved.begin(), moved.end());
   columns.push_back({values.size()});
-  if (turn.at.size() < 2) return simulated_residuals(record, structure, all, columns);
-  return simulated_residuals(turned(record, knots, turn), structure, all, columns);
+  return turned_residuals(record, structure, values, columns, knots, turn);
 }
 
 /// The equations of the turn at the knots: a little more at one of them moves what is read around it as the same turn
@@ -122,7 +125,7 @@ std::vector<Residuals> with_turn(const PreparedRun& record, const ModelStructure
 class TurnEquations {
  public:
   TurnEquations(const Knots& knots, std::span<const double> at)
-      : knots_(knots), diagonal_(at.size(), 0.0), beside_(at.size(), 0.0), gradient_(at.size(), 0.0) {
+      : diagonal_(at.size(), 0.0), beside_(at.size(), 0.0), gradient_(at.size(), 0.0) {
     for (std::size_t k = 0; k + 1 < at.size(); ++k) {
       const double stiffness = knots.stiffness(), change = at[k + 1] - at[k];
       diagonal_[k] += stiffness;
@@ -169,10 +172,17 @@ class TurnEquations {
   }
 
  private:
-  const Knots& knots_;
   std::vector<double> diagonal_, beside_, gradient_;
   double information_ = 0;
 };
+
+TurnEquations equations_of(std::span<const Residuals> seen, const Knots& knots, std::span<const double> at) {
+  TurnEquations equations(knots, at);
+  for (const Residuals& r : seen) {
+    if (r.informed()) equations.add(r, knots.of(r));
+  }
+  return equations;
+}
 
 /// What waves of unit amplitude, in phase and a quarter of a period later, would do to a record in which nothing
 /// repeats with the angle, to first order: with these, the cost at any turn is a quadratic form of its sines and
@@ -293,7 +303,6 @@ std::vector<Turn> likely_turns(const WavesOfTurn& waves, const Knots& knots, dou
       at -= moved[piece][static_cast<std::size_t>((at % steps + steps) % steps)];
       turn.at[piece] = width * at;
     }
-    turn.unlikely = unlikely(knots, turn.at);
     turns.push_back(std::move(turn));
   }
   return turns;
@@ -372,10 +381,7 @@ double follow(const PreparedRun& record, const ModelStructure& structure, std::s
     }
     least = cost;
     turn = tried;
-    TurnEquations equations(knots, turn.at);
-    for (const Residuals& r : seen) {
-      if (r.informed()) equations.add(r, knots.of(r));
-    }
+    const TurnEquations equations = equations_of(seen, knots, turn.at);
     if (!equations.informed()) break;
     step = equations.step();
     double largest = 0;
@@ -421,10 +427,7 @@ Turn best_turn(const PreparedRun& record, const ModelStructure& structure, std::
     return best;
   }
   for (int k = 0; k < (near != nullptr ? 1 : 2); ++k) {  // a single turn is nearly linear: no step needs to be proved
-    TurnEquations equations(knots, best.at);
-    for (const Residuals& r : with_turn(record, structure, values, {}, knots, best)) {
-      if (r.informed()) equations.add(r, knots.of(r));
-    }
+    const TurnEquations equations = equations_of(with_turn(record, structure, values, {}, knots, best), knots, best.at);
     if (!equations.informed()) break;
     best.at.front() += std::clamp(equations.step().front(), -period / steps, period / steps);
   }
@@ -436,15 +439,10 @@ ResidualsAtTurn residuals_at_turn(const PreparedRun& record, const ModelStructur
                                   const Turn& turn) {
   if (turn.at.empty()) return {simulated_residuals(record, structure, values, moved), {}};
   const Knots knots(record, turn.at.size());
-  if (!moved.empty()) {
-    std::vector<Residuals> out = with_turn(record, structure, values, moved, knots, turn);
-    TurnPrior prior = project_off_turn(out, knots, turn);
-    return {std::move(out), std::move(prior)};
-  }
-  if (turn.at.size() > 1) return {simulated_residuals(turned(record, knots, turn), structure, values, {}), {}};
-  std::vector<double> all(values.begin(), values.end());
-  all.push_back(turn.at.front());
-  return {simulated_residuals(record, structure, all, {}), {}};
+  if (moved.empty()) return {turned_residuals(record, structure, values, {}, knots, turn), {}};
+  std::vector<Residuals> out = with_turn(record, structure, values, moved, knots, turn);
+  TurnPrior prior = project_off_turn(out, knots, turn);
+  return {std::move(out), std::move(prior)};
 }
 
 }  // namespace emtb
