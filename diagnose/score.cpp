@@ -552,20 +552,16 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
       }
       continue;
     }
-    const bool any_order =
-        std::ranges::find(about.parameters(), "N", &EffectParameter::symbol) != about.parameters().end();
-    if (!any_order) {  // once a turn
+    const auto order_place = about.order_place();
+    if (!order_place) {  // once a turn
       all.push_back({effect, &about, {}, false});
       continue;
     }
     const auto add_order = [&](double per_turn) {
       Hypothesis h{effect, &about, {}, false};
-      for (std::size_t i = 0; i < about.parameter_count; ++i) {
-        const EffectParameter& p = about.parameter_list[i];
-        if (p.symbol != "N") continue;
-        if (per_turn < p.min || per_turn > p.max) return;
-        h.at[i] = per_turn;
-      }
+      const EffectParameter& p = about.parameter_list[*order_place];
+      if (per_turn < p.min || per_turn > p.max) return;
+      h.at[*order_place] = per_turn;
       all.push_back(h);
     };
     if (whole_orders) {

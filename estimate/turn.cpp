@@ -27,11 +27,8 @@ std::vector<PeriodicPart> periodic_parts(const ModelStructure& structure, std::s
   for (std::size_t k = 0; k < structure.effects.size(); ++k) {
     const EffectInfo& info = effect_catalogue()[structure.effects[k]];
     if (info.periodic) {
-      PeriodicPart part{k, place, info.parameter_count, 1};
-      for (std::size_t i = 0; i < info.parameter_count; ++i) {
-        if (info.parameter_list[i].symbol == "N") part.order = values[place + i];
-      }
-      parts.push_back(part);
+      const auto order = info.order_place();
+      parts.push_back({k, place, info.parameter_count, order ? values[place + *order] : 1});
     }
     place += info.parameter_count;
   }

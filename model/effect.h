@@ -84,6 +84,14 @@ struct EffectInfo {
     return only_shapes;
   }
 
+  /// The place among its parameters of how often a turn it repeats; absent: once, or not at all.
+  constexpr std::optional<std::size_t> order_place() const {
+    for (std::size_t i = 0; i < parameter_count; ++i) {
+      if (periodic && parameter_list[i].symbol == "N") return i;
+    }
+    return std::nullopt;
+  }
+
   constexpr std::span<const EffectParameter> parameters() const { return {parameter_list.data(), parameter_count}; }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -242,10 +243,8 @@ class Machine {
     std::size_t place = ModelStructure::base_count;
     for (const std::size_t effect : structure_.effects) {
       const EffectInfo& info = effect_catalogue()[effect];
-      if (info.periodic) most = std::max(most, 1.0);
-      for (std::size_t i = 0; i < info.parameter_count && info.periodic; ++i) {
-        if (info.parameter_list[i].symbol == "N") most = std::max(most, value_of(p_[place + i]));
-      }
+      const auto order = info.order_place();
+      if (info.periodic) most = std::max({most, 1.0, order ? value_of(p_[place + *order]) : 1.0});
       place += info.parameter_count;
     }
     return most > 0 ? 2 * std::numbers::pi / most : 0;
