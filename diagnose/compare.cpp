@@ -5,6 +5,7 @@
 
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
+#include "estimate/shaft_angle.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -19,11 +20,12 @@ Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const
   Dataset data;
   data.train.resize(train.size());
   data.held_out.resize(held_out.size());
+  const std::optional<double> order = ripple_order(train);
   parallel_for(train.size() + held_out.size(), [&](std::size_t i) {
     if (i < train.size()) {
-      data.train[i] = prepare_run(train[i], model, chaining);
+      data.train[i] = prepare_run(train[i], model, chaining, order);
     } else {
-      data.held_out[i - train.size()] = prepare_run(held_out[i - train.size()], model, chaining);
+      data.held_out[i - train.size()] = prepare_run(held_out[i - train.size()], model, chaining, order);
     }
   });
   data.noise = estimate_noise(data.all(), model);
@@ -70,7 +72,8 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   result.error = error_of(staged_squares);
   result.signals = fit_of(staged.train, model, staged.noise);
   Dataset chained;
-  for (const Run& run : runs) chained.train.push_back(prepare_run(run, judge, Chaining::chained));
+  const std::optional<double> order = ripple_order(runs);
+  for (const Run& run : runs) chained.train.push_back(prepare_run(run, judge, Chaining::chained, order));
   weigh(chained.train, staged.noise, judge);
   const auto chained_squares = mean_squares(residuals(chained.train, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);

@@ -52,6 +52,7 @@ struct Trial {
   double squares = 0;  ///< of the residuals on the training runs
   double train = 0;
   Loss held_out;
+  Turns turns, held_out_turns;  ///< of the runs
 };
 
 /// A fitted model, the scores of what is absent from it, and the refits of the best of them.
@@ -65,37 +66,44 @@ class Search {
  public:
   Search(const Dataset& data, const DiagnoseOptions& options) : data_(data), options_(options) {}
 
+  /// The fit, as one whose turns hold with an effect more or less: unless that repeats with the angle itself.
+  static const Trial* known_for(std::size_t effect, const Trial& fit) {
+    return fit.model.about(effect).periodic ? nullptr : &fit;
+  }
+
   /// Fits; several starts only where nothing good is known to start from.
-  Trial fit(const Model& start, int extra_starts = 0) const {
+  /// @param known a fit whose turns hold for this one, if the same repeats with the angle in both
+  Trial fit(const Model& start, const Trial* known = nullptr, int extra_starts = 0) const {
     // No decision is about less than a hundredth of the cost; what creeps on below this is not determined.
-    return fit(start, {.extra_starts = extra_starts,
-                       .max_iterations = 25,
-                       .tolerance = 1e-5,
-                       .with_covariance = false,
-                       .outputs = {}});
+    return fit(start, {.extra_starts = extra_starts, .max_iterations = 25, .tolerance = 1e-5, .with_covariance = false},
+               known);
   }
 
   /// Fits to the end what is kept: the last of a delay, which creeps along its edges, must not be left for the next
   /// effect to find.
   Trial fit_to_the_end(const Model& start) const {
-    return fit(start,
-               {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = false, .outputs = {}});
+    return fit(start, {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = false});
   }
 
-  Trial fit(const Model& start, const CalibrationOptions& quick) const {
-    Trial trial{{}, 0, 0, 0, Loss(data_.noise)};
-    Calibration fitted = calibrate(data_.train, start, quick);
+  Trial fit(const Model& start, CalibrationOptions options, const Trial* known = nullptr) const {
+    Trial trial{{}, 0, 0, 0, Loss(data_.noise), {}, {}};
+    options.turns = turns_of(known);
+    Calibration fitted = calibrate(data_.train, start, options);
     trial.model = std::move(fitted.model);
     trial.cost = fitted.cost;
-    const std::vector<Residuals> left = residuals(data_.train, trial.model, trial.model.values(), {});
-    trial.squares = sum_of_squares(left);
-    trial.train = error_of(mean_squares(left));
+    Turned left = residuals_at_best_turns(data_.train, trial.model, known != nullptr ? fitted.turns : Turns{});
+    trial.turns = std::move(left.turns);
+    trial.squares = sum_of_squares(left.residuals);
+    trial.train = error_of(mean_squares(left.residuals));
     if (!data_.held_out.empty()) {
-      trial.held_out.add(data_.held_out, residuals(data_.held_out, trial.model, trial.model.values(), {}));
+      Turned unseen =
+          residuals_at_best_turns(data_.held_out, trial.model, known != nullptr ? known->held_out_turns : Turns{});
+      trial.held_out.add(data_.held_out, unseen.residuals);
+      trial.held_out_turns = std::move(unseen.turns);
     } else if (data_.train.size() == 1) {
-      trial.held_out.add(data_.train, left);
+      trial.held_out.add(data_.train, left.residuals);
     } else {
-      leave_one_out(trial, quick);
+      leave_one_out(trial, std::move(options));
     }
     return trial;
   }
@@ -142,7 +150,7 @@ class Search {
     const Loss& alone = round.fitted.held_out;
     const double left = largest_excess(alone);
     if (left < rule.remainder) return std::nullopt;
-    const double left_in_training = largest_excess(trained(round.fitted.model));
+    const double left_in_training = largest_excess(trained(round.fitted.model, round.fitted.turns));
     std::vector<Score> best = promising(round.scores, options_.score);
     std::erase_if(best, [&](const Score& s) {
       return !makes_sense(s.effect, round.fitted.model) || kin_of(s.effect, added, round.fitted.model);
@@ -150,15 +158,19 @@ class Search {
     if (best.size() > tried) best.resize(tried);
     std::optional<Two> found;
     for (std::size_t i = 0; i + 1 < best.size(); ++i) {
-      const Model one =
-          with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect, best[i].starts.front());
-      const double squares = sum_of_squares(residuals(data_.train, one, one.values(), {}));
+      const Trial* known_one = known_for(best[i].effect, round.fitted);
+      const Model one = with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect,
+                                    best[i].starts.front(), turns_of(known_one));
+      const double squares = sum_of_squares(residuals_at_best_turns(data_.train, one, turns_of(known_one)).residuals);
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
         start.others.clear();  // they belong to a model without the first
-        const Model begun = first_steps(with_effect(data_.train, one, squares, best[j].effect, start), few).model;
-        if (largest_excess(trained(begun)) > (1 - half_way * most_of_it) * left_in_training) continue;
-        Two two{{best[i].effect, best[j].effect}, fit(begun)};
+        const Trial* known = known_one != nullptr ? known_for(best[j].effect, round.fitted) : nullptr;
+        const Model both = with_effect(data_.train, one, squares, best[j].effect, start, turns_of(known));
+        const Calibration begun = first_steps(both, few, known);
+        if (largest_excess(trained(begun.model, begun.turns)) > (1 - half_way * most_of_it) * left_in_training)
+          continue;
+        Two two{{best[i].effect, best[j].effect}, fit(begun.model, known)};
         if (largest_excess(two.trial.held_out) > (1 - most_of_it) * left) continue;
         if (found && found->trial.held_out.error() <= two.trial.held_out.error()) continue;
         if (!material(alone, two.trial.held_out, rule)) continue;
@@ -245,11 +257,13 @@ class Search {
     return largest;
   }
 
-  Loss trained(const Model& model) const {
+  Loss trained(const Model& model, const Turns& turns) const {
     Loss loss(data_.noise);
-    loss.add(data_.train, residuals(data_.train, model, model.values(), {}));
+    loss.add(data_.train, residuals_at_best_turns(data_.train, model, turns).residuals);
     return loss;
   }
+
+  static Turns turns_of(const Trial* known) { return known != nullptr ? known->turns : Turns{}; }
 
   /// Is some signal so far above its floor that anything material could be removed?
   bool anything_left(const Loss& loss) const { return largest_excess(loss) >= options_.materiality.least; }
@@ -279,20 +293,24 @@ class Search {
     std::vector<std::pair<Score, Trial>> trials;
     for (std::size_t i = 0; i < best.size(); ++i) {
       if (fitted.cost - begun[i].cost < far_less * most) continue;
-      trials.emplace_back(best[i], fit(begun[i].model));
+      trials.emplace_back(best[i], fit(begun[i].model, known_for(best[i].effect, fitted)));
       remember_valley(trials.back().second.model, best[i].effect);
     }
     return trials;
   }
 
-  Calibration first_steps(const Model& start, int iterations) const {
-    return first_steps(data_.train, start, iterations);
+  Calibration first_steps(const Model& start, int iterations, const Trial* known = nullptr) const {
+    return first_steps(data_.train, start, iterations, turns_of(known));
   }
 
-  static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations) {
-    return calibrate(
-        runs, start,
-        {.extra_starts = 0, .max_iterations = iterations, .tolerance = 1e-3, .with_covariance = false, .outputs = {}});
+  static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations,
+                                 Turns turns = {}) {
+    return calibrate(runs, start,
+                     {.extra_starts = 0,
+                      .max_iterations = iterations,
+                      .tolerance = 1e-3,
+                      .with_covariance = false,
+                      .turns = std::move(turns)});
   }
 
   /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
@@ -306,15 +324,16 @@ class Search {
       starts.resize(1);
       starts.push_back({valley->second, valley->second, {}});
     }
+    const Trial* known = known_for(score.effect, fitted);
     std::vector<Calibration> begun;
     for (const Score::Start& start : starts) {
-      const Model there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start);
-      begun.push_back(first_steps(there, starts.size() > go_on ? glance : few));
+      const Model there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start, turns_of(known));
+      begun.push_back(first_steps(there, starts.size() > go_on ? glance : few, known));
     }
     std::ranges::stable_sort(begun, {}, &Calibration::cost);
     if (begun.size() > go_on) {
       begun.resize(go_on);
-      for (Calibration& c : begun) c = first_steps(c.model, few - glance);
+      for (Calibration& c : begun) c = first_steps(c.model, few - glance, known);
     }
     return *std::ranges::min_element(begun, {}, &Calibration::cost);
   }
@@ -326,15 +345,20 @@ class Search {
     for (const Parameter& p : model.parameters_of(effect)) values.push_back(p.value);
   }
 
-  void leave_one_out(Trial& trial, const CalibrationOptions& options) const {
+  void leave_one_out(Trial& trial, CalibrationOptions options) const {
+    const bool known = !options.turns.empty();
     for (std::size_t out = 0; out < data_.train.size(); ++out) {
       std::vector<PreparedRun> rest;
+      options.turns.clear();
       for (std::size_t i = 0; i < data_.train.size(); ++i) {
-        if (i != out) rest.push_back(data_.train[i]);
+        if (i == out) continue;
+        rest.push_back(data_.train[i]);
+        if (known) options.turns.push_back(trial.turns[i]);
       }
       const Model fitted = calibrate(rest, trial.model, options).model;
       const std::vector<PreparedRun> alone{data_.train[out]};
-      trial.held_out.add(alone, residuals(alone, fitted, fitted.values(), {}));
+      trial.held_out.add(alone,
+                         residuals_at_best_turns(alone, fitted, known ? Turns{trial.turns[out]} : Turns{}).residuals);
     }
   }
 
@@ -423,7 +447,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Search search(data, options);
 
   progress(0.02, "fitting the model as given");
-  Trial current = search.fit(model, 4);
+  Trial current = search.fit(model, nullptr, 4);
   d.base = current.model;
   d.base_train = current.train;
   d.base_held_out = current.held_out.error();
@@ -520,7 +544,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     const Round& reduced = search.round(others, [&] {
       Model without = current.model;
       without.exclude(member);
-      return search.fit(without);
+      return search.fit(without, search.known_for(member, current));
     });
     for (const auto& [s, trial] : reduced.refits) {
       if (s.effect == member || !material(reduced.fitted.held_out, trial.held_out, rule)) continue;
@@ -549,7 +573,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     const auto fitted_without = [&](std::size_t effect) {
       Model without = current.model;
       without.exclude(effect);
-      return search.fit(without);
+      return search.fit(without, search.known_for(effect, current));
     };
     Trial reduced = fitted_without(found[i]);
     bool stays = material(reduced.held_out, current.held_out, rule);
@@ -568,9 +592,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   }
 
   progress(0.9, "standard errors");
-  const Calibration last =
-      calibrate(data.train, current.model,
-                {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true, .outputs = {}});
+  const Calibration last = calibrate(
+      data.train, current.model, {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true});
   d.final = last.model;
   d.undetermined = last.identifiability.undetermined;
   d.final_train = current.train;

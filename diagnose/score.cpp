@@ -577,7 +577,7 @@ std::vector<Hypothesis> hypotheses_of(const Fitted& fitted, std::span<const std:
     }
   }
   // Those that need the short step share their simulations.
-  std::ranges::stable_partition(all, [](const Hypothesis& h) { return !h.about().periodic && !h.about().quick; });
+  std::ranges::stable_partition(all, [](const Hypothesis& h) { return !h.about().quick; });
   return all;
 }
 
@@ -716,7 +716,7 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
 }
 
 Model with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares, std::size_t effect,
-                  const Score::Start& start) {
+                  const Score::Start& start, std::span<const Turn> turns) {
   const FreeParameters free(fitted);
   const EffectInfo& about = fitted.about(effect);
   const auto at = [&](double share) {
@@ -736,7 +736,7 @@ Model with_effect(std::span<const PreparedRun> records, const Model& fitted, dou
     return extended;
   };
   const auto squares_of = [&](const Model& model) {
-    return sum_of_squares(residuals(records, model, model.values(), {}));
+    return sum_of_squares(residuals_at_best_turns(records, model, turns).residuals);
   };
   Model best = at(1);
   double least = squares_of(best);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "estimate/prepared_run.h"
+#include "estimate/turn.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -64,7 +65,8 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
 /// The model with the scored effect, where a refit starts: the whole way that the score expects where that lowers the
 /// sum of squares, else as much of it as does.
 /// @param squares that sum for the fitted model
+/// @param turns of the records, where they are known: followed, not searched
 Model with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares, std::size_t effect,
-                  const Score::Start& start);
+                  const Score::Start& start, std::span<const Turn> turns = {});
 
 }  // namespace emtb

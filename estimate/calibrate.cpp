@@ -44,12 +44,7 @@ PreparedRun in_half_steps(const PreparedRun& record) {
 class Problem {
  public:
   Problem(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options)
-      : records_(records),
-        model_(model),
-        options_(options),
-        free_(model),
-        moved_(moved_by(free_)),
-        turns_(records.size()) {
+      : records_(records), model_(model), options_(options), free_(model), moved_(moved_by(free_)) {
     for (const std::size_t place : free_.places()) {
       const Parameter& p = model.at(place);
       if (p.prior) priors_.push_back({prior_column(place), *p.prior});
@@ -59,10 +54,10 @@ class Problem {
   const FreeParameters& free() const { return free_; }
   bool quick_errors() const { return options_.quick_errors; }
 
-  /// Where in a turn the records start is searched anew, in all of the turn; else it is followed from one call to the
-  /// next.
+  /// Where in a turn the records start is searched anew, in all of the turn, unless it is given; else it is followed
+  /// from one call to the next.
   void search_turns() const {
-    std::ranges::fill(turns_, std::nullopt);
+    turns_ = options_.turns;
     least_ = std::numeric_limits<double>::infinity();
   }
 
@@ -71,9 +66,13 @@ class Problem {
     return model_.periodic() && std::ranges::any_of(records_, [](const PreparedRun& r) { return r.angle_wander > 0; });
   }
 
+  /// As far as they have been followed.
+  const Turns& turns() const { return turns_; }
+
   /// Searches the turns anew where they have been followed to. @return whether that lowers the cost by a share
   bool finds_better_turns(std::span<const double> x, double share) const {
-    const auto followed = turns_;
+    if (!options_.turns.empty()) return false;
+    const Turns followed = turns_;
     const double before = least_;
     search_turns();
     if (normal_equations(x, false, false).rtr < (1 - share) * before) return true;
@@ -88,7 +87,7 @@ class Problem {
     const auto p = static_cast<Eigen::Index>(free_.size());
     const std::vector<double> values = free_.spread(x);
     std::vector<NormalEquations> each(records_.size());
-    std::vector<std::optional<Turn>> turns(records_.size());
+    Turns turns(records_.size());
     const auto one = [&](std::size_t i) {
       const auto moved = with_sensitivities ? std::span(moved_) : std::span<const std::vector<std::size_t>>{};
       NormalEquations& n = each[i];
@@ -97,11 +96,11 @@ class Problem {
       n.str_of_step.setZero(p);
       std::map<long, Eigen::VectorXd> blocks;
       const ModelStructure structure = records_[i].structure(model_);
-      turns[i] = best_turn(records_[i], structure, values, turns_[i] ? &*turns_[i] : nullptr);
-      n.rtr += turns[i]->unlikely;
+      turns[i] = best_turn(records_[i], structure, values, turns_.empty() ? nullptr : &turns_[i]);
+      n.rtr += turns[i].unlikely;
       std::vector<Residuals> finer;
-      if (in_steps) finer = residuals_at_turn(in_half_steps(records_[i]), structure, values, {}, *turns[i]).residuals;
-      const auto [all, prior] = residuals_at_turn(records_[i], structure, values, moved, *turns[i]);
+      if (in_steps) finer = residuals_at_turn(in_half_steps(records_[i]), structure, values, {}, turns[i]).residuals;
+      const auto [all, prior] = residuals_at_turn(records_[i], structure, values, moved, turns[i]);
       if (prior.sts.size() > 0) {
         n.sts += prior.sts;
         n.str += prior.str;
@@ -173,7 +172,7 @@ class Problem {
   FreeParameters free_;
   std::vector<std::vector<std::size_t>> moved_;
   std::vector<std::pair<Eigen::Index, Prior>> priors_;
-  mutable std::vector<std::optional<Turn>> turns_;  // of each record, where the cost was least
+  mutable Turns turns_;  // of each record, where the cost was least; empty: to be searched
   mutable double least_ = std::numeric_limits<double>::infinity();
 };
 
@@ -292,15 +291,15 @@ Descent descend(const Problem& problem, const Model& model, std::vector<double> 
     ceres::Solve(options, &round, &summary);
     result.cost = summary.final_cost;
     result.converged = summary.termination_type == ceres::CONVERGENCE;
+    result.iterations += std::max(1, static_cast<int>(summary.iterations.size()) - 1);
     if (turns_wander) {  // the turns are followed no nearer than this
       const double near = std::max(1e-5, 100 * tolerance);
       result.converged = result.converged || summary.final_cost > (1 - near) * summary.initial_cost;
-      if (problem.finds_better_turns(result.x, near)) {
+      if (result.iterations < max_iterations && problem.finds_better_turns(result.x, near)) {
         cost.forget();
         result.converged = false;
       }
     }
-    result.iterations += std::max(1, static_cast<int>(summary.iterations.size()) - 1);
     if (summary.termination_type == ceres::FAILURE) break;
   }
   return result;
@@ -495,6 +494,7 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
   result.cost = best.cost;
   result.converged = best.converged;
   result.iterations = best.iterations;
+  if (options.extra_starts == 0) result.turns = problem.turns();
   if (options.with_covariance) judge(result, problem, best.x);
   return result;
 }

@@ -8,6 +8,7 @@
 
 #include "estimate/prepared_run.h"
 #include "estimate/residuals.h"
+#include "estimate/turn.h"
 
 namespace emtb {
 
@@ -34,6 +35,7 @@ struct Calibration {
   Eigen::VectorXd inflation;  ///< of each free parameter: its variance over that of white residuals; 0: not seen
   Eigen::VectorXd alone;      ///< [SI] standard error of each, were the residuals white and all others known
   Identifiability identifiability;
+  Turns turns;  ///< of the records, as the fit followed them
 };
 
 struct CalibrationOptions {
@@ -41,7 +43,8 @@ struct CalibrationOptions {
   int max_iterations = 60;
   double tolerance = 1e-9;  ///< of the cost, relative: where a descent ends
   bool with_covariance = true;
-  std::vector<Signal> outputs;  ///< compare these alone; empty: all
+  std::vector<Signal> outputs = {};  ///< compare these alone; empty: all
+  Turns turns = {};             ///< of the records, where they are known: followed, not searched; for no extra starts
   bool quick_errors = false;    ///< leaves long blocks and the length of steps out of the standard errors
 };
 

@@ -315,7 +315,7 @@ Series speed_from_angle(const Series& theta, std::size_t half) {
   return omega;
 }
 
-PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> ripple_order) {
   const SignalInfo& input = info(model.input);
   if (!run.has(model.input)) {
     throw ModelError(run.name + " has no " + std::string(input.column) + ", the input of model `" + model.name +
@@ -358,7 +358,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
     }
     if (o.size() > 0) record.observations.push_back(std::move(o));
   }
-  MeasuredAngle measured = measured_angle(run, x.t);
+  MeasuredAngle measured = measured_angle(run, x.t, ripple_order);
   x.angle = std::move(measured.angle);
   record.angle_wanders = measured.wanders;
   if (run.has(Signal::temperature)) {

@@ -72,8 +72,10 @@ struct PreparedRun {
 
 enum class Chaining { staged, chained };
 
+/// @param ripple_order of the runs that this one is one of, see ripple_order(); absent: looked for in this one
 /// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
-PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged,
+                        std::optional<double> ripple_order = {});
 
 /// The angular velocity from an encoder's angle: slope of a least-squares line over +-`half` samples, one value every
 /// `half`. Where a run has theta and no omega, prepare_run() compares with this.

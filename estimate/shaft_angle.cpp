@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "estimate/orders.h"
+#include "estimate/parallel.h"
 
 namespace emtb {
 namespace {
@@ -48,16 +49,38 @@ std::vector<Block> blocks_of(std::span<const double> angle, std::span<const doub
   return blocks;
 }
 
-/// The order of the shaft that stands out most. A whole one where it may be: then the angle keeps its scale.
-std::optional<double> order_of(std::span<const double> angle, std::span<const double> ripple, double interval) {
+/// Pieces of two seconds.
+std::vector<TurningStretch> pieces_of(std::span<const double> angle, std::span<const double> ripple, double interval) {
   std::vector<TurningStretch> pieces;
   for (Block& piece : blocks_of(angle, ripple, static_cast<std::size_t>(2 / interval))) {
     pieces.push_back(std::move(piece.ripple));
   }
+  return pieces;
+}
+
+/// The order of the shaft that stands out most. A whole one where it may be: then the angle keeps its scale.
+std::optional<double> order_of(std::span<const TurningStretch> pieces) {
   const std::vector<Order> orders = strong_orders(pieces, 1);
   if (orders.empty()) return std::nullopt;
   const double order = orders.front().per_turn, whole = std::round(order);
   return std::abs(order - whole) < 0.02 ? whole : order;
+}
+
+/// A signal that is read about as often as the run has samples.
+bool is_fast(const Run& run, Signal signal, std::size_t samples) {
+  return run.has(signal) && run.at(signal).window <= 0 && 2 * run.at(signal).t.size() > samples;
+}
+
+std::vector<double> integral_of(const Series& omega) {
+  std::vector<double> angle(omega.t.size(), 0.0);
+  for (std::size_t k = 1; k < angle.size(); ++k) {
+    angle[k] = angle[k - 1] + 0.5 * (omega.value[k] + omega.value[k - 1]) * (omega.t[k] - omega.t[k - 1]);
+  }
+  return angle;
+}
+
+double interval_of(const Series& omega) {
+  return (omega.t.back() - omega.t.front()) / static_cast<double>(omega.t.size() - 1);
 }
 
 /// Where the ripple stood in a block.
@@ -103,30 +126,50 @@ double lag_of(std::span<const Sighting> sightings, double order) {
 
 }  // namespace
 
-MeasuredAngle measured_angle(const Run& run, std::span<const double> grid) {
-  const auto fast = [&](Signal signal) {
-    return run.has(signal) && run.at(signal).window <= 0 && 2 * run.at(signal).t.size() > grid.size();
-  };
-  if (fast(Signal::theta)) return {interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid), false};
-  if (!fast(Signal::omega)) return {};
-  const Series& omega = run.at(Signal::omega);
-  std::vector<double> angle(omega.t.size(), 0.0);
-  for (std::size_t k = 1; k < angle.size(); ++k) {
-    angle[k] = angle[k - 1] + 0.5 * (omega.value[k] + omega.value[k - 1]) * (omega.t[k] - omega.t[k - 1]);
+MeasuredAngle measured_angle(const Run& run, std::span<const double> grid, std::optional<double> order) {
+  if (is_fast(run, Signal::theta, grid.size())) {
+    return {interpolated(run.at(Signal::theta).t, run.at(Signal::theta).value, grid), false};
   }
-  const double interval = (omega.t.back() - omega.t.front()) / static_cast<double>(omega.t.size() - 1);
-  const bool tied = tie_to_ripple(angle, omega.value, interval);
+  if (!is_fast(run, Signal::omega, grid.size())) return {};
+  const Series& omega = run.at(Signal::omega);
+  std::vector<double> angle = integral_of(omega);
+  const bool tied = tie_to_ripple(angle, omega.value, interval_of(omega), order);
   return {interpolated(omega.t, angle, grid), !tied};
 }
 
-bool tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval) {
+std::optional<double> ripple_order(std::span<const Run> runs) {
+  std::vector<std::vector<TurningStretch>> pieces(runs.size());
+  std::vector<std::optional<double>> orders(runs.size());
+  parallel_for(runs.size(), [&](std::size_t i) {
+    if (!runs[i].has(Signal::omega) || runs[i].has(Signal::theta)) return;
+    const Series& omega = runs[i].at(Signal::omega);
+    if (omega.window > 0 || omega.t.size() < 2) return;
+    const double interval = interval_of(omega);
+    pieces[i] = pieces_of(integral_of(omega), without_slow_changes(omega.value, interval), interval);
+    orders[i] = order_of(pieces[i]);
+  });
+  std::optional<double> best;
+  double most = 0;
+  for (const std::optional<double>& order : orders) {
+    if (!order || order == best) continue;
+    double explained = 0;
+    for (const auto& of_run : pieces) {
+      for (const TurningStretch& piece : of_run) explained += wave_of(piece, *order).share;
+    }
+    if (explained > most) most = explained, best = order;
+  }
+  return best;
+}
+
+bool tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval,
+                   std::optional<double> order) {
   constexpr double clear = 0.3;    // share of what varies within a block: noise alone seldom explains a tenth
   constexpr double periods = 3;    // at least, in a block
   constexpr double longest = 0.5;  // [s] of a block: the wander within is small
   const auto size = static_cast<std::size_t>(longest / interval);
   if (size < 20 || angle.size() < 8 * size) return false;
   const std::vector<double> ripple = without_slow_changes({omega.begin(), omega.end()}, interval);
-  const std::optional<double> order = order_of(angle, ripple, interval);
+  if (!order) order = order_of(pieces_of(angle, ripple, interval));
   if (!order) return false;
   std::vector<Sighting> sightings;
   std::size_t turning = 0;

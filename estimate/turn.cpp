@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "estimate/linear_algebra.h"
+#include "estimate/parallel.h"
 #include "model/catalogue.h"
 
 namespace emtb {
@@ -151,6 +153,15 @@ class TurnEquations {
   }
 
   bool informed() const { return information_ > 0; }
+  /// What a step takes off the sum of squares.
+  double gain(std::span<const double> step) const {
+    double gain = 0;
+    for (std::size_t k = 0; k < step.size(); ++k) {
+      gain += step[k] * (2 * gradient_[k] - diagonal_[k] * step[k]);
+      if (k > 0) gain -= 2 * beside_[k - 1] * step[k - 1] * step[k];
+    }
+    return gain;
+  }
   std::vector<double> step() const { return solved(gradient_); }
 
   /// The changes of the knots that bring forth a right-hand side (elimination after Thomas).
@@ -357,78 +368,138 @@ TurnPrior project_off_turn(std::vector<Residuals>& out, const Knots& knots, cons
   return {knots.stiffness() * gram(changed), knots.stiffness() * transposed_product(changed, change)};
 }
 
-/// Moves the turn to where the record fits best, from near: Gauss and Newton, a step that does not help halved.
-/// @param longest [rad] of a step @return the cost there, as far as it was looked at
-double follow(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
-              const Knots& knots, Turn& turn, int simulations, double longest) {
-  constexpr double close = 0.05;  // of the longest step: near enough
-  std::vector<double> step;
-  Turn tried = turn;
-  double least = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < simulations; ++k) {
-    if (!step.empty()) {
-      for (std::size_t i = 0; i < step.size(); ++i) tried.at[i] = turn.at[i] + step[i];
-    }
-    tried.unlikely = unlikely(knots, tried.at);
-    const std::vector<Residuals> seen = with_turn(record, structure, values, {}, knots, tried);
+/// A turn on its way to where the record fits best, a simulation at a time: Gauss and Newton, a step that does not help
+/// halved.
+class Follower {
+ public:
+  /// @param longest [rad] of a step
+  Follower(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+           const Knots& knots, Turn start, double longest)
+      : record_(record),
+        structure_(structure),
+        values_(values),
+        knots_(knots),
+        longest_(longest),
+        turn_(std::move(start)),
+        step_(turn_.at.size(), 0.0) {}
+
+  /// Simulates the next step, at first the start.
+  void look() {
+    if (done_) return;
+    const Turn tried = stepped();
+    const std::vector<Residuals> seen = with_turn(record_, structure_, values_, {}, knots_, tried);
     const double cost = sum_of_squares(seen) + tried.unlikely;
-    if (cost > least) {
-      for (double& s : step) s *= 0.5;
-      continue;
+    if (cost > cost_) {
+      for (double& s : step_) s *= 0.5;
+      promised_ *= 0.5;
+      return;
     }
-    least = cost;
-    turn = tried;
-    const TurnEquations equations = equations_of(seen, knots, turn.at);
-    if (!equations.informed()) break;
-    step = equations.step();
+    cost_ = cost;
+    turn_ = tried;
+    const TurnEquations equations = equations_of(seen, knots_, turn_.at);
+    step_ = equations.informed() ? equations.step() : std::vector<double>(step_.size(), 0.0);
     double largest = 0;
-    for (double& s : step) {
-      s = std::clamp(s, -longest, longest);
+    for (double& s : step_) {
+      s = std::clamp(s, -longest_, longest_);
       largest = std::max(largest, std::abs(s));
     }
-    if (largest < close * longest) break;
+    promised_ = equations.gain(step_);
+    constexpr double sure = 0.2;  // of the longest: what is linear holds, and the step needs no proof
+    done_ = largest < sure * longest_;
   }
-  return least;
+  void look(int times) {
+    for (int k = 0; k < times && !done_; ++k) look();
+  }
+
+  double cost() const { return cost_; }
+  double expected() const { return cost_ - promised_; }  ///< cost after the next step
+  bool done() const { return done_; }
+  Turn turn() const { return done_ ? stepped() : turn_; }
+
+ private:
+  Turn stepped() const {
+    Turn there = turn_;
+    for (std::size_t i = 0; i < step_.size(); ++i) there.at[i] += step_[i];
+    there.unlikely = unlikely(knots_, there.at);
+    return there;
+  }
+
+  const PreparedRun& record_;
+  const ModelStructure& structure_;
+  std::span<const double> values_;
+  const Knots& knots_;
+  double longest_;
+  Turn turn_;
+  std::vector<double> step_;
+  double cost_ = std::numeric_limits<double>::infinity(), promised_ = 0;
+  bool done_ = false;
+};
+
+/// The one of some turns from which the record fits best in the end. All are looked at, two of them more closely.
+Turn best_followed(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+                   const Knots& knots, const std::vector<Turn>& from, double longest) {
+  constexpr std::size_t closely = 2;
+  constexpr int looks = 2, to_the_end = 8;
+  std::vector<Follower> ways;
+  for (const Turn& turn : from) ways.emplace_back(record, structure, values, knots, turn, longest).look();
+  std::vector<std::size_t> order(ways.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return ways[k].expected(); });
+  if (order.size() > closely) order.resize(closely);
+  for (const std::size_t k : order) ways[k].look(looks);
+  Follower& best = ways[*std::ranges::min_element(order, {}, [&](std::size_t k) { return ways[k].expected(); })];
+  best.look(to_the_end);
+  return best.turn();
+}
+
+/// The same of turns that do not change in the course of the record: nearly linear, so no step needs to be proved.
+Turn stepped_to(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+                const Knots& knots, Turn turn, int steps, double longest) {
+  for (int k = 0; k < steps; ++k) {
+    const TurnEquations equations = equations_of(with_turn(record, structure, values, {}, knots, turn), knots, turn.at);
+    if (!equations.informed()) break;
+    turn.at.front() += std::clamp(equations.step().front(), -longest, longest);
+  }
+  return turn;
 }
 
 }  // namespace
 
 Turn best_turn(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
                const Turn* near) {
+  if (near != nullptr && near->at.empty()) near = nullptr;
   const std::vector<PeriodicPart> parts = periodic_parts(structure, values);
   if (parts.empty()) return {};
   const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
   const Knots knots(record, near != nullptr ? near->at.size() : Knots::wanted(record, fastest.order));
   const double period = 2 * std::numbers::pi / slowest.order;
   const int steps = 8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)));
-  Turn best{std::vector<double>(knots.count(), 0.0), 0};
-  if (near != nullptr) {
-    best = *near;
-  } else {
-    // There is a valley for each period of the fastest; what is linear tells the lowest of them, near enough. Where the
-    // shaft stops it tells little: there a turn that hardly changes may be the better one.
-    constexpr double hardly = 100;
-    const WavesOfTurn waves(record, structure, values, parts, knots);
-    std::vector<Turn> turns = likely_turns(waves, knots, period, steps, 1);
-    if (knots.count() > 1) {
-      std::ranges::move(likely_turns(waves, knots, period, steps, hardly), std::back_inserter(turns));
+  const double longest = period / steps;
+  const bool many = knots.count() > 1;
+  if (near != nullptr && many) {
+    constexpr int looks = 2;
+    Follower follower(record, structure, values, knots, *near, longest);
+    follower.look(looks);
+    return follower.turn();
+  }
+  if (near != nullptr) return stepped_to(record, structure, values, knots, *near, 1, longest);
+  // There is a valley for each period of the fastest; what is linear tells the lowest of them, near enough. Where the
+  // shaft stops it tells little: there a turn that hardly changes may be the better one.
+  constexpr double hardly = 100;
+  const WavesOfTurn waves(record, structure, values, parts, knots);
+  std::vector<Turn> turns = likely_turns(waves, knots, period, steps, 1);
+  if (many) {
+    for (Turn& stiffer : likely_turns(waves, knots, period, steps, hardly)) {
+      if (std::ranges::find(turns, stiffer.at, &Turn::at) == turns.end()) turns.push_back(std::move(stiffer));
     }
-    double least = std::numeric_limits<double>::infinity();
-    for (Turn& turn : turns) {
-      const double cost = follow(record, structure, values, knots, turn, knots.count() > 1 ? 3 : 1, period / steps);
-      if (cost < least) least = cost, best = std::move(turn);
-    }
+    return best_followed(record, structure, values, knots, turns, longest);
   }
-  if (knots.count() > 1) {
-    follow(record, structure, values, knots, best, near != nullptr ? 2 : 8, period / steps);
-    return best;
+  std::pair<double, Turn> best{std::numeric_limits<double>::infinity(), turns.front()};
+  for (Turn& turn : turns) {
+    const double cost = sum_of_squares(turned_residuals(record, structure, values, {}, knots, turn));
+    if (cost < best.first) best = {cost, std::move(turn)};
   }
-  for (int k = 0; k < (near != nullptr ? 1 : 2); ++k) {  // a single turn is nearly linear: no step needs to be proved
-    const TurnEquations equations = equations_of(with_turn(record, structure, values, {}, knots, best), knots, best.at);
-    if (!equations.informed()) break;
-    best.at.front() += std::clamp(equations.step().front(), -period / steps, period / steps);
-  }
-  return best;
+  return stepped_to(record, structure, values, knots, std::move(best.second), 2, longest);
 }
 
 ResidualsAtTurn residuals_at_turn(const PreparedRun& record, const ModelStructure& structure,
@@ -440,6 +511,21 @@ ResidualsAtTurn residuals_at_turn(const PreparedRun& record, const ModelStructur
   std::vector<Residuals> out = with_turn(record, structure, values, moved, knots, turn);
   TurnPrior prior = project_off_turn(out, knots, turn);
   return {std::move(out), std::move(prior)};
+}
+
+Turned residuals_at_best_turns(std::span<const PreparedRun> records, const Model& model, std::span<const Turn> near) {
+  Turned out{Turns(records.size()), {}};
+  const std::vector<double> values = model.values();
+  std::vector<std::vector<Residuals>> each(records.size());
+  const auto one = [&](std::size_t i) {
+    const ModelStructure structure = records[i].structure(model);
+    out.turns[i] = best_turn(records[i], structure, values, near.empty() ? nullptr : &near[i]);
+    each[i] = residuals_at_turn(records[i], structure, values, {}, out.turns[i]).residuals;
+    for (Residuals& r : each[i]) r.record = i;
+  };
+  parallel_for(records.size(), one, [&](std::size_t i) { return records[i].length(); });
+  for (auto& of_one : each) std::ranges::move(of_one, std::back_inserter(out.residuals));
+  return out;
 }
 
 }  // namespace emtb

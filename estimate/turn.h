@@ -31,6 +31,9 @@ struct TurnPrior {
   Eigen::VectorXd str;  ///< p
 };
 
+/// Of several records, in their order.
+using Turns = std::vector<Turn>;
+
 struct ResidualsAtTurn {
   std::vector<Residuals> residuals;
   TurnPrior prior;
@@ -41,5 +44,14 @@ struct ResidualsAtTurn {
 ResidualsAtTurn residuals_at_turn(const PreparedRun& record, const ModelStructure& structure,
                                   std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
                                   const Turn& turn);
+
+/// The turns at which records fit best, and the residuals of all of them there.
+/// @param near as for best_turn(), of each record; empty: searched
+struct Turned {
+  Turns turns;
+  std::vector<Residuals> residuals;
+};
+Turned residuals_at_best_turns(std::span<const PreparedRun> records, const Model& model,
+                               std::span<const Turn> near = {});
 
 }  // namespace emtb

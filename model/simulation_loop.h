@@ -16,10 +16,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
   const std::size_t n = x.t.size();
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
-  const bool quick = std::ranges::any_of(structure.effects, [](std::size_t effect) {
-    const EffectInfo& info = effect_catalogue()[effect];
-    return info.quick || info.periodic;
-  });
+  const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
   const double longest_step = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
   const auto read = [&](std::size_t k) { reader.read(k, machine.readings()); };
   const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };

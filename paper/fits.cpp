@@ -89,7 +89,7 @@ Model starting_from(Model model, const std::map<std::string, double>& values) {
 
 Fit fit(std::string name, const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model) {
   const std::vector<PreparedRun> records = prepared(runs, seen, model);
-  const Calibration c = calibrate(records, model, {.extra_starts = 0, .outputs = {}});
+  const Calibration c = calibrate(records, model, {.extra_starts = 0});
   Fit result{.name = std::move(name), .model = c.model};
   result.error = error_of(mean_squares(residuals(records, c.model, c.model.values(), {})));
   for (const double s : c.identifiability.singular_values) {

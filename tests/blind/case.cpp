@@ -167,8 +167,7 @@ double linear_error_of(const Model& start, const Bench& bench, std::uint64_t see
   std::vector<Run> fitted_to = record(bench, bench.train, seed);
   std::vector<Run> judged_on = record(bench, bench.held_out, seed + 1000);
   const Dataset data = prepare(fitted_to, judged_on, start);
-  const CalibrationOptions quick{
-      .extra_starts = 0, .max_iterations = 30, .tolerance = 1e-5, .with_covariance = false, .outputs = {}};
+  const CalibrationOptions quick{.extra_starts = 0, .max_iterations = 30, .tolerance = 1e-5, .with_covariance = false};
   const Model fitted = calibrate(data.train, start, quick).model;
   const double error = error_of(mean_squares(residuals(data.held_out, fitted, fitted.values(), {})));
   if (train != nullptr) *train = std::move(fitted_to);

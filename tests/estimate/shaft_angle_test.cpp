@@ -85,5 +85,33 @@ TEST(ShaftAngle, IsLeftAloneWhereNothingRepeatsWithIt) {
   EXPECT_EQ(angle, before);
 }
 
+/// A run of a tachogenerator with a ripple, whose speed goes from one value to another within a minute.
+emtb::Run rippling(double from, double to, int order) {
+  const std::vector<double> noise = synthetic::coloured(30000, 0, order);
+  Run run;
+  run.name = "rippling";
+  Series omega;
+  double angle = 0.4;
+  for (std::size_t k = 0; k < noise.size(); ++k) {
+    const double share = static_cast<double>(k) / static_cast<double>(noise.size());
+    const double speed = from + share * (to - from);  // [rad/s]
+    angle += speed * interval;
+    omega.t.push_back(static_cast<double>(k) * interval);
+    omega.value.push_back(speed * (1 + 0.01 * std::sin(order * angle)) + 0.3 * noise[k]);
+  }
+  run.signals.emplace(Signal::omega, std::move(omega));
+  return run;
+}
+
+TEST(RippleOrder, OfARunAtOneSpeedIsToldByTheOthers) {
+  // At 2 ms and 230 rad/s there are 13.66 readings a turn: what repeats 9 times looks as if it did 4.66 times.
+  const std::vector<emtb::Run> both{rippling(230, 230, 9), rippling(60, 200, 9)};
+  EXPECT_EQ(ripple_order(both), 9);
+  std::vector<double> grid = both[0].at(Signal::omega).t, truth;
+  for (const double t : grid) truth.push_back(230 * t);
+  EXPECT_LT(wander(measured_angle(both[0], grid, 9.0).angle, truth), 0.02);
+  EXPECT_EQ(ripple_order(std::vector<emtb::Run>{rippling(10, 10.5, 0)}), std::nullopt) << "nothing repeats";
+}
+
 }  // namespace
 }  // namespace emtb

@@ -581,6 +581,16 @@ TEST(Step, TachoRippleRepeatsWithTheAngleInProportionToTheSpeed) {
   }
 }
 
+TEST(Step, TeethThatPassWithinAStepPullByTheirMean) {
+  // At full speed a tooth passes in 1.4 ms: single points of steps of 1 ms would make a slow torque of it.
+  Excitation coarse = constant(0.6, 1e-3, 10, &Excitation::u_ref), fine = coarse;
+  fine.longest_step = 2e-5;
+  const std::vector<double> teeth = and_(servo, {0.02, 20, 0.5});
+  const Trajectory<double> exact = run(with({"cogging"}), teeth, fine), quick = run(with({"cogging"}), teeth, coarse);
+  ASSERT_GT(exact.omega.back(), 200);
+  EXPECT_LT(largest_error(quick.omega, exact.omega), 0.05);  // [rad/s]
+}
+
 TEST(Step, NoiseOfAMeasuredAngleDoesNotTurnARotorThatStandsAndMovesOneThatTurns) {
   const std::vector<double> cogging{0.01, 6, 0};  // [N m], [1/turn], [rad]: a well at 0
   Excitation x = constant(2, 1e-3, 0, &Excitation::u_ref);

@@ -2,6 +2,7 @@
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/wave.h"
 
 namespace emtb {
 
@@ -23,7 +24,7 @@ struct EccentricLoad {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
-    balance.load_torque += p[0] * sin(x.theta + p[1]);
+    balance.load_torque += p[0] * mean_sine<Scalar>(x.theta + p[1], x.omega * x.h);
   }
 };
 

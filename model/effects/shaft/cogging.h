@@ -4,6 +4,7 @@
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/wave.h"
 
 namespace emtb {
 
@@ -27,7 +28,7 @@ struct Cogging {
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     const auto& [T_cog, N, phase] = std::tie(p[0], p[1], p[2]);
-    balance.braking_torque += T_cog * sin(N * x.theta + phase);
+    balance.braking_torque += T_cog * mean_sine<Scalar>(N * x.theta + phase, N * x.omega * x.h);
   }
 };
 
