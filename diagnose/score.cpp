@@ -318,8 +318,25 @@ void refuse_what_is_not_finite(std::span<const Residuals> seen, const PreparedRu
                    " is not finite everywhere in this run. Write it for both signs of omega, i_a and u_ref");
 }
 
-/// What one record says of each hypothesis of a batch.
-std::vector<Evidence> evidence_of(const Fitted& fitted, std::size_t index, const Batch& batch) {
+/// [s] of a piece within which an angle that wanders keeps step with what repeats: an order's phase is free in each.
+constexpr double piece_length = 2;
+
+/// Where the pieces of an observation end, in readings; the last is its end.
+std::vector<Eigen::Index> ends_of_pieces(const PreparedRun& record, const Observation& o, std::size_t pieces) {
+  const std::vector<double>& t = record.excitation.t;
+  std::vector<Eigen::Index> ends;
+  std::size_t end = 0;
+  while (ends.size() + 1 < pieces) {
+    const double until = t.front() + static_cast<double>(ends.size() + 1) * piece_length;
+    while (end < o.size() && t[o.last[end]] < until) ++end;
+    ends.push_back(static_cast<Eigen::Index>(end));
+  }
+  ends.push_back(static_cast<Eigen::Index>(o.size()));
+  return ends;
+}
+
+/// What one record says of each hypothesis of a batch, by pieces where the angle wanders under one that repeats.
+std::vector<std::vector<Evidence>> evidence_of(const Fitted& fitted, std::size_t index, const Batch& batch) {
   const PreparedRun& record = fitted.records[index];
   const Extended x = extend(fitted, record, batch);
   std::vector<Residuals> seen;
@@ -332,22 +349,43 @@ std::vector<Evidence> evidence_of(const Fitted& fitted, std::size_t index, const
   } else {
     seen = residuals_at_turn(record, x.structure, x.values, x.columns, fitted.turns[index]).residuals;
   }
-  std::vector<Evidence> all;
+  const std::vector<double>& t = record.excitation.t;
+  const auto pieces_of = [&](const Hypothesis& h) {
+    const bool many = h.about().periodic && record.angle_wander > 0;
+    return many ? 1 + static_cast<std::size_t>((t.back() - t.front()) / piece_length) : 1;
+  };
+  std::vector<std::vector<Evidence>> all;
   for (const Hypothesis& h : batch) {
     const auto q = static_cast<Eigen::Index>(h.columns());
-    all.push_back({{}, CrossSums(fitted.parameters, q)});
+    all.emplace_back(pieces_of(h), Evidence{{}, CrossSums(fitted.parameters, q)});
   }
   refuse_what_is_not_finite(seen, record, batch);
   for (std::size_t s = 0; s < seen.size(); ++s) {
     if (!seen[s].informed()) continue;
     const Base& base = fitted.bases[index][s];
+    const Observation& o = record.observations[s];
     const MatrixXd white = whiten(seen[s].sensitivity, base.rho, base.innovation);
     Eigen::Index column = 0;
     for (std::size_t h = 0; h < batch.size(); ++h) {
       const auto q = static_cast<Eigen::Index>(batch[h].columns());
-      auto& plain = all[h].plain.try_emplace(base.plain.signal, fitted.parameters, q).first->second;
-      plain.add(base.plain.sensitivity, seen[s].sensitivity.middleCols(column, q), base.plain.value);
-      all[h].white.add(base.white_sensitivity, white.middleCols(column, q), base.white);
+      const MatrixXd plain_columns = seen[s].sensitivity.middleCols(column, q),
+                     white_columns = white.middleCols(column, q);
+      const auto sums_of = [&](Evidence& evidence) -> CrossSums& {
+        return evidence.plain.try_emplace(base.plain.signal, fitted.parameters, q).first->second;
+      };
+      if (all[h].size() == 1) {
+        sums_of(all[h].front()).add(base.plain.sensitivity, plain_columns, base.plain.value);
+        all[h].front().white.add(base.white_sensitivity, white_columns, base.white);
+      } else {  // what the parameters of the model could imitate of an order is nothing
+        Eigen::Index row = 0;
+        for (std::size_t piece = 0; const Eigen::Index end : ends_of_pieces(record, o, all[h].size())) {
+          const auto part = [&](const auto& rows) { return rows.middleRows(row, end - row).eval(); };
+          sums_of(all[h][piece]).add({}, part(plain_columns), part(base.plain.value));
+          all[h][piece].white.add({}, part(white_columns), part(base.white));
+          row = end;
+          ++piece;
+        }
+      }
       column += q;
     }
   }
@@ -434,26 +472,26 @@ Score score_of(const Fitted& fitted, const Hypothesis& h, const Evidence& eviden
   return result;
 }
 
-/// Scores an order of the shaft. Its phase is free in each run, so each explains its own part; what they agree on is
-/// the amplitude. (What the fitted parameters could imitate of a ripple is nothing.)
-Score score_of_order(const Fitted& fitted, const Hypothesis& h, const std::vector<Evidence>& of_records,
+/// Scores an order of the shaft. Its phase is free in each part, so each explains its own; what they agree on is the
+/// amplitude. (What the fitted parameters could imitate of a ripple is nothing.)
+Score score_of_order(const Fitted& fitted, const Hypothesis& h, const std::vector<Evidence>& parts,
                      std::size_t candidates, const ScoreOptions& options) {
   double statistic = 0, information = 0, found = 0, gain = 0, readings = 0;
   Eigen::Index freedom = 0;
-  for (const Evidence& evidence : of_records) {
+  for (const Evidence& evidence : parts) {
     const CrossSums cross = evidence.all();
     const Eigen::Matrix2d plain = cross.cc, white = evidence.white.cc;
     const Eigen::Vector2d plain_gradient = cross.cr, white_gradient = evidence.white.cr;
     if (white.determinant() <= 1e-12 * white(0, 0) * white(1, 1) || plain.determinant() <= 0) continue;
-    const Eigen::Vector2d size = plain.inverse() * plain_gradient;
     information += 0.5 * plain.trace();
-    found += 0.5 * plain.trace() * size.squaredNorm();
+    found += plain_gradient.dot(plain.inverse() * plain_gradient) - 2;  // which noise alone explains
     statistic += white_gradient.dot(white.inverse() * white_gradient);
     freedom += 2;
   }
   for (const auto& [signal, own] : fitted.plain) {
     if (signal == Signal::omega) readings = own.readings;
   }
+  found = std::max(found, 0.0);
   gain = readings > 0 ? found / readings : 0;
   Score result;
   result.effect = h.effect;
@@ -644,7 +682,7 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
 
   fitted.seen.ringing = ringing_of(fitted);
   const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates, options.whole_orders));
-  std::vector<std::vector<Evidence>> evidence(batches.size() * records.size());
+  std::vector<std::vector<std::vector<Evidence>>> evidence(batches.size() * records.size());
   parallel_for(
       evidence.size(),
       [&](std::size_t k) { evidence[k] = evidence_of(fitted, k % records.size(), batches[k / records.size()]); },
@@ -655,15 +693,16 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& mode
   for (std::size_t b = 0; b < batches.size(); ++b) {
     for (std::size_t h = 0; h < batches[b].size(); ++h) {
       const Hypothesis& hypothesis = batches[b][h];
-      std::vector<Evidence> of_records;
-      for (std::size_t i = 0; i < records.size(); ++i) of_records.push_back(evidence[b * records.size() + i][h]);
+      std::vector<Evidence> parts;  // the records, or pieces of them
+      for (std::size_t i = 0; i < records.size(); ++i) {
+        std::ranges::move(evidence[b * records.size() + i][h], std::back_inserter(parts));
+      }
       if (hypothesis.about().periodic) {
-        of_effect[hypothesis.effect].push_back(
-            score_of_order(fitted, hypothesis, of_records, candidates.size(), options));
+        of_effect[hypothesis.effect].push_back(score_of_order(fitted, hypothesis, parts, candidates.size(), options));
         continue;
       }
-      for (std::size_t i = 1; i < of_records.size(); ++i) of_records[0] += of_records[i];
-      of_effect[hypothesis.effect].push_back(score_of(fitted, hypothesis, of_records[0], candidates.size(), options));
+      for (std::size_t i = 1; i < parts.size(); ++i) parts[0] += parts[i];
+      of_effect[hypothesis.effect].push_back(score_of(fitted, hypothesis, parts[0], candidates.size(), options));
     }
   }
   std::vector<Score> scores;

@@ -44,8 +44,8 @@ struct CalibrationOptions {
   double tolerance = 1e-9;  ///< of the cost, relative: where a descent ends
   bool with_covariance = true;
   std::vector<Signal> outputs = {};  ///< compare these alone; empty: all
-  Turns turns = {};             ///< of the records, where they are known: followed, not searched; for no extra starts
-  bool quick_errors = false;    ///< leaves long blocks and the length of steps out of the standard errors
+  Turns turns = {};           ///< of the records, where they are known: followed, not searched; for no extra starts
+  bool quick_errors = false;  ///< leaves long blocks and the length of steps out of the standard errors
 };
 
 /// The shorter records, up to a quarter of the samples, at least two where there are: for a first look.

@@ -387,7 +387,7 @@ void set_wander(PreparedRun& record, const Noise& noise) {
   constexpr double back = 4;  // [1/rad] a rotor that turns is back at a measured angle within a part of a turn
   Excitation& x = record.excitation;
   const auto speed = std::ranges::find(record.observations, Signal::omega, &Observation::signal);
-  if (!record.angle_wanders || speed == record.observations.end() || speed->size() < 2) return;
+  if (!x.angle_integrated || speed == record.observations.end() || speed->size() < 2) return;
   const double interval = (x.t[speed->last.back()] - x.t[speed->last.front()]) / static_cast<double>(speed->size() - 1);
   const NoiseFloor& floor = noise.at(Signal::omega);
   const double rho = std::clamp(floor.autocorrelation, 0.0, longest_memory);

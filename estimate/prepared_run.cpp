@@ -360,7 +360,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining, s
   }
   MeasuredAngle measured = measured_angle(run, x.t, ripple_order);
   x.angle = std::move(measured.angle);
-  record.angle_wanders = measured.wanders;
+  x.angle_integrated = measured.wanders;
   if (run.has(Signal::temperature)) {
     x.temperature = on_grid(run.at(Signal::temperature), x.t, run.name + ": temperature_degC");
   }

@@ -58,10 +58,9 @@ struct PreparedRun {
   Excitation excitation;
   bool measured_voltage = false;
   bool measured_load = false;
-  InputNoise voltage_noise;    ///< [V] of the measured e_a
-  InputNoise load_noise;       ///< [N m] of the measured torque
-  bool angle_wanders = false;  ///< it is the integral of a speed, and nothing that repeats ties it
-  double angle_wander = 0;     ///< [rad^2/s] variance that an angle integrated from a speed gains; set by weigh()
+  InputNoise voltage_noise;  ///< [V] of the measured e_a
+  InputNoise load_noise;     ///< [N m] of the measured torque
+  double angle_wander = 0;   ///< [rad^2/s] variance that an integrated angle gains; set by weigh()
   std::vector<Observation> observations;
 
   std::size_t length() const { return excitation.t.size(); }

@@ -144,7 +144,9 @@ struct Balance {
   Scalar omega_reading{};   ///< [rad/s]
   Scalar i_a_reading{};     ///< [A]
   Scalar torque_reading{};  ///< [N m]
-  Scalar load_offset{};     ///< [N m] by which a measured load is read too large; set at the end of the step before
+  Scalar
+      angle_behind{};    ///< [rad] by which the shaft is ahead of the integral of its speed's reading; like load_offset
+  Scalar load_offset{};  ///< [N m] by which a measured load is read too large; set at the end of the step before
 };
 
 template <class Scalar>

@@ -22,12 +22,14 @@ struct Excitation {
   std::vector<double> angle;      ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
   std::vector<double> angle_pull;  ///< [1/s] how fast the rotor comes back to an angle that wanders: 0 where it stands,
                                    ///< for noise does not turn it; held; empty: it is where it is measured
+  bool angle_integrated = false;   ///< it is the integral of the speed's reading: noise makes it wander, and a lag
+                                   ///< or an offset of the reading, where the model has one, puts it off
   std::vector<double> temperature;  ///< [degC] of the armature, held
   std::vector<char> armature_open;  ///< from its time to the next
   InitialState initial;
   double longest_step = 2e-3;                                   ///< [s] longer intervals are divided
   double quick_step = std::numeric_limits<double>::infinity();  ///< [s] the same, where an effect is quicker than the
-                                                                ///< shaft or repeats with the angle
+                                                                ///< shaft
 };
 
 /// How many derivatives one pass carries: one or two vector registers of AVX2 (docs/decisions/sensitivities.md).

@@ -28,7 +28,8 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
                .omega = at(x.omega, 0),
                .angle_middle = {},
                .angle_end = {},
-               .angle_pull = {}};
+               .angle_pull = {},
+               .angle_integrated = x.angle_integrated};
   if (!x.angle.empty()) in.angle_end = x.angle[0];
   machine.start(x.initial, in);
   read(0);

@@ -28,6 +28,7 @@ struct StepInput {
   double omega = 0;     ///< [rad/s] measured speed: predicts the load where `measured_load`
   std::optional<double> angle_middle, angle_end;  ///< [rad] measured: what periodic effects see; absent: as simulated
   std::optional<double> angle_pull;               ///< [1/s] see Excitation::angle_pull
+  bool angle_integrated = false;                  ///< see Excitation::angle_integrated
   double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [degC] where measured
   bool armature_open = false;
 };
@@ -83,7 +84,8 @@ class Machine {
     theta = turned_ + initial.theta;
     lead_ = Scalar(0.0);
     period_ = shortest_period();
-    angle_before_ = input.angle_end.value_or(0);
+    angle_before_ = Scalar(input.angle_end.value_or(0));
+    behind_ = Scalar(0.0);
     i_a = i_a_before_ = Scalar(initial.i_a);
     changes_ = {{-infinity, input.u_ref}};
     e_driver = e_slewed_ = initial.e_driver ? Scalar(*initial.e_driver) : target_of(input.u_ref);
@@ -184,11 +186,12 @@ class Machine {
     const Scalar turned = 0.5 * h * (omega + omega_end);
     theta += turned;
     if (in.angle_end) {
+      const Scalar angle = *in.angle_end + behind_;
       if (in.angle_pull && period_ > 0) {
-        lead_ = (lead_ + turned - (*in.angle_end - angle_before_)) * (1 / (1 + h * *in.angle_pull));
+        lead_ = (lead_ + turned - (angle - angle_before_)) * (1 / (1 + h * *in.angle_pull));
         lead_ -= period_ * std::round(value_of(lead_) / period_);  // another tooth is as good
       }
-      angle_before_ = *in.angle_end;
+      angle_before_ = angle;
     }
     omega_before_ = omega;
     omega = omega_end;
@@ -233,7 +236,7 @@ class Machine {
     middle_.omega_start = omega;
     middle_.theta = !in.angle_middle ? theta + 0.5 * h * omega
                     : in.angle_pull  ? turned_ + angle_before_ + lead_ + 0.5 * h * omega
-                                     : turned_ + *in.angle_middle;
+                                     : turned_ + *in.angle_middle + behind_;
     middle_.temperature = in.temperature;
   }
 
@@ -510,13 +513,14 @@ class Machine {
     terms_.omega_reading = omega;
     terms_.i_a_reading = i_a;
     terms_.torque_reading = terms_.load_torque;
-    terms_.load_offset = Scalar(0.0);
-    const Scalar angle = in.angle_end ? turned_ + *in.angle_end + lead_ : theta;
+    terms_.load_offset = terms_.angle_behind = Scalar(0.0);
+    const Scalar angle = in.angle_end ? turned_ + *in.angle_end + behind_ + lead_ : theta;
     apply(sensor_parts_,
           {.t = t, .h = h, .u_ref = in.u_ref, .e_a = e_driver, .i_a = i_a, .omega = omega, .theta = angle});
     omega_reading = terms_.omega_reading;
     i_a_reading = terms_.i_a_reading;
     torque_reading = terms_.torque_reading;
+    if (in.angle_integrated) behind_ = terms_.angle_behind;
   }
 
   const ModelStructure& structure_;
@@ -526,11 +530,12 @@ class Machine {
   Scalar added_{};  ///< [V] by the latter, in the last step
   std::vector<double> term_values_, by_parameter_;
   std::vector<Scalar> memory_;
-  Scalar e_slewed_{};        ///< [V] the driver's output before its lag
-  Scalar turned_{};          ///< [rad] added to the angle at the start, and to a measured one
-  Scalar lead_{};            ///< [rad] of the simulated rotor over a measured angle that wanders
-  double angle_before_ = 0;  ///< [rad] measured
-  double period_ = 0;        ///< [rad] of the fastest wave
+  Scalar e_slewed_{};      ///< [V] the driver's output before its lag
+  Scalar turned_{};        ///< [rad] added to the angle at the start, and to a measured one
+  Scalar lead_{};          ///< [rad] of the simulated rotor over a measured angle that wanders
+  Scalar angle_before_{};  ///< [rad] measured
+  Scalar behind_{};        ///< [rad] by which a measured angle is behind the rotor's, by what the sensors do
+  double period_ = 0;      ///< [rad] of the fastest wave
   State<Scalar> middle_;
   Balance<Scalar> terms_;
   Scalar omega_before_{};

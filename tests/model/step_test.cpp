@@ -591,6 +591,24 @@ TEST(Step, TeethThatPassWithinAStepPullByTheirMean) {
   EXPECT_LT(largest_error(quick.omega, exact.omega), 0.05);  // [rad/s]
 }
 
+TEST(Step, WhatALagAndAnOffsetDoToAnAngleThatIsIntegratedFromTheirReadingIsTakenOut) {
+  Excitation x = constant(1, 1e-3, 2, &Excitation::u_ref);
+  for (std::size_t k = 500; k < x.t.size(); ++k) x.u_ref[k] = -1;
+  const auto run_with = [&](const Excitation& e) {
+    return run(with({"cogging", "tacho_ripple", "tacho_lag", "tacho_offset"}),
+               and_(servo, {0.004, 6, 0.3, 0.05, 2, 0.1, 0.02, 1.5}), e);
+  };
+  const Trajectory<double> truth = run_with(x);
+  double angle = 0;  // of the reading: 0.02 s and 1.5 rad/s put it off by up to 2 rad
+  for (std::size_t k = 0; k < x.t.size(); ++k) {
+    if (k > 0) angle += 0.5e-3 * (truth.omega[k - 1] + truth.omega[k]);
+    x.angle.push_back(angle);
+  }
+  EXPECT_GT(largest_error(run_with(x).omega, truth.omega), 0.5) << "where the angle counts as measured by itself";
+  x.angle_integrated = true;
+  EXPECT_LT(largest_error(run_with(x).omega, truth.omega), 0.05);  // [rad/s]
+}
+
 TEST(Step, NoiseOfAMeasuredAngleDoesNotTurnARotorThatStandsAndMovesOneThatTurns) {
   const std::vector<double> cogging{0.01, 6, 0};  // [N m], [1/turn], [rad]: a well at 0
   Excitation x = constant(2, 1e-3, 0, &Excitation::u_ref);

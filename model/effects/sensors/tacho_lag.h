@@ -17,12 +17,14 @@ struct TachoLag {
       .told_apart = "From armature_inductance by current in transients; from J by the current.",
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
-      .memory = 2,
+      .memory = 3,
       .reads = Signal::omega};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
-    lag_reading(p[0], x.h, memory, balance.omega_reading);
+    lag_reading(p[0], x.h, memory.first(2), balance.omega_reading);
+    if (x.h == 0) memory[2] = memory[0];
+    balance.angle_behind += p[0] * (memory[0] - memory[2]);
   }
 };
 

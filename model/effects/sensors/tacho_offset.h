@@ -20,8 +20,9 @@ struct TachoOffset {
       .reads = Signal::omega};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     balance.omega_reading += p[0];
+    balance.angle_behind -= p[0] * x.t;
   }
 };
 
