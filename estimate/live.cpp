@@ -320,7 +320,12 @@ void LiveEstimator::Impl::close_tick(double t, double u_ref) {
     voltage.start(u_ref, newest.e_a);
     newest.drive = newest.e_a;
   }
-  if (plan.structure.measured_load) newest.load = load_of(newest.torque);
+  if (plan.structure.measured_load) {
+    // The speed follows the reference, and a load the speed, long before noise lets it be seen.
+    const bool steps = current.ticks.size() > 1 && u_ref != current.ticks[current.ticks.size() - 2].u_ref;
+    if (steps) steady_load.expect_change(static_cast<int>(plan.settling / plan.period));
+    newest.load = load_of(newest.torque);
+  }
   work();
 }
 
@@ -420,7 +425,7 @@ void LiveEstimator::Impl::solve() {
   gradient = g;
   step = bounded_step(h, g, low - at, high - at);
   front->expect(step);
-  if (misfit) misfit->hear(colour);
+  if (misfit) misfit->hear(colour, std::sqrt(0.5 * torque_changes));
 }
 
 /// Standard errors that hold whatever the colour of the noise, and where one source of it is in several signals: by

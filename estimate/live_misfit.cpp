@@ -34,6 +34,8 @@ constexpr double flux_drift = 1e-3;        ///< the same of K_b and K_m
 constexpr double drift_of_null = 0.02;     ///< the same of what the model lacks, of its believed size
 constexpr double digit_share = 0.3;        ///< of an instrument's resolution by which its mean may be off
 constexpr double transient_share = 0.005;  ///< of what the inertia does, that a simulation may be off in a transient
+constexpr double even =
+    10;  ///< noise floors of what the inertia does, root mean square, below which a motor runs evenly
 constexpr double gross_share = 0.05;  ///< of a parameter's value, beyond which what is linear about it is worth nothing
 constexpr double material_share = 0.1;  ///< of what is left, that an effect has to explain
 constexpr double most_varied = 3;       ///< times the noise of a gauge, beyond which loads come and go
@@ -202,6 +204,7 @@ LiveMisfit::LiveMisfit(Setup setup)
   for (std::size_t j = 0; j < directions_.size(); ++j) {
     if (directions_[j].name == "K_b") flux_ = j;
     if (directions_[j].name == "J") inertia_ = j;
+    if (directions_[j].name == "coulomb_friction.T_c") drag_ = j;
     if (j >= plan_.moved.size() && plan_.direct[j - plan_.moved.size()] == Signal::torque) gauge_ = j;
   }
   for (const auto& output : plan_.outputs) {
@@ -251,12 +254,14 @@ void LiveMisfit::take(const LiveRow& row) {
   reach_i_a_ = std::max(reach_i_a_, std::abs(row.i_a));
   // About to stop or to break loose, friction is another than at speed, and small errors decide which.
   if (std::abs(row.omega) < standstill * reach_omega_) return;
-  // A step of the reference shows the inertia a hundred times better than the simulation can be trusted.
+  // A step of the reference shows the inertia a hundred times better than the simulation can be trusted; and the noise
+  // of a measured load moves the simulated motor, more than the instruments' own noise does.
   const auto trust = [&](const Eigen::VectorXd& s) {
     if (colour_.empty()) return 1.0;
-    const double off = transient_share * s[static_cast<Eigen::Index>(inertia_)] * value_of_direction(inertia_) /
-                       colour_[row.output].sigma;
-    return 1 / std::sqrt(1 + off * off);
+    const double sigma = colour_[row.output].sigma;
+    const double off = transient_share * s[static_cast<Eigen::Index>(inertia_)] * value_of_direction(inertia_) / sigma;
+    const double by_load = drag_ ? load_noise_ * s[static_cast<Eigen::Index>(*drag_)] / sigma : 0;
+    return 1 / std::sqrt(1 + off * off + by_load * by_load);
   };
   const double now = trust(row.s);
   scaled_ = now * row.s;
@@ -306,6 +311,9 @@ void LiveMisfit::close_slot() {
   double blocks = 0;
   for (const LagSums& sums : slot.sums) blocks += sums.blocks();
   if (blocks == 0) return;  // a motor that stands tells nothing; its time does not count
+  if (runs_evenly(slot)) {
+    for (LagSums& sums : slot.sums) sums.level();
+  }
   ++filled_;
   ++slots_seen_;
   if (slots_seen_ < learn_slots || colour_.empty()) colour_ = heard_;
@@ -318,6 +326,15 @@ void LiveMisfit::close_slot() {
   }
   while (changed_slots_ == 0 && filled_ > recent_slots) retire_oldest();
   own_ = own_ || (slots_seen_ >= own_slots && score_ < doubtful_at);
+}
+
+bool LiveMisfit::runs_evenly(const Slot& slot) const {
+  const double J = value_of_direction(inertia_);
+  for (std::size_t o = 0; o < slot.sums.size() && !colour_.empty(); ++o) {
+    if (std::sqrt(slot.sums[o].mean_square(static_cast<Eigen::Index>(inertia_))) * J > even * colour_[o].sigma)
+      return false;
+  }
+  return !colour_.empty();
 }
 
 void LiveMisfit::retire_oldest() {

@@ -43,8 +43,12 @@ class LiveMisfit final : private LiveRows {
   bool advance(const std::vector<LiveChapter>& history, std::size_t end);
   void forget_chapter() { pass_.forget_chapter(); }
 
-  /// The noise floor of each output, as the estimator has it.
-  void hear(const std::vector<Colour>& colours) { heard_ = colours; }
+  /// The noise floor of each output, as the estimator has it. @param of_gauge [N m] noise of a reading of the torque
+  void hear(const std::vector<Colour>& colours, double of_gauge) {
+    heard_ = colours;
+    // A motor averages it over its time constant, of two blocks.
+    load_noise_ = gauge_ ? of_gauge / std::sqrt(2.0 * static_cast<double>(plan_.block)) : 0;
+  }
 
   /// The estimator found better values, in the order of the model. Taken while the motor is not known yet.
   void learn(std::span<const double> values);
@@ -113,6 +117,7 @@ class LiveMisfit final : private LiveRows {
   double value_of_direction(std::size_t j) const;
   void clear();
   void close_slot();
+  bool runs_evenly(const Slot& slot) const;
   void retire_oldest();
   double belief(const Direction& d) const;
   double slack_of(std::size_t j) const;
@@ -135,7 +140,9 @@ class LiveMisfit final : private LiveRows {
   const std::vector<Eigen::Index> of_model_;  ///< the unknowns of the model as it is, and of its meters
 
   std::optional<std::size_t> gauge_;  ///< the unknown that is a load which a gauge shows
+  std::optional<std::size_t> drag_;   ///< the unknown that brakes the shaft, as an error of that load does
   double gauge_digit_ = 0;            ///< [N m]
+  double load_noise_ = 0;             ///< [N m] of a measured load, as far as the motor follows it
   bool loaded_ = false;               ///< it has shown loads, whatever else is learnt anew
   Eigen::VectorXd scaled_, scaled_before_;
   std::size_t inertia_ = 0;                 ///< the unknown that is J

@@ -8,90 +8,121 @@
 
 namespace emtb {
 
+void LagSums::Products::clear() {
+  ss.setZero();
+  sr.setZero();
+  rr = 0;
+}
+
+void LagSums::Products::add(const Products& other) {
+  ss += other.ss;
+  sr += other.sr;
+  rr += other.rr;
+}
+
+// By pointer: Eigen checks every index and size, and this runs with the samples.
+void LagSums::Products::add(const Eigen::VectorXd& s, double r) {
+  const auto n = static_cast<std::size_t>(s.size());
+  double *to = ss.data(), *with_r = sr.data();
+  const double* a = s.data();
+  for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t i = 0; i < n; ++i) *to++ += a[i] * a[j];
+    with_r[j] += a[j] * r;
+  }
+  rr += r * r;
+}
+
+void LagSums::Products::fade(double share) {
+  ss *= share;
+  sr *= share;
+  rr *= share;
+}
+
+void LagSums::Products::move_point(const Eigen::VectorXd& d) {
+  rr = after(d);
+  sr -= ss * d;
+}
+
+double LagSums::Products::after(const Eigen::VectorXd& step) const {
+  return rr - 2 * sr.dot(step) + step.dot(ss * step);
+}
+
 LagSums::LagSums(Eigen::Index parameters)
-    : ss_(parameters, parameters), ss_next_(parameters, parameters), sr_(parameters), sr_next_(parameters) {
+    : of_all_(parameters), of_first_(parameters), of_pairs_(parameters), s_(parameters) {
   clear();
 }
 
 void LagSums::clear() {
-  ss_.setZero();
-  ss_next_.setZero();
-  sr_.setZero();
-  sr_next_.setZero();
-  rr_ = rr_next_ = blocks_ = pairs_ = 0;
+  for (Products* p : {&of_all_, &of_first_, &of_pairs_}) p->clear();
+  s_.setZero();
+  r_ = blocks_ = pairs_ = 0;
 }
 
 void LagSums::add(const LagSums& other) {
-  ss_ += other.ss_;
-  ss_next_ += other.ss_next_;
-  sr_ += other.sr_;
-  sr_next_ += other.sr_next_;
-  rr_ += other.rr_;
-  rr_next_ += other.rr_next_;
+  of_all_.add(other.of_all_);
+  of_first_.add(other.of_first_);
+  of_pairs_.add(other.of_pairs_);
+  s_ += other.s_;
+  r_ += other.r_;
   blocks_ += other.blocks_;
   pairs_ += other.pairs_;
 }
 
 void LagSums::fade(double share) {
-  ss_ *= share;
-  ss_next_ *= share;
-  sr_ *= share;
-  sr_next_ *= share;
-  rr_ *= share;
-  rr_next_ *= share;
+  for (Products* p : {&of_all_, &of_first_, &of_pairs_}) p->fade(share);
+  s_ *= share;
+  r_ *= share;
   blocks_ *= share;
   pairs_ *= share;
 }
 
 void LagSums::move_point(const Eigen::VectorXd& d) {
-  rr_ = squares(d);
-  rr_next_ = products(d);
-  sr_ -= ss_ * d;
-  sr_next_ -= ss_next_ * d;
+  for (Products* p : {&of_all_, &of_first_, &of_pairs_}) p->move_point(d);
+  r_ -= s_.dot(d);
 }
 
-// By pointer: Eigen checks every index and size, and this runs with the samples.
+void LagSums::level() {
+  if (blocks_ == 0) return;
+  const Eigen::VectorXd mean = s_ / blocks_;
+  const double r = r_ / blocks_;
+  const auto put = [&](Products& products, double count) {
+    products.ss = count * mean * mean.transpose();
+    products.sr = count * r * mean;
+  };
+  put(of_all_, blocks_);
+  put(of_first_, pairs_);
+  put(of_pairs_, pairs_);
+}
 
 void LagSums::add(const Eigen::VectorXd& s, double r) {
-  const auto n = static_cast<std::size_t>(s.size());
-  double *ss = ss_.data(), *sr = sr_.data();
-  const double* a = s.data();
-  for (std::size_t j = 0; j < n; ++j) {
-    for (std::size_t i = 0; i < n; ++i) *ss++ += a[i] * a[j];
-    sr[j] += a[j] * r;
-  }
-  rr_ += r * r;
+  of_all_.add(s, r);
+  s_ += s;
+  r_ += r;
   ++blocks_;
 }
 
 void LagSums::add_pair(const Eigen::VectorXd& s_before, double r_before, const Eigen::VectorXd& s, double r) {
+  of_first_.add(s_before, r_before);
   const auto n = static_cast<std::size_t>(s.size());
-  double *ss = ss_next_.data(), *sr = sr_next_.data();
+  double *ss = of_pairs_.ss.data(), *sr = of_pairs_.sr.data();
   const double *a = s.data(), *b = s_before.data();
   for (std::size_t j = 0; j < n; ++j) {
     for (std::size_t i = 0; i < n; ++i) *ss++ += 0.5 * (a[i] * b[j] + b[i] * a[j]);
     sr[j] += 0.5 * (a[j] * r_before + b[j] * r);
   }
-  rr_next_ += r * r_before;
+  of_pairs_.rr += r * r_before;
   ++pairs_;
-}
-
-double LagSums::squares(const Eigen::VectorXd& step) const {
-  return std::max(0.0, rr_ - 2 * sr_.dot(step) + step.dot(ss_ * step));
-}
-
-double LagSums::products(const Eigen::VectorXd& step) const {
-  return rr_next_ - 2 * sr_next_.dot(step) + step.dot(ss_next_ * step);
 }
 
 void LagSums::weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& c) const {
   const double weight = 1 / (c.sigma * c.sigma * (1 - c.rho * c.rho));
-  h += weight * ((1 + c.rho * c.rho) * ss_ - 2 * c.rho * ss_next_);
-  g += weight * ((1 + c.rho * c.rho) * sr_ - 2 * c.rho * sr_next_);
+  h += weight * (of_all_.ss + c.rho * c.rho * of_first_.ss - 2 * c.rho * of_pairs_.ss);
+  g += weight * (of_all_.sr + c.rho * c.rho * of_first_.sr - 2 * c.rho * of_pairs_.sr);
 }
 
 double LagSums::cost(const Eigen::VectorXd& step, const Colour& c) const {
-  const double whitened = (1 + c.rho * c.rho) * squares(step) - 2 * c.rho * products(step);
+  const double whitened = std::max(0.0, of_all_.after(step)) + c.rho * c.rho * std::max(0.0, of_first_.after(step)) -
+                          2 * c.rho * of_pairs_.after(step);
   return whitened / (c.sigma * c.sigma * (1 - c.rho * c.rho));
 }
 

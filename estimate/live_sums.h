@@ -13,7 +13,7 @@ struct Colour {
 /// Residuals r and sensitivities s of the blocks of one signal, as sums of fixed size. With the products of neighbours
 /// among them the least squares can be whitened afterwards, (r_k - ρ r_{k-1}) and (s_k - ρ s_{k-1}), for any ρ:
 ///
-///     Σ (s_k - ρ s_{k-1})(s_k - ρ s_{k-1})ᵀ = (1 + ρ²) Σ s sᵀ - ρ Σ (s_k s_{k-1}ᵀ + s_{k-1} s_kᵀ)
+///     Σ (s_k - ρ s_{k-1})(s_k - ρ s_{k-1})ᵀ = Σ s_k s_kᵀ + ρ² Σ s_{k-1} s_{k-1}ᵀ - ρ Σ (s_k s_{k-1}ᵀ + s_{k-1} s_kᵀ)
 class LagSums {
  public:
   explicit LagSums(Eigen::Index parameters);
@@ -30,7 +30,13 @@ class LagSums {
   /// Two blocks that follow each other without a hole.
   void add_pair(const Eigen::VectorXd& s_before, double r_before, const Eigen::VectorXd& s, double r);
 
+  /// Takes the sensitivities for their mean throughout. While a motor runs evenly, what they vary by is noise of the
+  /// measured input, which is in the residuals as well: their product would not average away.
+  void level();
+
   double blocks() const { return blocks_; }
+  /// Of the i-th sensitivity.
+  double mean_square(Eigen::Index i) const { return blocks_ > 0 ? of_all_.ss(i, i) / blocks_ : 0; }
 
   /// Adds this signal's part of the normal equations, H step = g.
   void weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& colour) const;
@@ -39,12 +45,26 @@ class LagSums {
   double cost(const Eigen::VectorXd& step, const Colour& colour) const;
 
  private:
-  double squares(const Eigen::VectorXd& step) const;
-  double products(const Eigen::VectorXd& step) const;
+  /// Products of the blocks with themselves, or with their neighbours.
+  struct Products {
+    Eigen::MatrixXd ss;
+    Eigen::VectorXd sr;
+    double rr = 0;
 
-  Eigen::MatrixXd ss_, ss_next_;  ///< Σ s sᵀ, and its neighbours' mean with its transpose
-  Eigen::VectorXd sr_, sr_next_;
-  double rr_ = 0, rr_next_ = 0, blocks_ = 0, pairs_ = 0;
+    explicit Products(Eigen::Index parameters) : ss(parameters, parameters), sr(parameters) {}
+    void clear();
+    void add(const Products& other);
+    void add(const Eigen::VectorXd& s, double r);
+    void fade(double share);
+    void move_point(const Eigen::VectorXd& d);
+    double after(const Eigen::VectorXd& step) const;  ///< rr about another point
+  };
+
+  Products of_all_;    ///< the blocks
+  Products of_first_;  ///< of each pair
+  Products of_pairs_;  ///< the mean of both orders
+  Eigen::VectorXd s_;  ///< Σ s
+  double r_ = 0, blocks_ = 0, pairs_ = 0;
 };
 
 /// A⁻¹ of a symmetric, positive A whose rows may be of very different sizes.

@@ -23,18 +23,25 @@ class SteadyMean {
     const double change = x - before_;
     before_ = x;
     changes_ += (change * change - changes_) / std::min(++count_, 1000.0);
+    if (changing_ > 0) {  // nothing of it belongs to the mean that follows
+      --changing_;
+      return x;
+    }
     quick_ += (x - quick_) / std::min(++weight_, quick);
     mean_ += (x - mean_) / std::min(weight_, slow);
     const double noise = std::sqrt(0.5 * changes_);
     if (weight_ >= quick && std::abs(quick_ - mean_) > 5 * noise / std::sqrt(2 * quick)) {
-      changing_ = static_cast<int>(2 * quick);
-      forget();
+      expect_change(static_cast<int>(2 * quick));
+      return x;
     }
-    if (weight_ < quick) return x;
-    if (changing_ > 0) --changing_;
-    return changing_ > 0 ? x : mean_;
+    return weight_ < quick ? x : mean_;
   }
 
+  /// It is known to change: the next readings count as they are.
+  void expect_change(int readings) {
+    changing_ = std::max(changing_, readings);
+    forget();
+  }
   void forget() { weight_ = mean_ = quick_ = 0; }
   bool changing() const { return changing_ > 0; }
   double mean() const { return mean_; }

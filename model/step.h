@@ -94,6 +94,10 @@ class Machine {
     if (structure_.measured_load) middle_.omega = Scalar(input.omega);
     apply(load_parts_, middle_);
     read_sensors(0, 0, input);
+    if (!initial.as_read) return;
+    if (initial.omega != 0) omega = omega_before_ = initial.omega - (omega_reading - omega);
+    i_a = i_a_before_ = initial.i_a - (i_a_reading - i_a);
+    read_sensors(0, 0, input);
   }
 
   /// Advances from t to t + h.

@@ -596,7 +596,7 @@ TEST(Step, WhatALagAndAnOffsetDoToAnAngleThatIsIntegratedFromTheirReadingIsTaken
   for (std::size_t k = 500; k < x.t.size(); ++k) x.u_ref[k] = -1;
   const auto run_with = [&](const Excitation& e) {
     return run(with({"cogging", "tacho_ripple", "tacho_lag", "tacho_offset"}),
-               and_(servo, {0.004, 6, 0.3, 0.05, 2, 0.1, 0.02, 1.5}), e);
+               and_(servo, {0.004, 6, 0.3, 0.002, 2, 0.1, 0.02, 1.5}), e);
   };
   const Trajectory<double> truth = run_with(x);
   double angle = 0;  // of the reading: 0.02 s and 1.5 rad/s put it off by up to 2 rad
@@ -606,7 +606,7 @@ TEST(Step, WhatALagAndAnOffsetDoToAnAngleThatIsIntegratedFromTheirReadingIsTaken
   }
   EXPECT_GT(largest_error(run_with(x).omega, truth.omega), 0.5) << "where the angle counts as measured by itself";
   x.angle_integrated = true;
-  EXPECT_LT(largest_error(run_with(x).omega, truth.omega), 0.05);  // [rad/s]
+  EXPECT_LT(largest_error(run_with(x).omega, truth.omega), 0.1);  // [rad/s] what a step late makes
 }
 
 TEST(Step, NoiseOfAMeasuredAngleDoesNotTurnARotorThatStandsAndMovesOneThatTurns) {
@@ -736,6 +736,16 @@ TEST(Step, ReadingsMayComeAtAnyTime) {
 TEST(Step, AnEmptyRunIsNoTrouble) {
   const Trajectory<double> y = run(with({}), servo, Excitation{});
   EXPECT_TRUE(y.omega.empty());
+}
+
+TEST(Step, AnInitialSpeedThatIsReadHoldsTheOffsetOfItsReading) {
+  Excitation x = constant(0.1, 1e-3, 0, &Excitation::u_ref);
+  x.initial.omega = 1.5;  // [rad/s] of a shaft that stands
+  x.initial.as_read = true;
+  const Trajectory<double> y = run(with({"tacho_offset"}), and_(servo, {1.5}), x);
+  EXPECT_THAT(y.omega, Each(1.5));
+  x.initial.omega = 0;
+  EXPECT_EQ(run(with({"tacho_offset"}), and_(servo, {1.5}), x).omega[0], 1.5) << "what was seen to stand stands";
 }
 
 TEST(Step, TheFirstReadingIsTheInitialState) {
