@@ -159,15 +159,17 @@ class Search {
     std::optional<Two> found;
     for (std::size_t i = 0; i + 1 < best.size(); ++i) {
       const Trial* known_one = known_for(best[i].effect, round.fitted);
-      const Model one = with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect,
-                                    best[i].starts.front(), turns_of(known_one));
-      const double squares = sum_of_squares(residuals_at_best_turns(data_.train, one, turns_of(known_one)).residuals);
+      const auto one = with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect,
+                                   best[i].starts.front(), turns_of(known_one));
+      if (!one) continue;
+      const double squares = sum_of_squares(residuals_at_best_turns(data_.train, *one, turns_of(known_one)).residuals);
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
         start.others.clear();  // they belong to a model without the first
         const Trial* known = known_one != nullptr ? known_for(best[j].effect, round.fitted) : nullptr;
-        const Model both = with_effect(data_.train, one, squares, best[j].effect, start, turns_of(known));
-        const Calibration begun = first_steps(both, few, known);
+        const auto both = with_effect(data_.train, *one, squares, best[j].effect, start, turns_of(known));
+        if (!both) continue;
+        const Calibration begun = first_steps(*both, few, known);
         if (largest_excess(trained(begun.model, begun.turns)) > (1 - half_way * most_of_it) * left_in_training)
           continue;
         Two two{{best[i].effect, best[j].effect}, fit(begun.model, known)};
@@ -199,11 +201,14 @@ class Search {
     const double squares = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
     std::vector<std::pair<double, Score::Start>> begun;
     for (const Score::Start& start : best.starts) {
-      const Calibration c = first_steps(runs, with_effect(runs, fitted.model, squares, cogging, start), glance);
+      const auto with = with_effect(runs, fitted.model, squares, cogging, start);
+      if (!with) continue;
+      const Calibration c = first_steps(runs, *with, glance);
       std::vector<double> there;
       for (const Parameter& p : c.model.parameters_of(cogging)) there.push_back(p.value);
       begun.push_back({c.cost, {there, there, {}}});
     }
+    if (begun.empty()) return {};
     std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
     best.starts.clear();
     for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
@@ -327,8 +332,14 @@ class Search {
     const Trial* known = known_for(score.effect, fitted);
     std::vector<Calibration> begun;
     for (const Score::Start& start : starts) {
-      const Model there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start, turns_of(known));
-      begun.push_back(first_steps(there, starts.size() > go_on ? glance : few, known));
+      const auto there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start, turns_of(known));
+      if (there) begun.push_back(first_steps(*there, starts.size() > go_on ? glance : few, known));
+    }
+    if (begun.empty()) {
+      Calibration nowhere;
+      nowhere.model = fitted.model;
+      nowhere.cost = infinity;
+      return nowhere;
     }
     std::ranges::stable_sort(begun, {}, &Calibration::cost);
     if (begun.size() > go_on) {

@@ -754,8 +754,8 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
   return scores;
 }
 
-Model with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares, std::size_t effect,
-                  const Score::Start& start, std::span<const Turn> turns) {
+std::optional<Model> with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares,
+                                 std::size_t effect, const Score::Start& start, std::span<const Turn> turns) {
   const FreeParameters free(fitted);
   const EffectInfo& about = fitted.about(effect);
   const auto at = [&](double share) {
@@ -796,6 +796,7 @@ Model with_effect(std::span<const PreparedRun> records, const Model& fitted, dou
     least = cost;
     best = std::move(larger);
   }
+  if (!std::isfinite(least)) return std::nullopt;
   return best;
 }
 

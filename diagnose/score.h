@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -63,10 +64,10 @@ std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitt
 std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& options = {});
 
 /// The model with the scored effect, where a refit starts: the whole way that the score expects where that lowers the
-/// sum of squares, else as much of it as does.
+/// sum of squares, else as much of it as does; none where it cannot be simulated: a load heavier than the whole rotor.
 /// @param squares that sum for the fitted model
 /// @param turns of the records, where they are known: followed, not searched
-Model with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares, std::size_t effect,
-                  const Score::Start& start, std::span<const Turn> turns = {});
+std::optional<Model> with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares,
+                                 std::size_t effect, const Score::Start& start, std::span<const Turn> turns = {});
 
 }  // namespace emtb

@@ -34,8 +34,7 @@ constexpr double flux_drift = 1e-3;        ///< the same of K_b and K_m
 constexpr double drift_of_null = 0.02;     ///< the same of what the model lacks, of its believed size
 constexpr double digit_share = 0.3;        ///< of an instrument's resolution by which its mean may be off
 constexpr double transient_share = 0.005;  ///< of what the inertia does, that a simulation may be off in a transient
-constexpr double even =
-    10;  ///< noise floors of what the inertia does, root mean square, below which a motor runs evenly
+constexpr double even = 10;           ///< noise floors (RMS) of what the inertia does, below which a motor runs evenly
 constexpr double gross_share = 0.05;  ///< of a parameter's value, beyond which what is linear about it is worth nothing
 constexpr double material_share = 0.1;  ///< of what is left, that an effect has to explain
 constexpr double most_varied = 3;       ///< times the noise of a gauge, beyond which loads come and go

@@ -96,7 +96,7 @@ class Machine {
     read_sensors(0, 0, input);
     if (!initial.as_read) return;
     if (initial.omega != 0) omega = omega_before_ = initial.omega - (omega_reading - omega);
-    i_a = i_a_before_ = initial.i_a - (i_a_reading - i_a);
+    if (initial.i_a != 0) i_a = i_a_before_ = initial.i_a - (i_a_reading - i_a);
     read_sensors(0, 0, input);
   }
 

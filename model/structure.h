@@ -58,7 +58,7 @@ struct InitialState {
   double theta = 0;                ///< [rad]
   double i_a = 0;                  ///< [A]
   std::optional<double> e_driver;  ///< [V]; absent: settled at the first reference
-  bool as_read = false;  ///< omega, where the shaft does not stand, and i_a are readings, with all that sensors err
+  bool as_read = false;            ///< omega and i_a, where they are not 0, are readings, with all that sensors err
 };
 
 }  // namespace emtb

@@ -40,11 +40,21 @@ TEST(Score, ARefitStartsLowerThanTheFittedModelThoughViscousFrictionImitatesWind
   Score::Start alone = score.starts.front();
   alone.others.clear();
   const double fitted = squares_of(bench, bench.model);
-  const Model start = with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), score.starts.front());
+  const Model start =
+      *with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), score.starts.front());
   EXPECT_LT(squares_of(bench, start), 0.5 * fitted);
   EXPECT_LT(start.base[3].value, bench.model.base[3].value) << "B has to make room";
-  const Model crowded = with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), alone);
+  const Model crowded = *with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), alone);
   EXPECT_LT(squares_of(bench, crowded), fitted) << "as much of the way as lowers it";
+}
+
+TEST(Score, ARefitDoesNotStartWhereNothingCanBeSimulated) {
+  const FittedBench bench = fitted_on(blind::fast_bench());
+  const double J = bench.model.base[4].value;
+  const std::vector<double> coupling{0.9, 0.002, 1.01 * J};  // [N m/rad], [N m s/rad], [kg m2] of the load's share of J
+  const Score::Start heavier{coupling, coupling, {}};
+  EXPECT_FALSE(with_effect(bench.data.train, bench.model, squares_of(bench, bench.model),
+                           effect_index("shaft_compliance"), heavier));
 }
 
 TEST(Score, APlayOfTheCouplingIsTriedAtSizesOfItsOwn) {
