@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "estimate/parallel.h"
 #include "estimate/residuals.h"
@@ -21,12 +20,14 @@ Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const
   Dataset data;
   data.train.resize(train.size());
   data.held_out.resize(held_out.size());
-  const std::optional<double> order = ripple_order(train);
+  const std::optional<double> order = data.ripple_order = ripple_order(train);
   parallel_for(train.size() + held_out.size(), [&](std::size_t i) {
     if (i < train.size()) {
       data.train[i] = prepare_run(train[i], model, chaining, order);
     } else {
-      data.held_out[i - train.size()] = prepare_run(held_out[i - train.size()], model, chaining, order);
+      const Run& run = held_out[i - train.size()];
+      data.held_out[i - train.size()] =
+          order ? prepare_run(run, model, chaining, order) : prepare_run(run, model, chaining);
     }
   });
   data.noise = estimate_noise(data.all(), model);
@@ -73,8 +74,9 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   result.error = error_of(staged_squares);
   result.signals = fit_of(staged.train, model, staged.noise);
   Dataset chained;
-  const std::optional<double> order = ripple_order(runs);
-  for (const Run& run : runs) chained.train.push_back(prepare_run(run, judge, Chaining::chained, order));
+  for (const Run& run : runs) {
+    chained.train.push_back(prepare_run(run, judge, Chaining::chained, staged.ripple_order));
+  }
   weigh(chained.train, staged.noise, judge);
   const auto chained_squares = mean_squares(residuals(chained.train, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,6 +35,7 @@ struct Comparison {
 struct Dataset {
   std::vector<PreparedRun> train, held_out;
   Noise noise;
+  std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
 
   std::vector<PreparedRun> all() const;
 };

@@ -91,13 +91,14 @@ class Search {
     Calibration fitted = calibrate(data_.train, start, options);
     trial.model = std::move(fitted.model);
     trial.cost = fitted.cost;
-    Turned left = residuals_at_best_turns(data_.train, trial.model, known != nullptr ? fitted.turns : Turns{});
+    Turned left = residuals_at_best_turns(data_.train, trial.model, trial.model.values(), {},
+                                          known != nullptr ? fitted.turns : Turns{});
     trial.turns = std::move(left.turns);
     trial.squares = sum_of_squares(left.residuals);
     trial.train = error_of(mean_squares(left.residuals));
     if (!data_.held_out.empty()) {
-      Turned unseen =
-          residuals_at_best_turns(data_.held_out, trial.model, known != nullptr ? known->held_out_turns : Turns{});
+      Turned unseen = residuals_at_best_turns(data_.held_out, trial.model, trial.model.values(), {},
+                                              known != nullptr ? known->held_out_turns : Turns{});
       trial.held_out.add(data_.held_out, unseen.residuals);
       trial.held_out_turns = std::move(unseen.turns);
     } else if (data_.train.size() == 1) {
@@ -162,7 +163,8 @@ class Search {
       const auto one = with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect,
                                    best[i].starts.front(), turns_of(known_one));
       if (!one) continue;
-      const double squares = sum_of_squares(residuals_at_best_turns(data_.train, *one, turns_of(known_one)).residuals);
+      const double squares =
+          sum_of_squares(residuals_at_best_turns(data_.train, *one, one->values(), {}, turns_of(known_one)).residuals);
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
         start.others.clear();  // they belong to a model without the first
@@ -201,9 +203,9 @@ class Search {
     const double squares = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
     std::vector<std::pair<double, Score::Start>> begun;
     for (const Score::Start& start : best.starts) {
-      const auto with = with_effect(runs, fitted.model, squares, cogging, start);
-      if (!with) continue;
-      const Calibration c = first_steps(runs, *with, glance);
+      const auto toothed = with_effect(runs, fitted.model, squares, cogging, start);
+      if (!toothed) continue;
+      const Calibration c = first_steps(runs, *toothed, glance);
       std::vector<double> there;
       for (const Parameter& p : c.model.parameters_of(cogging)) there.push_back(p.value);
       begun.push_back({c.cost, {there, there, {}}});
@@ -264,7 +266,7 @@ class Search {
 
   Loss trained(const Model& model, const Turns& turns) const {
     Loss loss(data_.noise);
-    loss.add(data_.train, residuals_at_best_turns(data_.train, model, turns).residuals);
+    loss.add(data_.train, residuals_at_best_turns(data_.train, model, model.values(), {}, turns).residuals);
     return loss;
   }
 
@@ -368,8 +370,9 @@ class Search {
       }
       const Model fitted = calibrate(rest, trial.model, options).model;
       const std::vector<PreparedRun> alone{data_.train[out]};
-      trial.held_out.add(alone,
-                         residuals_at_best_turns(alone, fitted, known ? Turns{trial.turns[out]} : Turns{}).residuals);
+      trial.held_out.add(
+          alone, residuals_at_best_turns(alone, fitted, fitted.values(), {}, known ? Turns{trial.turns[out]} : Turns{})
+                     .residuals);
     }
   }
 

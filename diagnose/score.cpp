@@ -775,7 +775,7 @@ std::optional<Model> with_effect(std::span<const PreparedRun> records, const Mod
     return extended;
   };
   const auto squares_of = [&](const Model& model) {
-    return sum_of_squares(residuals_at_best_turns(records, model, turns).residuals);
+    return sum_of_squares(residuals_at_best_turns(records, model, model.values(), {}, turns).residuals);
   };
   Model best = at(1);
   double least = squares_of(best);

@@ -315,7 +315,11 @@ Series speed_from_angle(const Series& theta, std::size_t half) {
   return omega;
 }
 
-PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> ripple_order) {
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining) {
+  return prepare_run(run, model, chaining, ripple_order(std::span(&run, 1)));
+}
+
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order) {
   const SignalInfo& input = info(model.input);
   if (!run.has(model.input)) {
     throw ModelError(run.name + " has no " + std::string(input.column) + ", the input of model `" + model.name +
@@ -358,7 +362,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining, s
     }
     if (o.size() > 0) record.observations.push_back(std::move(o));
   }
-  MeasuredAngle measured = measured_angle(run, x.t, ripple_order);
+  MeasuredAngle measured = measured_angle(run, x.t, order);
   x.angle = std::move(measured.angle);
   x.angle_integrated = measured.wanders;
   if (run.has(Signal::temperature)) {

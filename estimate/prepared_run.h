@@ -72,10 +72,12 @@ struct PreparedRun {
 
 enum class Chaining { staged, chained };
 
-/// @param ripple_order of the runs that this one is one of, see ripple_order(); absent: looked for in this one
 /// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
-PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged,
-                        std::optional<double> ripple_order = {});
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
+
+/// The same of a run that is one of several.
+/// @param order of the shaft with which their speeds repeat, see ripple_order(); absent: none
+PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order);
 
 /// The angular velocity from an encoder's angle: slope of a least-squares line over +-`half` samples, one value every
 /// `half`. Where a run has theta and no omega, prepare_run() compares with this.

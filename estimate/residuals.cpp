@@ -4,7 +4,6 @@
 #include <cmath>
 #include <type_traits>
 
-#include "estimate/parallel.h"
 #include "estimate/turn.h"
 
 namespace emtb {
@@ -151,14 +150,7 @@ std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size
 
 std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,
                                  std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
-  std::vector<std::vector<Residuals>> each(records.size());
-  parallel_for(
-      records.size(),
-      [&](std::size_t i) { each[i] = residuals(records, i, records[i].structure(model), values, moved); },
-      [&](std::size_t i) { return records[i].length(); });
-  std::vector<Residuals> all;
-  for (auto& one : each) std::ranges::move(one, std::back_inserter(all));
-  return all;
+  return residuals_at_best_turns(records, model, values, moved).residuals;
 }
 
 double sum_of_squares(std::span<const Residuals> residuals) {

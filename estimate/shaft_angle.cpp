@@ -133,7 +133,7 @@ MeasuredAngle measured_angle(const Run& run, std::span<const double> grid, std::
   if (!is_fast(run, Signal::omega, grid.size())) return {};
   const Series& omega = run.at(Signal::omega);
   std::vector<double> angle = integral_of(omega);
-  const bool tied = tie_to_ripple(angle, omega.value, interval_of(omega), order);
+  const bool tied = order && tie_to_ripple(angle, omega.value, interval_of(omega), order);
   return {interpolated(omega.t, angle, grid), !tied};
 }
 

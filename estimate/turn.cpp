@@ -408,12 +408,10 @@ class Follower {
     done_ = largest < sure * longest_;
   }
   void look(int times) {
-    for (int k = 0; k < times && !done_; ++k) look();
+    for (int k = 0; k < times; ++k) look();
   }
 
-  double cost() const { return cost_; }
   double expected() const { return cost_ - promised_; }  ///< cost after the next step
-  bool done() const { return done_; }
   Turn turn() const { return done_ ? stepped() : turn_; }
 
  private:
@@ -513,14 +511,14 @@ ResidualsAtTurn residuals_at_turn(const PreparedRun& record, const ModelStructur
   return {std::move(out), std::move(prior)};
 }
 
-Turned residuals_at_best_turns(std::span<const PreparedRun> records, const Model& model, std::span<const Turn> near) {
+Turned residuals_at_best_turns(std::span<const PreparedRun> records, const Model& model, std::span<const double> values,
+                               std::span<const std::vector<std::size_t>> moved, std::span<const Turn> near) {
   Turned out{Turns(records.size()), {}};
-  const std::vector<double> values = model.values();
   std::vector<std::vector<Residuals>> each(records.size());
   const auto one = [&](std::size_t i) {
     const ModelStructure structure = records[i].structure(model);
     out.turns[i] = best_turn(records[i], structure, values, near.empty() ? nullptr : &near[i]);
-    each[i] = residuals_at_turn(records[i], structure, values, {}, out.turns[i]).residuals;
+    each[i] = residuals_at_turn(records[i], structure, values, moved, out.turns[i]).residuals;
     for (Residuals& r : each[i]) r.record = i;
   };
   parallel_for(records.size(), one, [&](std::size_t i) { return records[i].length(); });

@@ -45,13 +45,14 @@ ResidualsAtTurn residuals_at_turn(const PreparedRun& record, const ModelStructur
                                   std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
                                   const Turn& turn);
 
-/// The turns at which records fit best, and the residuals of all of them there.
-/// @param near as for best_turn(), of each record; empty: searched
 struct Turned {
   Turns turns;
   std::vector<Residuals> residuals;
 };
-Turned residuals_at_best_turns(std::span<const PreparedRun> records, const Model& model,
-                               std::span<const Turn> near = {});
+
+/// The turns at which records fit best, and the residuals of all of them there: residuals(), and where it looked.
+/// @param near as for best_turn(), of each record; empty: searched
+Turned residuals_at_best_turns(std::span<const PreparedRun> records, const Model& model, std::span<const double> values,
+                               std::span<const std::vector<std::size_t>> moved, std::span<const Turn> near = {});
 
 }  // namespace emtb

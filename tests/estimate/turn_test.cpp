@@ -102,14 +102,14 @@ TEST(BestTurn, FromNearIsAsGoodAsASearch) {
 TEST(ResidualsAtBestTurns, FollowEachRecordFromWhereItsTurnIsKnown) {
   const Cogging a({0.004, 6.0, -2.4}, 0.4, true), b({0.004, 6.0, -2.4}, 0.7, false);
   const std::vector<PreparedRun> records{a.record, b.record};
-  const Turned searched = residuals_at_best_turns(records, a.model);
+  const Turned searched = residuals_at_best_turns(records, a.model, a.values(), {});
   ASSERT_EQ(searched.turns.size(), 2U);
   EXPECT_NEAR(searched.turns[1].at.front(), 0.7, 5e-3);
   Turns near = searched.turns;
   for (Turn& turn : near) {
     for (double& at : turn.at) at += 0.02;
   }
-  const Turned followed = residuals_at_best_turns(records, a.model, near);
+  const Turned followed = residuals_at_best_turns(records, a.model, a.values(), {}, near);
   EXPECT_NEAR(sum_of_squares(followed.residuals), sum_of_squares(searched.residuals),
               1e-2 * sum_of_squares(searched.residuals));
   EXPECT_EQ(followed.residuals.back().record, 1U);
