@@ -563,7 +563,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     for (const auto& [s, trial] : reduced.refits) {
       if (s.effect == member || !material(reduced.fitted.held_out, trial.held_out, rule)) continue;
       if (!search.determined(trial.model, s.effect)) continue;
-      if (material(current.held_out, trial.held_out, rule) && !tied(trial.held_out, current.held_out, rule)) {
+      if (trial.held_out.error() < current.held_out.error() && !tied(trial.held_out, current.held_out, rule)) {
         d.steps.push_back(
             {"swapped " + id(member) + " for " + id(s.effect), s.effect, trial.train, trial.held_out.error()});
         current = trial;

@@ -87,7 +87,7 @@ bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
   const auto mean = other.mean_squares();
   return std::ranges::all_of(Loss::difference(other, best), [&](const auto& entry) {
     const auto& [signal, d] = entry;
-    const double bound = std::max(rule.least, rule.share * (mean.at(signal) - 1));
+    const double bound = std::max(rule.distinct, rule.share * (mean.at(signal) - 1));
     return d.gain <= 2 * d.block_error || d.gain < bound;
   });
 }

@@ -53,7 +53,9 @@ class Loss {
 /// work.
 struct Materiality {
   double share = 0.10;       ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
-  double least = 0.02;       ///< of the mean square itself
+  double least = 0.10;       ///< of the mean square itself: a twentieth of the signal's error. Less is a name for what the
+                             ///< law of another effect, the steps of a meter or the colour of the noise leaves
+  double distinct = 0.02;    ///< the same, between two models of which each explains what the other does
   double errors = 3;         ///< standard errors of the gain under noise alone
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
@@ -67,7 +69,7 @@ bool material(const Loss& without, const Loss& with, const Materiality& rule = {
 /// much `before`?
 bool takes_share(const Loss& before, double share, const Loss& without, const Loss& with, const Materiality& rule = {});
 
-/// Is `other` as good as `best`: in every signal within 2 block standard errors, or not materially worse?
+/// Is `other` as good as `best`: in every signal within 2 block standard errors, or not distinctly worse?
 bool tied(const Loss& best, const Loss& other, const Materiality& rule = {});
 
 /// Is there a material remainder: a signal whose mean square is above the floor by more than the rule allows?

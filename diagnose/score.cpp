@@ -749,7 +749,7 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
       std::remove_if(rest, scores.end(), [&](const Score& s) { return s.predicted_gain < options.gain_worth_a_refit; }),
       scores.end());
   // Far below what is material even if the prediction were some times too small: not worth a refit.
-  std::erase_if(scores, [&](const Score& s) { return s.predicted_gain < 0.1 * options.material_least; });
+  std::erase_if(scores, [&](const Score& s) { return s.predicted_gain < 0.02 * options.material_least; });
   std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_drop);
   return scores;
 }

@@ -49,7 +49,7 @@ struct Score {
 
 struct ScoreOptions {
   double false_alarms = 0.05;       ///< over the whole list of candidates
-  double material_least = 0.02;     ///< mean square that an effect must remove to count
+  double material_least = 0.10;     ///< mean square that an effect must remove to count
   double gain_worth_a_refit = 0.5;  ///< mean square whose promise needs no test of significance
   bool whole_orders = false;        ///< what repeats with the angle: at all whole orders, not at those of the spectrum
 };
