@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "estimate/linear_algebra.h"
@@ -164,11 +165,11 @@ struct LiveEstimator::Impl {
   std::vector<Pending> pending;
   std::array<double, signal_count> last_slow{};
   std::array<SlowChanges, signal_count> slow_changes;
-  double last_t = 0;
+  double last_t = 0, last_u_ref = 0;
   std::array<double, load_mean> torques{};
   std::size_t torque_count = 0;
   double torque_sum = 0, torque_before = 0, torque_changes = 0, torque_lsb = 0;
-  double loaded_until = -1;
+  double loaded_until = -std::numeric_limits<double>::infinity();  ///< [s] by the noise of the gauge; never yet
   LiveVoltage voltage;
   SteadyMean steady_load;
   std::uint64_t samples = 0, skipped = 0, gaps = 0;
@@ -300,6 +301,7 @@ void LiveEstimator::Impl::close_tick(double t, double u_ref) {
     last_slow.fill(LiveTick::none);
     hold = current.ticks.size();
     new_run = false;
+    if (std::isfinite(loaded_until)) loaded_until = t + plan.settling;
   } else if (t <= last_t) {
     ++skipped;
     return;
@@ -322,10 +324,14 @@ void LiveEstimator::Impl::close_tick(double t, double u_ref) {
   }
   if (plan.structure.measured_load) {
     // The speed follows the reference, and a load the speed, long before noise lets it be seen.
-    const bool steps = current.ticks.size() > 1 && u_ref != current.ticks[current.ticks.size() - 2].u_ref;
-    if (steps) steady_load.expect_change(static_cast<int>(plan.settling / plan.period));
+    if (u_ref != last_u_ref) {
+      steady_load.expect_change(static_cast<int>(plan.settling / plan.period));
+      // What has loaded the shaft before does so as it starts, below the noise at first.
+      if (std::isfinite(loaded_until)) loaded_until = std::max(loaded_until, t + plan.settling);
+    }
     newest.load = load_of(newest.torque);
   }
+  last_u_ref = u_ref;
   work();
 }
 

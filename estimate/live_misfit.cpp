@@ -234,7 +234,19 @@ void LiveMisfit::clear() {
   standing_ = 0;
 }
 
+/// Of what is left of the history, the first tick is that of a run.
+bool LiveMisfit::from_its_start(const std::vector<LiveChapter>& history) {
+  const auto first = std::ranges::find_if(history, [](const LiveChapter& c) { return !c.ticks.empty(); });
+  return first != history.end() && first->ticks.front().kind == LiveTick::Kind::run_start;
+}
+
 bool LiveMisfit::advance(const std::vector<LiveChapter>& history, std::size_t end) {
+  if (follow_anew_ && from_its_start(history)) {
+    clear();
+    pass_.begin(std::vector<double>(point_));
+    t_before_ = pass_.t();
+  }
+  follow_anew_ = false;
   if (!pass_.advance(history, end)) return false;
   if (pass_.t() < t_before_) ++run_;
   t_before_ = pass_.t();
@@ -324,7 +336,12 @@ void LiveMisfit::close_slot() {
     }
   }
   while (changed_slots_ == 0 && filled_ > recent_slots) retire_oldest();
-  own_ = own_ || (slots_seen_ >= own_slots && score_ < doubtful_at);
+  ++taught_;
+  const bool first = changes_.empty();  // then all that there is may be followed once more; else what came since
+  if (!own_ && (first ? taught_ : slots_seen_) >= own_slots && score_ < doubtful_at) {
+    own_ = true;
+    follow_anew_ = first;
+  }
 }
 
 bool LiveMisfit::runs_evenly(const Slot& slot) const {
@@ -553,7 +570,7 @@ void LiveMisfit::evaluate() {
   score_ = most;
   standing_ = worst.score >= alarm_at ? standing_ + 1 : 0;
   if (score_ < doubtful_at) colour_ = heard_;
-  if (standing_ > 0 && !own_) return clear();  // the motor is not known yet
+  if (standing_ > 0 && (!own_ || slots_seen_ < own_slots)) return clear();  // the motor is not known yet
   if (standing_ >= alarm_looks) {
     standing_ = 0;
     changed_slots_ = worst.slots;
@@ -649,7 +666,10 @@ void LiveMisfit::learn(std::span<const double> values) {
                   std::abs(to - from) > gross_share * std::abs(from));
   }
   move_point(d);
-  if (far) clear();
+  if (far) {
+    clear();
+    taught_ = 0;
+  }
 }
 
 /// The unknowns count from another point. @param d of which only the model's own parameters move

@@ -115,6 +115,7 @@ class LiveMisfit final : private LiveRows {
 
   void take(const LiveRow& row) override;
   double value_of_direction(std::size_t j) const;
+  static bool from_its_start(const std::vector<LiveChapter>& history);
   void clear();
   void close_slot();
   bool runs_evenly(const Slot& slot) const;
@@ -166,6 +167,10 @@ class LiveMisfit final : private LiveRows {
   std::size_t run_ = 0;
 
   bool own_ = false;  ///< it no longer follows the estimator's values
+  /// The motor is known: what it has done so far is followed once more, for what was linear about the values of the
+  /// first seconds says wrong things with small errors of directions in which little is told.
+  bool follow_anew_ = false;
+  std::size_t taught_ = 0;  ///< half-seconds since the estimator's values were last far from these
   double score_ = 0;
   int standing_ = 0;               ///< looks that a suspicion has stood
   std::size_t changed_slots_ = 0;  ///< since the change that is followed; 0: none is

@@ -87,6 +87,23 @@ TEST(LiveMisfit, AHealthyMotorStaysQuietAtAnySpeedAndLoad) {
   }
 }
 
+// The first values of a motor are far off: what was linear about them said of directions in which one way of turning
+// tells nothing (a drop at the brushes or an offset of the tacho) what the first step down then contradicted.
+TEST(LiveMisfit, TheFirstStepDownContradictsNothingThatTheStepsUpTaught) {
+  const LiveBench bench = slow_live_bench();
+  const Noticed noticed = watch(bench, simulated::record(bench.setup, bench.staircase, 23));
+  EXPECT_TRUE(noticed.changes.empty()) << describe(noticed.changes.front());
+  EXPECT_TRUE(noticed.end.misfit.watching);
+}
+
+// Against a brake whose torque rises with the speed, a gauge's noise hides the load as the shaft starts.
+TEST(LiveMisfit, AMotorThatStartsAgainstABrakeHasNoLargerInertia) {
+  const LiveBench bench = loaded(fast_live_bench());
+  const Noticed noticed = watch(bench, changed_run(bench, hotter(bench, 0), 45));  // stands until 60 s
+  EXPECT_TRUE(noticed.changes.empty()) << describe(noticed.changes.front());
+  EXPECT_TRUE(noticed.end.misfit.watching);
+}
+
 TEST(LiveMisfit, PointsToTheFrictionThatTheModelLacksAndToWhereItFails) {
   LiveBench bench = slow_live_bench();
   bench.model.exclude(effect_index("coulomb_friction"));
