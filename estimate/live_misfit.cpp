@@ -23,9 +23,9 @@ constexpr std::size_t follow_slots = 30;  ///< for which the size of a change is
 constexpr std::size_t learn_slots = 20;   ///< before which nothing is a change
 constexpr std::size_t own_slots = 60;     ///< after which the estimator's values are no longer waited for
 constexpr std::size_t ring_slots = recent_slots + follow_slots + 8;
-constexpr std::array<std::size_t, 9> splits{1, 2, 3, 4, 6, 8, 11, 15, 20};
+constexpr std::array<std::size_t, 10> splits{1, 2, 3, 4, 5, 6, 8, 11, 15, 20};
 constexpr double alarm_at = 5;        ///< standard errors
-constexpr int alarm_looks = 3;        ///< for which it stands until it is told
+constexpr int alarm_looks = 5;        ///< for which it stands until it is told
 constexpr double doubtful_at = 4;     ///< standard errors, above which nothing is learnt
 constexpr double tied_within = 0.02;  ///< of what the best explains: those explain it as well
 constexpr std::size_t most_tied = 3;
@@ -444,7 +444,22 @@ bool LiveMisfit::shows_load(const Eigen::VectorXd& at, const Eigen::MatrixXd& co
   return inflation()[j] > most_varied || std::abs(at[j]) > alarm_at * std::sqrt(covariance(j, j)) + gauge_digit_;
 }
 
-LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recent) const {
+/// Does a change of one unknown that explains one signal make another worse than chance could?
+bool LiveMisfit::contradicts(Eigen::Index j, double change, const Eigen::VectorXd& at, std::size_t slots) const {
+  for (std::size_t o = 0; o < old_.size(); ++o) {
+    Equations e{Eigen::MatrixXd::Zero(base_.rows(), base_.cols()), Eigen::VectorXd::Zero(base_.rows())};
+    for (std::size_t k = filled_ - slots; k < filled_; ++k) {
+      if (ring_[k].sums[o].blocks() > 0) ring_[k].sums[o].weigh_into(e.h, e.g, colour_[o]);
+    }
+    const double pull = e.g[j] - e.h.row(j).dot(at);
+    if (2 * change * pull - change * change * e.h(j, j) < -alarm_at * alarm_at) return true;
+  }
+  return false;
+}
+
+LiveMisfit::Suspicion LiveMisfit::look(const Timeline& time, std::size_t slots) const {
+  const Equations earlier = time.before(slots);
+  Equations recent = time.recent(slots);
   const Eigen::Index n = base_.rows();
   // In units in which each unknown is known to about one.
   const Eigen::VectorXd size = (earlier.h + recent.h).diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -490,6 +505,7 @@ LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recen
     double drop;  ///< of the squares
   };
   std::vector<Scored> all;
+  std::vector<bool> contradicted;
   for (std::size_t j = 0; j < directions_.size(); ++j) {
     const Direction& d = directions_[j];
     if (!d.may_change) continue;
@@ -507,6 +523,11 @@ LiveMisfit::Suspicion LiveMisfit::look(const Equations& earlier, Equations recen
     const auto i = static_cast<Eigen::Index>(j);
     const double pull = recent.g[i] - recent.h.row(i).dot(at);
     all.push_back({{d.name, d.unit, change, unit / std::sqrt(information), score}, j, pull * pull / recent.h(i, i)});
+    contradicted.push_back(contradicts(i, pull / recent.h(i, i), at, slots));
+  }
+  if (std::ranges::find(contradicted, false) != contradicted.end()) {
+    std::size_t k = 0;
+    std::erase_if(all, [&](const Scored&) { return contradicted[k++]; });
   }
   if (all.empty()) return found;
   std::ranges::sort(all, std::greater{}, &Scored::drop);
@@ -559,7 +580,7 @@ void LiveMisfit::evaluate() {
   double most = 0;
   for (const std::size_t slots : splits) {
     if (slots + learn_slots / 2 > slots_seen_ || slots > filled_) break;
-    Suspicion s = look(time.before(slots), time.recent(slots));
+    Suspicion s = look(time, slots);
     s.slots = slots;
     most = std::max(most, s.score);
     // Of the moments at which it may have been, the one with which a single change explains most.
@@ -586,7 +607,7 @@ void LiveMisfit::evaluate() {
 void LiveMisfit::follow_change() {
   ++changed_slots_;
   const Timeline time = timeline();
-  Suspicion now = look(time.before(changed_slots_), time.recent(changed_slots_));
+  Suspicion now = look(time, changed_slots_);
   now.slots = changed_slots_;
   score_ = now.score;
   if (now.score >= alarm_at) {
@@ -600,7 +621,7 @@ void LiveMisfit::follow_change() {
 void LiveMisfit::settle_into_change() {
   const Timeline time = timeline();
   const Equations earlier = time.before(changed_slots_);
-  const Suspicion change = look(earlier, time.recent(changed_slots_));
+  const Suspicion change = look(time, changed_slots_);
   Eigen::MatrixXd covariance = inverse_of(earlier.h);
   Eigen::VectorXd at = covariance * earlier.g;
   const Eigen::VectorXd by = inflation();

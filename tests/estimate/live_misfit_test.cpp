@@ -132,6 +132,16 @@ TEST(LiveMisfit, SaysWhatCannotBeToldApart) {
   EXPECT_THAT(describe(change), HasSubstr("tied with"));
 }
 
+// A stronger field would slow the motor as a warmer winding does, but it would draw less current at the same load.
+TEST(LiveMisfit, DoesNotNameWhatAnotherSignalContradicts) {
+  const LiveBench bench = loaded(slow_live_bench());
+  const MotorChange warmer = hotter(bench, 0.1);
+  const Noticed noticed = watch(bench, changed_run(bench, warmer, 10));
+  ASSERT_FALSE(noticed.changes.empty());
+  EXPECT_NE(suspected(noticed.changes.front(), warmer.name), nullptr) << describe(noticed.changes.front());
+  EXPECT_EQ(suspected(noticed.changes.front(), "K_b"), nullptr) << describe(noticed.changes.front());
+}
+
 TEST(LiveMisfit, TellsAChangeOnce) {
   const LiveBench bench = slow_live_bench();
   EXPECT_EQ(watch(bench, changed_run(bench, heavier(bench, 0.2), 1)).changes.size(), 1U);
