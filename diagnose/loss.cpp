@@ -95,7 +95,7 @@ bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
 bool remainder(const Loss& loss, const Materiality& rule) {
   return std::ranges::any_of(loss.mean_squares(), [&](const auto& entry) {
     const auto& [signal, mean] = entry;
-    return mean - 1 > rule.remainder && mean - 1 > rule.errors * loss.noise_error(signal);
+    return mean - 1 > rule.remainder && mean - 1 > rule.remainder_errors * loss.noise_error(signal);
   });
 }
 

@@ -52,14 +52,16 @@ class Loss {
 /// What counts as a difference. Every wrong model is coloured and "significant" at 10^5 readings: materiality does the
 /// work.
 struct Materiality {
-  double share = 0.10;       ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
-  double least = 0.10;       ///< of the mean square itself: a twentieth of the signal's error. Less is a name for what the
-                             ///< law of another effect, the steps of a meter or the colour of the noise leaves
-  double distinct = 0.02;    ///< the same, between two models of which each explains what the other does
-  double errors = 3;         ///< standard errors of the gain under noise alone
+  double share = 0.10;  ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
+  double least = 0.10;  ///< of the mean square itself: a twentieth of the signal's error. Less is a name for what the
+                        ///< law of another effect, the steps of a meter or the colour of the noise leaves
+  double distinct = 0.02;  ///< the same, between two models of which each explains what the other does
+  double errors = 2;       ///< standard errors of the gain under noise alone. An effect of z standard errors gains z^2,
+                           ///< which noise scatters by 2 z: this asks for z > 4
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
+  double remainder_errors = 3;  ///< standard errors of a mean square under noise alone, for the same
 };
 
 /// Does going from `without` to `with` remove something material from some signal, and make the whole no worse?

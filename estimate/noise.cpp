@@ -296,12 +296,16 @@ NoiseFloor floor_of(Signal signal, std::span<const PreparedRun> records) {
     floor.sigma = median(std::move(differences));
     floor.from = "differences";
     floor.lower_bound = true;
-    // A slow meter whose readings all span a change: their differences are the change's.
-    const double beside = slow ? scatter_about_fast_signals(records, signal) : -1;
-    if (beside >= 0 && beside < floor.sigma) {
+  }
+  if (slow) {
+    // The readings may all span a change, or a relaxation whose last part passes for settled: then their scatter is
+    // that of the current itself.
+    constexpr double clearly = 0.7;
+    const double beside = scatter_about_fast_signals(records, signal);
+    if (beside >= 0 && beside < (floor.lower_bound ? 1 : clearly) * floor.sigma) {
+      floor = {};
       floor.sigma = beside;
       floor.from = "regression";
-      floor.lower_bound = false;
     }
   }
   if (const double resolution = lsb / std::sqrt(12.0); floor.sigma < resolution) {

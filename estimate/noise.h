@@ -22,9 +22,9 @@ using Noise = std::map<Signal, NoiseFloor>;
 
 /// The noise floor of each signal, the first that applies: declared in the model; scatter about a straight line in
 /// stretches of settled readings of 1 s or more, pooled over all records; scatter of repeated runs about each other;
-/// for a slow meter that has neither, scatter about a line through the fast signals beside it; differences. Never below
-/// LSB/sqrt(12). Settled stretches come before repeats, which also differ by what an effect adds to each anew: a ripple
-/// whose angle nobody set.
+/// differences. For a slow meter, scatter about a line through the fast signals beside it, where that is clearly less:
+/// what settles within a few readings may still relax. Never below LSB/sqrt(12). Settled stretches come before repeats,
+/// which also differ by what an effect adds to each anew: a ripple whose angle nobody set.
 Noise estimate_noise(std::span<const PreparedRun> records, const Model& model);
 
 /// Gives each reading its sigma: the floor, widened where timing (half a sample on a slope of e_a) or the noise of the

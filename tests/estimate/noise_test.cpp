@@ -74,6 +74,23 @@ TEST(NoiseFloor, OfASlowMeterIsToldByAFewReadingsInEachOfManyStretches) {
   EXPECT_NEAR(floor.sigma, 0.01, 0.003);
 }
 
+TEST(NoiseFloor, OfASlowMeterIsNotTheLastPartOfARelaxation) {
+  emtb::Run run;
+  run.name = "relaxing";
+  synthetic::Noise noise(5);
+  const auto level = [](double t) { return std::fmod(std::floor(t / 4), 2); };
+  const auto left = [](double t) { return std::exp(-std::fmod(t, 4.0) / 0.9); };  // of the change
+  const auto sign = [&](double t) { return level(t) > 0 ? 1.0 : -1.0; };
+  run.signals[Signal::u_ref] = series(1e-3, 64, level);
+  run.signals[Signal::omega] =
+      series(1e-3, 64, [&](double t) { return 80 * (level(t) - sign(t) * left(t)) + noise(0.1); });
+  Series i_a = series(0.4, 64, [&](double t) { return 0.2 + 0.5 * sign(t - 0.2) * left(t - 0.2) + noise(0.001); });
+  i_a.window = 0.4;
+  run.signals[Signal::i_a] = i_a;
+  const PreparedRun prepared = prepare_run(run, servo_model());
+  EXPECT_LT(estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a).sigma, 0.006);
+}
+
 TEST(NoiseFloor, OfASlowMeterThatNeverSettlesIsToldByTheFastSignalsBesideIt) {
   const synthetic::Truth truth;
   std::vector<synthetic::Hold> plan;
