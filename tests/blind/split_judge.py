@@ -3,8 +3,8 @@
 
     tests/blind/split_judge.py [--cases 100] [--benches desk,fh2] [--seed 1] [--jobs 2] [--out build/split] [--minutes M] [--bin build/release/bin]
 
-Each case is a bench of investigate_judge.py with one hidden effect, and two recordings that tell little: a step to fit to, and one to judge by. Where the
-diagnosis of these names the effect in a tie, and the command proposes an experiment, both are made on the same bench, each once to fit to and
+Each case is a bench of investigate_judge.py with one hidden effect, half of them without the torque gauge, and two recordings that tell little: three levels within
+a fifth of each other, without the start, to fit to, and three others to judge by. Where the diagnosis of these names the effect in a tie, and the command proposes an experiment, both are made on the same bench, each once to fit to and
 once to judge by: the proposed one, and one whose kind, levels and times are drawn at random. Split: the next diagnosis names the hidden effect alone.
 One line of JSON a case is appended to OUT/seed-N.jsonl; called again, it goes on.
 """
@@ -20,8 +20,11 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from investigate_judge import BENCHES, EFFECTS, ROOT, hidden_bench, interval
+from investigate_judge import BENCHES, ROOT, hidden_bench, interval
 
+# Of what investigate_judge.py can hide, what another effect may look like.
+LIKELY = ["coulomb_friction", "windage", "brush_drop", "armature_inductance", "driver_dead_zone", "driver_output_resistance", "driver_lag", "driver_delay",
+          "load_torque", "eddy_brake", "tacho_lag", "tacho_offset"]
 REACH = {"fh2": (0.5, 5.4), "desk": (-3.0, 3.0)}  # [V] of random levels: as far as config/profiles/*_random.yaml go
 LENGTH = re.compile(r"to judge by: .* ([0-9.]+) s\)\?")
 
@@ -91,17 +94,23 @@ class Bench:
 def judge(options, number):
     rng = random.Random(f"{options.seed} split {number}")
     bench = options.benches[number % len(options.benches)]
-    effect = rng.choice(sorted(EFFECTS))
+    effect = rng.choice(LIKELY)
     size = math.exp(rng.uniform(math.log(0.7), math.log(3)))
     case = {"case": number, "bench": bench, "truth": effect, "size": size}
     model, settle = BENCHES[bench][1:]
     model = ROOT / "config/models" / model
     high = REACH[bench][1]
-    with tempfile.TemporaryDirectory() as folder, Bench(options, Path(folder), hidden_bench(bench, [effect], {effect: size}, rng)) as at:
-        def step(name, level):
-            return at.run(f"name: {name}\nkind: step\nlevel: {level:.3g}\nbefore: {0.2 * settle}\nhold: {settle}\nafter: {0.8 * settle}\n")
+    text = hidden_bench(bench, [effect], {effect: size}, rng)
+    if rng.random() < 0.5:
+        text, case["gauge"] = re.sub(r"\n(?:  |      )torque: [^\n]*", "", text), False
+    about = rng.uniform(0.4, 0.8) * high  # [V]
+    with tempfile.TemporaryDirectory() as folder, Bench(options, Path(folder), text) as at:
+        def around(name):
+            levels = [round(about * rng.uniform(0.9, 1.1), 3) for _ in range(3)]
+            session = at.run(f"name: {name}\nkind: staircase\nlevels: {levels}\nbefore: {0.1 * settle}\nhold: {settle}\nafter: {0.1 * settle}\n")
+            return session and f"{session}@{settle}:{3 * settle}"
 
-        fit, by = step("first_fit", rng.uniform(0.3, 0.9) * high), step("first_judge", rng.uniform(0.3, 0.9) * high)
+        fit, by = around("first_fit"), around("first_judge")
         if fit is None or by is None:
             return case | {"failed": (at.here / "emtbd.txt").read_text()[-1000:]}
         done = at.emtb("investigate", model, "--sessions", fit, "--held-out", by, "--rounds", 2, "--yes", "--no-confirm", "--settle", settle, "--out",
