@@ -81,8 +81,20 @@ class Search {
 
   /// Fits to the end what is kept: the last of a delay, which creeps along its edges, must not be left for the next
   /// effect to find.
-  Trial fit_to_the_end(const Model& start) const {
-    return fit(start, {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = false});
+  Trial fit_to_the_end(const Model& start, int extra_starts = 0) const {
+    return fit(start,
+               {.extra_starts = extra_starts, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = false});
+  }
+
+  /// The same, and where a remainder is left also from elsewhere. The base parameters of a model that lacked something
+  /// may have bent into a valley of their own: the time constants of a shaft and of its tacho had changed places.
+  Trial fit_from_elsewhere_too(const Model& start, const Model& given) const {
+    Trial fitted = fit_to_the_end(start);
+    if (!remainder(fitted.held_out, options_.materiality)) return fitted;
+    Model anew = fitted.model;
+    anew.base = given.base;
+    Trial other = fit_to_the_end(anew, 4);
+    return material(fitted.held_out, other.held_out, options_.materiality) ? other : fitted;
   }
 
   Trial fit(const Model& start, CalibrationOptions options, const Trial* known = nullptr) const {
@@ -500,7 +512,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       const auto* best = best_of(trials, current, rule);
       while (best != nullptr) {
         if (search.determined(best->second.model, best->first.effect)) {
-          kept = search.fit_to_the_end(best->second.model);
+          kept = search.fit_from_elsewhere_too(best->second.model, model);
           if (material(current.held_out, kept->held_out, rule)) break;  // not only where a descent was broken off
         }
         std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
