@@ -86,15 +86,28 @@ class Search {
                {.extra_starts = extra_starts, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = false});
   }
 
+  /// None where it cannot be simulated from there: the search passes it over.
+  template <class Fit>
+  static std::optional<Trial> attempt(const Fit& fit) {
+    try {
+      return fit();
+    } catch (const ModelError&) {
+      return std::nullopt;
+    }
+  }
+  std::optional<Trial> try_fit(const Model& start, const Trial* known = nullptr) const {
+    return attempt([&] { return fit(start, known); });
+  }
+
   /// The same, and where a remainder is left also from elsewhere. The base parameters of a model that lacked something
   /// may have bent into a valley of their own: the time constants of a shaft and of its tacho had changed places.
-  Trial fit_from_elsewhere_too(const Model& start, const Model& given) const {
-    Trial fitted = fit_to_the_end(start);
-    if (!remainder(fitted.held_out, options_.materiality)) return fitted;
-    Model anew = fitted.model;
+  std::optional<Trial> fit_from_elsewhere_too(const Model& start, const Model& given) const {
+    std::optional<Trial> fitted = attempt([&] { return fit_to_the_end(start); });
+    if (!fitted || !remainder(fitted->held_out, options_.materiality)) return fitted;
+    Model anew = fitted->model;
     anew.base = given.base;
-    Trial other = fit_to_the_end(anew, 4);
-    return material(fitted.held_out, other.held_out, options_.materiality) ? other : fitted;
+    std::optional<Trial> other = attempt([&] { return fit_to_the_end(anew, 4); });
+    return other && material(fitted->held_out, other->held_out, options_.materiality) ? other : fitted;
   }
 
   Trial fit(const Model& start, CalibrationOptions options, const Trial* known = nullptr) const {
@@ -186,7 +199,9 @@ class Search {
         const Calibration begun = first_steps(*both, few, known);
         if (largest_excess(trained(begun.model, begun.turns)) > (1 - half_way * most_of_it) * left_in_training)
           continue;
-        Two two{{best[i].effect, best[j].effect}, fit(begun.model, known)};
+        std::optional<Trial> trial = try_fit(begun.model, known);
+        if (!trial) continue;
+        Two two{{best[i].effect, best[j].effect}, std::move(*trial)};
         if (largest_excess(two.trial.held_out) > (1 - most_of_it) * left) continue;
         if (found && found->trial.held_out.error() <= two.trial.held_out.error()) continue;
         if (!material(alone, two.trial.held_out, rule)) continue;
@@ -226,7 +241,9 @@ class Search {
     std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
     best.starts.clear();
     for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
-    return std::pair{best, fit(first_steps(fitted, best).model)};
+    std::optional<Trial> trial = try_fit(first_steps(fitted, best).model);
+    if (!trial) return {};
+    return std::pair{best, std::move(*trial)};
   }
 
   /// Two effects that explain all that the many do which were pieced together one by one, and leave nothing: the first
@@ -247,7 +264,7 @@ class Search {
     std::optional<Two> found;
     for (const auto* step : begun) {
       const auto& [score, trial] = *step;
-      for (const auto& [second, both] : round({score.effect}, [&] { return trial; }).refits) {
+      for (const auto& [second, both] : round({score.effect}, [&] { return trial; })->refits) {
         if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
         if (remainder(both.held_out, options_.materiality)) continue;
         if (material(both.held_out, many.held_out, options_.materiality)) continue;
@@ -258,15 +275,17 @@ class Search {
     return found;
   }
 
-  /// The round of a model; the same effects are explored once.
-  const Round& round(const std::vector<std::size_t>& effects, const std::function<Trial()>& fitted) {
+  /// The round of a model; the same effects are explored once. Null where it has no fit.
+  const Round* round(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted) {
     std::vector<std::size_t> key = effects;
     std::ranges::sort(key);
-    if (const auto known = rounds_.find(key); known != rounds_.end()) return known->second;
-    Round r{fitted(), {}, {}};
+    if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;
+    std::optional<Trial> trial = fitted();
+    if (!trial) return nullptr;
+    Round r{std::move(*trial), {}, {}};
     r.scores = scores(r.fitted.model);
     if (anything_left(r.fitted.held_out)) r.refits = refits(r.fitted, r.scores);
-    return rounds_.emplace(std::move(key), std::move(r)).first->second;
+    return &rounds_.emplace(std::move(key), std::move(r)).first->second;
   }
 
  private:
@@ -312,7 +331,9 @@ class Search {
     std::vector<std::pair<Score, Trial>> trials;
     for (std::size_t i = 0; i < best.size(); ++i) {
       if (fitted.cost - begun[i].cost < far_less * most) continue;
-      trials.emplace_back(best[i], fit(begun[i].model, known_for(best[i].effect, fitted)));
+      std::optional<Trial> trial = try_fit(begun[i].model, known_for(best[i].effect, fitted));
+      if (!trial) continue;
+      trials.emplace_back(best[i], std::move(*trial));
       remember_valley(trials.back().second.model, best[i].effect);
     }
     return trials;
@@ -499,7 +520,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   std::vector<std::size_t> found;
   while (found.size() < options.longest_list) {
     progress(0.1 + 0.15 * static_cast<double>(found.size()), "scoring absent effects");
-    const Round& round = search.round(found, [&] { return current; });
+    const Round& round = *search.round(found, [&] { return current; });
     std::vector<std::pair<Score, Trial>> trials = round.refits;
     for (const Score& s : round.scores) remember(d.candidates, s, {});
     for (const auto& [s, trial] : trials) remember(d.candidates, s, trial.held_out.error());
@@ -513,7 +534,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       while (best != nullptr) {
         if (search.determined(best->second.model, best->first.effect)) {
           kept = search.fit_from_elsewhere_too(best->second.model, model);
-          if (material(current.held_out, kept->held_out, rule)) break;  // not only where a descent was broken off
+          if (kept && material(current.held_out, kept->held_out, rule))
+            break;  // not only where a descent was broken off
         }
         std::erase_if(trials, [effect = best->first.effect](const auto& t) { return t.first.effect == effect; });
         best = best_of(trials, current, rule);
@@ -549,7 +571,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   // Fewer: what took three or more may be two that the first step passed by.
   if (found.size() >= 3) {
     progress(0.55, "trying fewer");
-    if (auto two = search.fewer(search.round({}, [&] { return current; }), current, found.front())) {
+    if (auto two = search.fewer(*search.round({}, [&] { return current; }), current, found.front())) {
       const Loss first = before.at(found.front());
       found.assign(two->effects.begin(), two->effects.end());
       for (const std::size_t effect : found) before.insert_or_assign(effect, first);
@@ -567,13 +589,14 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     if (needed(member, current.model)) continue;
     std::vector<std::size_t> others = found;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    const Round& reduced = search.round(others, [&] {
+    const Round* reduced = search.round(others, [&] {
       Model without = current.model;
       without.exclude(member);
-      return search.fit(without, search.known_for(member, current));
+      return search.try_fit(without, search.known_for(member, current));
     });
-    for (const auto& [s, trial] : reduced.refits) {
-      if (s.effect == member || !material(reduced.fitted.held_out, trial.held_out, rule)) continue;
+    if (reduced == nullptr) continue;
+    for (const auto& [s, trial] : reduced->refits) {
+      if (s.effect == member || !material(reduced->fitted.held_out, trial.held_out, rule)) continue;
       if (!search.determined(trial.model, s.effect)) continue;
       if (trial.held_out.error() < current.held_out.error() && !tied(trial.held_out, current.held_out, rule)) {
         d.steps.push_back(
@@ -599,20 +622,21 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     const auto fitted_without = [&](std::size_t effect) {
       Model without = current.model;
       without.exclude(effect);
-      return search.fit(without, search.known_for(effect, current));
+      return search.try_fit(without, search.known_for(effect, current));
     };
-    Trial reduced = fitted_without(found[i]);
-    bool stays = material(reduced.held_out, current.held_out, rule);
-    if (stays && mends_another(found[i], found, reduced.held_out, current.held_out)) {
+    std::optional<Trial> reduced = fitted_without(found[i]);
+    bool stays = !reduced || material(reduced->held_out, current.held_out, rule);
+    if (stays && reduced && mends_another(found[i], found, reduced->held_out, current.held_out)) {
       // The lesser of the two goes.
-      stays = fitted_without(*kin_of(found[i], found, model)).held_out.error() < reduced.held_out.error();
+      const auto other = fitted_without(*kin_of(found[i], found, model));
+      stays = other && other->held_out.error() < reduced->held_out.error();
     }
     if (stays) {
       ++i;
       continue;
     }
-    d.steps.push_back({"dropped " + id(found[i]), {}, reduced.train, reduced.held_out.error()});
-    current = std::move(reduced);
+    d.steps.push_back({"dropped " + id(found[i]), {}, reduced->train, reduced->held_out.error()});
+    current = std::move(*reduced);
     rivals.erase(found[i]);
     found.erase(found.begin() + static_cast<std::ptrdiff_t>(i));
   }
