@@ -212,8 +212,8 @@ TEST(ShortSet, NamesTheEffectInTenOfTwelveEasyCases) {
   EXPECT_GE(right, 10u);
 }
 
-// A lag of the tacho longer than the shaft's own time constant: with the two of them changed, R_a is 44 instead of 24 ohm
-// and 1.8 floors are left, which no effect explains.
+// A lag of the tacho longer than the shaft's own time constant: with the two of them changed, R_a is 44 instead of 24
+// ohm and 1.8 floors are left, which no effect explains.
 TEST(Diagnose, LeavesTheValleyInWhichShaftAndTachoHaveChangedPlaces) {
   const Answer a = judge(make_case(CaseKind::pair, 5, 15, Setting::laboratory));
   EXPECT_TRUE(grade(a).all_right()) << line_of(a);

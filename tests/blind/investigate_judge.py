@@ -194,19 +194,24 @@ def report(cases):
             print(f"failed {c['case']} ({c['bench']}, {' + '.join(c['truth'])}): {c['failed'].strip()[-300:]}")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", default="one:40,two:20,three:10")
+def asked(description, out, **cases):
+    """What the command line asks for, the file that keeps the answers, and those that are in it."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", **cases)
     parser.add_argument("--benches", default="desk,fh2", type=lambda text: text.split(","))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=ROOT / "build/investigate")
+    parser.add_argument("--out", type=Path, default=ROOT / "build" / out)
     parser.add_argument("--minutes", type=float, default=math.inf)
     parser.add_argument("--bin", type=Path, default=ROOT / "build/release/bin")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     file = options.out / f"seed-{options.seed}.jsonl"
-    cases = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    return options, file, [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+
+
+def main():
+    options, file, cases = asked(__doc__, "investigate", default="one:40,two:20,three:10")
     known = {c["case"] for c in cases}
     wanted = [(kind, n) for kind, _, count in (part.partition(":") for part in options.cases.split(",")) for n in range(int(count))]
     wanted.sort(key=lambda case: case[1])  # of each kind some, should the time run out

@@ -8,7 +8,6 @@ a fifth of each other, without the start, to fit to, and three others to judge b
 once to judge by: the proposed one, and one whose kind, levels and times are drawn at random. Split: the next diagnosis names the hidden effect alone.
 One line of JSON a case is appended to OUT/seed-N.jsonl; called again, it goes on.
 """
-import argparse
 import json
 import math
 import random
@@ -20,7 +19,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from investigate_judge import BENCHES, ROOT, hidden_bench, interval
+from investigate_judge import BENCHES, ROOT, asked, hidden_bench, interval
 
 # Of what investigate_judge.py can hide, what another effect may look like.
 LIKELY = ["coulomb_friction", "windage", "brush_drop", "armature_inductance", "driver_dead_zone", "driver_output_resistance", "driver_lag", "driver_delay",
@@ -165,18 +164,7 @@ def report(cases):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=100)
-    parser.add_argument("--benches", default="desk,fh2", type=lambda text: text.split(","))
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=ROOT / "build/split")
-    parser.add_argument("--minutes", type=float, default=math.inf)
-    parser.add_argument("--bin", type=Path, default=ROOT / "build/release/bin")
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    file = options.out / f"seed-{options.seed}.jsonl"
-    cases = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    options, file, cases = asked(__doc__, "split", type=int, default=100)
     known = {c["case"] for c in cases}
     until = time.monotonic() + 60 * options.minutes
 
