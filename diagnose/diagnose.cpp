@@ -134,12 +134,24 @@ class Search {
     return trial;
   }
 
+  /// A calibration; where nothing can be simulated from there, none: the model as it is, at infinite cost.
+  static Calibration calibrated(std::span<const PreparedRun> runs, const Model& start, CalibrationOptions options) {
+    try {
+      return calibrate(runs, start, std::move(options));
+    } catch (const ModelError&) {
+      Calibration nowhere;
+      nowhere.model = start;
+      nowhere.cost = infinity;
+      return nowhere;
+    }
+  }
+
   /// A fitted model with its standard errors.
   Model judged(const Model& fitted, bool quick = false) const {
     CalibrationOptions as_it_is;
     as_it_is.extra_starts = as_it_is.max_iterations = 0;
     as_it_is.quick_errors = quick;
-    return calibrate(data_.train, fitted, as_it_is).model;
+    return calibrated(data_.train, fitted, as_it_is).model;
   }
 
   /// Do the data tell the size of an effect, to three standard errors that hold for coloured residuals? A gain that
@@ -345,12 +357,12 @@ class Search {
 
   static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations,
                                  Turns turns = {}) {
-    return calibrate(runs, start,
-                     {.extra_starts = 0,
-                      .max_iterations = iterations,
-                      .tolerance = 1e-3,
-                      .with_covariance = false,
-                      .turns = std::move(turns)});
+    return calibrated(runs, start,
+                      {.extra_starts = 0,
+                       .max_iterations = iterations,
+                       .tolerance = 1e-3,
+                       .with_covariance = false,
+                       .turns = std::move(turns)});
   }
 
   /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
@@ -642,7 +654,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   }
 
   progress(0.9, "standard errors");
-  const Calibration last = calibrate(
+  const Calibration last = Search::calibrated(
       data.train, current.model, {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true});
   d.final = last.model;
   d.undetermined = last.identifiability.undetermined;
