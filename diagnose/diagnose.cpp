@@ -134,15 +134,20 @@ class Search {
     return trial;
   }
 
-  /// A calibration; where nothing can be simulated from there, none: the model as it is, at infinite cost.
+  /// No calibration: the model as it is, at infinite cost.
+  static Calibration nowhere(const Model& model) {
+    Calibration none;
+    none.model = model;
+    none.cost = infinity;
+    return none;
+  }
+
+  /// A calibration; none where nothing can be simulated from there.
   static Calibration calibrated(std::span<const PreparedRun> runs, const Model& start, CalibrationOptions options) {
     try {
       return calibrate(runs, start, std::move(options));
     } catch (const ModelError&) {
-      Calibration nowhere;
-      nowhere.model = start;
-      nowhere.cost = infinity;
-      return nowhere;
+      return nowhere(start);
     }
   }
 
@@ -382,12 +387,7 @@ class Search {
       const auto there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start, turns_of(known));
       if (there) begun.push_back(first_steps(*there, starts.size() > go_on ? glance : few, known));
     }
-    if (begun.empty()) {
-      Calibration nowhere;
-      nowhere.model = fitted.model;
-      nowhere.cost = infinity;
-      return nowhere;
-    }
+    if (begun.empty()) return nowhere(fitted.model);
     std::ranges::stable_sort(begun, {}, &Calibration::cost);
     if (begun.size() > go_on) {
       begun.resize(go_on);

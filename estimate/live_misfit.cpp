@@ -444,17 +444,26 @@ bool LiveMisfit::shows_load(const Eigen::VectorXd& at, const Eigen::MatrixXd& co
   return inflation()[j] > most_varied || std::abs(at[j]) > alarm_at * std::sqrt(covariance(j, j)) + gauge_digit_;
 }
 
-/// Does a change of one unknown that explains one signal make another worse than chance could?
-bool LiveMisfit::contradicts(Eigen::Index j, double change, const Eigen::VectorXd& at, std::size_t slots) const {
-  for (std::size_t o = 0; o < old_.size(); ++o) {
-    Equations e{Eigen::MatrixXd::Zero(base_.rows(), base_.cols()), Eigen::VectorXd::Zero(base_.rows())};
-    for (std::size_t k = filled_ - slots; k < filled_; ++k) {
-      if (ring_[k].sums[o].blocks() > 0) ring_[k].sums[o].weigh_into(e.h, e.g, colour_[o]);
+/// What each signal alone says in the last so many slots.
+std::vector<LiveMisfit::Equations> LiveMisfit::by_output(std::size_t slots) const {
+  const Equations none{Eigen::MatrixXd::Zero(base_.rows(), base_.cols()), Eigen::VectorXd::Zero(base_.rows())};
+  std::vector<Equations> signals(old_.size(), none);
+  for (std::size_t k = filled_ - slots; k < filled_; ++k) {
+    for (std::size_t o = 0; o < signals.size(); ++o) {
+      const LagSums& sums = ring_[k].sums[o];
+      if (sums.blocks() > 0) sums.weigh_into(signals[o].h, signals[o].g, colour_[o]);
     }
-    const double pull = e.g[j] - e.h.row(j).dot(at);
-    if (2 * change * pull - change * change * e.h(j, j) < -alarm_at * alarm_at) return true;
   }
-  return false;
+  return signals;
+}
+
+/// Does a change of one unknown that explains one signal make another worse than chance could?
+bool LiveMisfit::contradicts(const std::vector<Equations>& signals, Eigen::Index j, double change,
+                             const Eigen::VectorXd& at) {
+  return std::ranges::any_of(signals, [&](const Equations& e) {
+    const double pull = e.g[j] - e.h.row(j).dot(at);
+    return 2 * change * pull - change * change * e.h(j, j) < -alarm_at * alarm_at;
+  });
 }
 
 LiveMisfit::Suspicion LiveMisfit::look(const Timeline& time, std::size_t slots) const {
@@ -506,6 +515,7 @@ LiveMisfit::Suspicion LiveMisfit::look(const Timeline& time, std::size_t slots) 
   };
   std::vector<Scored> all;
   std::vector<bool> contradicted;
+  std::vector<Equations> signals;  // needed only where something is suspected
   for (std::size_t j = 0; j < directions_.size(); ++j) {
     const Direction& d = directions_[j];
     if (!d.may_change) continue;
@@ -523,7 +533,8 @@ LiveMisfit::Suspicion LiveMisfit::look(const Timeline& time, std::size_t slots) 
     const auto i = static_cast<Eigen::Index>(j);
     const double pull = recent.g[i] - recent.h.row(i).dot(at);
     all.push_back({{d.name, d.unit, change, unit / std::sqrt(information), score}, j, pull * pull / recent.h(i, i)});
-    contradicted.push_back(contradicts(i, pull / recent.h(i, i), at, slots));
+    if (signals.empty()) signals = by_output(slots);
+    contradicted.push_back(contradicts(signals, i, pull / recent.h(i, i), at));
   }
   if (std::ranges::find(contradicted, false) != contradicted.end()) {
     std::size_t k = 0;

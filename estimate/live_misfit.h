@@ -130,7 +130,9 @@ class LiveMisfit final : private LiveRows {
   void move_point(Eigen::VectorXd d);
   Equations equations(const std::vector<LagSums>& sums) const;
   bool shows_load(const Eigen::VectorXd& at, const Eigen::MatrixXd& covariance) const;
-  bool contradicts(Eigen::Index j, double change, const Eigen::VectorXd& at, std::size_t slots) const;
+  std::vector<Equations> by_output(std::size_t slots) const;
+  static bool contradicts(const std::vector<Equations>& signals, Eigen::Index j, double change,
+                          const Eigen::VectorXd& at);
   /// Have the last so many slots changed?
   Suspicion look(const Timeline& time, std::size_t slots) const;
   Eigen::VectorXd inflation() const;

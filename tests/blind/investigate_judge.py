@@ -104,28 +104,52 @@ def draw(bench, count, rng):
             return effects
 
 
+class Bench:
+    """An emtbd on a bench with something hidden, and the commands that a user has."""
+
+    def __init__(self, options, here, text):
+        self.bin, self.here = options.bin, here
+        (here / "bench.yaml").write_text(text)
+        self.log = open(here / "emtbd.txt", "w")
+        self.daemon = subprocess.Popen(
+            [options.bin / "emtbd", "--config", here / "bench.yaml", "--socket", here / "s", "--data", here / "data", "--pace", "max"],
+            stdout=self.log, stderr=self.log)
+        for _ in range(400):
+            if (here / "s").exists() or self.daemon.poll() is not None:
+                break
+            time.sleep(0.05)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.daemon.terminate()
+        self.daemon.wait()
+        self.log.close()
+
+    def emtb(self, *arguments):
+        return subprocess.run([self.bin / "emtb", "--socket", self.here / "s", *map(str, arguments)], capture_output=True, text=True, timeout=1200)
+
+    def run(self, text):
+        """@return the session's path; none where the run ended early"""
+        profile = self.here / "profile.yaml"
+        profile.write_text(text)
+        done = self.emtb("run", profile, "--reset", "--json", self.here / "run.json")
+        if done.returncode != 0:
+            return None
+        return json.loads((self.here / "run.json").read_text())["session"]
+
+
 def investigate(options, bench, text):
     """What the command says of a bench; None where it did not end."""
     model, settle = BENCHES[bench][1:]
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
-        (here / "bench.yaml").write_text(text)
-        with open(here / "emtbd.txt", "w") as log, subprocess.Popen(
-                [options.bin / "emtbd", "--config", here / "bench.yaml", "--socket", here / "s", "--data", here / "data", "--pace", "max"],
-                stdout=log, stderr=log) as daemon:
-            try:
-                for _ in range(400):
-                    if (here / "s").exists() or daemon.poll() is not None:
-                        break
-                    time.sleep(0.05)
-                began = time.monotonic()
-                done = subprocess.run(
-                    [options.bin / "emtb", "--socket", here / "s", "investigate", ROOT / "config/models" / model, "--yes", "--reset", "--settle",
-                     str(settle), "--out", here / "found", "--json", here / "all.json"],
-                    capture_output=True, text=True, timeout=1200)
-                seconds = time.monotonic() - began
-            finally:
-                daemon.terminate()
+        with Bench(options, here, text) as at:
+            began = time.monotonic()
+            done = at.emtb("investigate", ROOT / "config/models" / model, "--yes", "--reset", "--settle", settle, "--out", here / "found", "--json",
+                           here / "all.json")
+            seconds = time.monotonic() - began
         if not (here / "all.json").exists():
             return None, (done.stderr + (here / "emtbd.txt").read_text())[-2000:]
         result = json.loads((here / "all.json").read_text())

@@ -12,14 +12,13 @@ import json
 import math
 import random
 import re
-import subprocess
 import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from investigate_judge import BENCHES, ROOT, asked, hidden_bench, interval
+from investigate_judge import BENCHES, ROOT, Bench, asked, hidden_bench, interval
 
 # Of what investigate_judge.py can hide, what another effect may look like.
 LIKELY = ["coulomb_friction", "windage", "brush_drop", "armature_inductance", "driver_dead_zone", "driver_output_resistance", "driver_lag", "driver_delay",
@@ -52,42 +51,6 @@ def drawn_profile(rng, bench, length, name):
 def ties_with(missing, effect):
     """What is named where the effect is, alone or among others; nothing where it is not."""
     return next((tie for tie in ([one["id"], *one["tied_with"]] for one in missing) if effect in tie), [])
-
-
-class Bench:
-    """An emtbd on a bench with something hidden, and the commands that a user has."""
-
-    def __init__(self, options, here, text):
-        self.bin, self.here = options.bin, here
-        (here / "bench.yaml").write_text(text)
-        self.log = open(here / "emtbd.txt", "w")
-        self.daemon = subprocess.Popen(
-            [options.bin / "emtbd", "--config", here / "bench.yaml", "--socket", here / "s", "--data", here / "data", "--pace", "max"],
-            stdout=self.log, stderr=self.log)
-        for _ in range(400):
-            if (here / "s").exists() or self.daemon.poll() is not None:
-                break
-            time.sleep(0.05)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.daemon.terminate()
-        self.daemon.wait()
-        self.log.close()
-
-    def emtb(self, *arguments):
-        return subprocess.run([self.bin / "emtb", "--socket", self.here / "s", *map(str, arguments)], capture_output=True, text=True, timeout=1200)
-
-    def run(self, text):
-        """@return the session's path; none where the run ended early"""
-        profile = self.here / "profile.yaml"
-        profile.write_text(text)
-        done = self.emtb("run", profile, "--reset", "--json", self.here / "run.json")
-        if done.returncode != 0:
-            return None
-        return json.loads((self.here / "run.json").read_text())["session"]
 
 
 def judge(options, number):
