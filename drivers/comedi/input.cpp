@@ -122,11 +122,13 @@ void Inputs::run(Scan& scan) {
   while (scan.wanted()) {
     std::array<pollfd, 1> ready{{{.fd = link.descriptor(), .events = POLLIN, .revents = 0}}};
     poll(ready.data(), ready.size(), static_cast<int>(longest_wait * 1e3));
-    if (machine_.now() - heard > silence + 10 * plan_.period) throw ScanBroken{Fault::scan_broken};
-    if (ready[0].revents == 0) continue;
-    const ssize_t got = ::read(link.descriptor(), buffer.data(), buffer.size());
+    const bool woken = ready[0].revents != 0;
+    const ssize_t got = woken ? ::read(link.descriptor(), buffer.data(), buffer.size()) : -1;
+    if (!woken || (got < 0 && (errno == EAGAIN || errno == EINTR))) {
+      if (machine_.now() - heard > silence + 10 * plan_.period) throw ScanBroken{Fault::scan_broken};
+      continue;
+    }
     if (got < 0) {
-      if (errno == EAGAIN || errno == EINTR) continue;
       if (errno == EPIPE || errno == EOVERFLOW) throw ScanBroken{Fault::samples_lost};
       throw Gone(link.name() + ": has gone");
     }

@@ -151,9 +151,10 @@ void scan(File& file, int buffer, std::vector<unsigned> list, unsigned nanosecon
       if (bytes.size() > card.buffer) break;
     }
     if (card.silent) continue;
+    const std::size_t fits = std::min<std::size_t>(bytes.size(), card.buffer);  // whoever reads meanwhile
     std::size_t at = 0;
-    while (at < bytes.size()) {
-      const ssize_t put = write(buffer, bytes.data() + at, bytes.size() - at);
+    while (at < fits) {
+      const ssize_t put = write(buffer, bytes.data() + at, fits - at);
       if (put <= 0) break;
       at += static_cast<std::size_t>(put);
     }
