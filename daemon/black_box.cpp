@@ -6,6 +6,7 @@
 
 #include "daemon/recorder.h"
 #include "daemon/traffic.h"
+#include "session/field.h"
 #include "session/writer.h"
 
 namespace emtb {
@@ -21,12 +22,14 @@ std::string words(const Record& record) {
   if (record.kind == Record::Kind::state) {
     return "the loop is " + std::string(word(static_cast<LoopState>(static_cast<int>(record.value))));
   }
+  if (record.kind == Record::Kind::field) return field_words(record.value);
   if (record.kind == Record::Kind::end) return "the run is over";
   return describe(record);
 }
 
 int code_of(const Record& record) {
   if (record.kind == Record::Kind::state) return event_code::state;
+  if (record.kind == Record::Kind::field) return event_code::field;
   return record.kind == Record::Kind::end ? event_code::run_ended : record.code;
 }
 

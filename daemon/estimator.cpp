@@ -120,9 +120,14 @@ void Estimator::explain(std::string why) {
 }
 
 void Estimator::take(const Record& record) noexcept {
-  if (record.kind == Record::Kind::end) ++run_;
+  if (record.kind == Record::Kind::end) {
+    ++run_;
+    field_on_ = 0;
+  }
+  if (record.kind == Record::Kind::field) field_on_ = record.value;
   if (record.kind != Record::Kind::sample || !record.signal) return;
-  if (!queue_.push({*record.signal, run_, record.t, record.value})) lost_.fetch_add(1, std::memory_order_relaxed);
+  if (!queue_.push({*record.signal, run_, record.t, record.value, field_on_}))
+    lost_.fetch_add(1, std::memory_order_relaxed);
 }
 
 std::vector<Event> Estimator::remarks() {
@@ -178,7 +183,7 @@ void Estimator::work() {
       ++count;
       if (!estimator_) continue;
       if (item.run != followed_run_) {
-        estimator_->start_run();
+        estimator_->start_run(item.field_on);
         followed_run_ = item.run;
       }
       estimator_->take(item.signal, item.t, item.value);

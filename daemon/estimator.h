@@ -60,6 +60,7 @@ class Estimator {
     Signal signal{};
     std::uint32_t run = 0;
     double t = 0, value = 0;
+    double field_on = 0;  ///< [s] when its run began
   };
 
   struct Remark {
@@ -75,6 +76,7 @@ class Estimator {
   boost::lockfree::spsc_queue<Item> queue_;
   std::atomic<std::uint64_t> lost_{0};
   std::uint32_t run_ = 0;  ///< counted by take()
+  double field_on_ = 0;    ///< [s] when the run began
 
   mutable std::mutex mutex_;  // between follow(), estimates() and the thread
   std::unique_ptr<LiveEstimator> next_;

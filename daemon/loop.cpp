@@ -142,8 +142,11 @@ void Loop::begin(const Order& order) noexcept {
 void Loop::tick(double now, std::uint64_t missed) noexcept {
   dt_ = now - now_;
   now_ = now;
-  if (state_ == LoopState::running && std::isnan(t0_)) t0_ = now;
   flush_pending();
+  if (state_ == LoopState::running && std::isnan(t0_)) {
+    t0_ = now;
+    if (field_since_) push({.kind = Record::Kind::field, .value = now - *field_since_, .at = now});
+  }
   check(now, missed);
   read(now);
   arm_if_all_is_well();
@@ -225,13 +228,15 @@ void Loop::take(Port& port, const Reading& reading) noexcept {
 }
 
 void Loop::watch(const Watched& watched, const Reading& reading) noexcept {
+  const bool of_field = reading.signal == Signal::i_f && settings_.field_min;
+  const bool no_field = of_field && std::abs(reading.value) < *settings_.field_min;
+  if (no_field) field_since_.reset();
+  if (of_field && !no_field && !field_since_) field_since_ = reading.time;
   if (state_ == LoopState::latched) return;
   const bool ahead = reading.time > now_ + clock_error && reading.time > bench_.clock->now() + clock_error;
   const bool back = watched.seen && reading.time < watched.stamp - clock_error;
   if (ahead || back) trip({Fault::device_clock, reading.signal, reading.time - (ahead ? now_ : watched.stamp)});
-  if (reading.signal == Signal::i_f && settings_.field_min && std::abs(reading.value) < *settings_.field_min) {
-    trip({Fault::field_lost, Signal::i_f, reading.value});
-  }
+  if (no_field) trip({Fault::field_lost, Signal::i_f, reading.value});
   if (tacho_) trip(tacho_->take(reading, watched.window));
 }
 
@@ -239,6 +244,7 @@ void Loop::arm_if_all_is_well() noexcept {
   if (state_ != LoopState::arming) return;
   if (!std::ranges::all_of(watched_, &Watched::seen)) return;  // stale_signal ends the wait
   safety_.arm();
+  if (!settings_.field_min) field_since_ = now_;  // whoever armed has seen to it
   enter(LoopState::armed);
 }
 

@@ -157,8 +157,9 @@ class Loop {
   double dt_ = 0;  // [s] since the tick before
   double u_ = 0;   // [V] as set
   bool output_broken_ = false;
-  double late_ = 0;        // [s] missed lately
-  double safe_again_ = 0;  // [s] when make_safe() is repeated while latched
+  double late_ = 0;                    // [s] missed lately
+  std::optional<double> field_since_;  // [s] when the field was seen to come on; not watched: when the bench was armed
+  double safe_again_ = 0;              // [s] when make_safe() is repeated while latched
   std::uint64_t resets_ = 0;
 
   const Order* order_ = nullptr;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "hal/error.h"
+#include "session/field.h"
 
 namespace emtb {
 namespace {
@@ -174,6 +175,9 @@ void Recorder::take(const Record& record) {
   switch (record.kind) {
     case Record::Kind::glimpse:
     case Record::Kind::state:
+      return;
+    case Record::Kind::field:
+      if (sink_) attempt([&] { sink_->append(Event{record.t, event_code::field, field_words(record.value)}); });
       return;
     case Record::Kind::sample: {
       if (!sink_) return;

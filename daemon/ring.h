@@ -27,6 +27,7 @@ struct Record {
     sample,   ///< a value of a signal, of the run
     glimpse,  ///< one outside of a run: for the black box alone
     event,    ///< a fault or a gap
+    field,    ///< a run begins: for how long the field has been on, as `value`
     state,    ///< the loop's state, from now on, as `value`
     end,      ///< the run is over; the last record of each run, always sent
   };

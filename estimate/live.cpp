@@ -143,6 +143,7 @@ struct LiveEstimator::Impl {
   bool following = false;              ///< the back pass is on its way
   std::size_t hold = 0;                ///< tick of the last chapter whose successors must be there before it is taken
   bool new_run = true;
+  double field_on = 0;  ///< [s] since the field was switched on, when the run began
 
   Eigen::VectorXd low, high;
   // Information, and its product with the values that it speaks for.
@@ -298,6 +299,7 @@ void LiveEstimator::Impl::close_tick(double t, double u_ref) {
   tick.u_ref = u_ref;
   if (new_run) {
     tick.kind = LiveTick::Kind::run_start;
+    tick.field_on = field_on;
     last_slow.fill(LiveTick::none);
     hold = current.ticks.size();
     new_run = false;
@@ -572,8 +574,9 @@ LiveEstimator::LiveEstimator(const Model& model, std::span<const Channel> channe
 
 LiveEstimator::~LiveEstimator() = default;
 
-void LiveEstimator::start_run() {
+void LiveEstimator::start_run(double field_on) {
   impl_->new_run = true;
+  impl_->field_on = field_on;
   impl_->pending.clear();
 }
 

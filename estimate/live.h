@@ -73,7 +73,8 @@ class LiveEstimator {
   ~LiveEstimator();
 
   /// A new run: its times begin at zero again, and its states are unknown.
-  void start_run();
+  /// @param field_on [s] for which the field had been on when it began
+  void start_run(double field_on = 0);
 
   /// A reading, in the order of arrival. @param t [s] from the start of the run; of a mean, the end of its window
   /// A `u_ref` closes the tick: all readings of its time have come before it.

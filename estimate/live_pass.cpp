@@ -212,7 +212,8 @@ void LivePass::start_run(std::span<const LiveTick> ahead) {
   in.i_a = std::isfinite(now.i_a) ? now.i_a : 0;
   in.load = now.load;
   in.omega = speed.value;
-  InitialState initial{.omega = speed.value, .theta = 0, .i_a = in.i_a, .e_driver = {}, .as_read = true};
+  InitialState initial{
+      .omega = speed.value, .theta = 0, .i_a = in.i_a, .e_driver = {}, .as_read = true, .field_on = now.field_on};
   if (plan_.structure.input == Signal::u_ref && plan_.structure.measured_voltage) initial.e_driver = e_a_;
   for (auto& machine : machines_) machine.start(initial, in);
   valid_from_ = now.t + (speed.moves ? plan_.settling : 0);

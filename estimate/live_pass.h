@@ -21,6 +21,7 @@ struct LiveTick {
   double e_a = none, i_a = none, omega = none, torque = none, temperature = none;
   double drive = none;  ///< [V] across the motor, of e_a
   double load = 0;      ///< [N m] of the torque, where that is more than noise
+  double field_on = 0;  ///< [s] of a run's start: since the field was switched on
   Kind kind = Kind::next;
 
   double* place(Signal signal);

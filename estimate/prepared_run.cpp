@@ -396,6 +396,7 @@ PreparedRun prepare_run(const Run& run, const Model& model, Chaining chaining, s
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }
   x.initial.as_read = true;
+  x.initial.field_on = run.field_on;
   for (const Observation& o : record.observations) {
     if (o.signal == Signal::omega) x.initial.omega = first_speed(o, x.t);
     if (o.signal == Signal::i_a && !o.slow) x.initial.i_a = o.value.front();

@@ -100,6 +100,7 @@ struct EffectInfo {
 template <class Scalar>
 struct State {
   double t = 0;          ///< [s] from the start of the run
+  double field_on = 0;   ///< [s] since the field was switched on
   double h = 0;          ///< [s] length of the step; 0: the reading at the very start
   double u_ref = 0;      ///< [V] reference held over the step
   Scalar e_a{};          ///< [V] terminal voltage

@@ -80,6 +80,7 @@ class Machine {
 
   /// Puts the machine into its state at the start of a run, and takes the first readings.
   void start(const InitialState& initial, const StepInput& input) {
+    field_on_ = initial.field_on;
     omega = omega_before_ = Scalar(initial.omega);
     theta = turned_ + initial.theta;
     lead_ = Scalar(0.0);
@@ -232,6 +233,7 @@ class Machine {
   /// The state in the middle of the step, extrapolated from the last one: what the effects see.
   void look_at_middle(const StepInput& in, double t, double h) {
     middle_.t = t + 0.5 * h;
+    middle_.field_on = field_on_ + middle_.t;
     middle_.h = h;
     middle_.u_ref = in.u_ref;
     middle_.e_a = e_driver;
@@ -540,6 +542,7 @@ class Machine {
   Scalar angle_before_{};  ///< [rad] measured
   Scalar behind_{};        ///< [rad] by which a measured angle is behind the rotor's, by what the sensors do
   double period_ = 0;      ///< [rad] of the fastest wave
+  double field_on_ = 0;    ///< [s] for which the field had been on at the start
   State<Scalar> middle_;
   Balance<Scalar> terms_;
   Scalar omega_before_{};

@@ -59,6 +59,7 @@ struct InitialState {
   double i_a = 0;                  ///< [A]
   std::optional<double> e_driver;  ///< [V]; absent: settled at the first reference
   bool as_read = false;            ///< omega and i_a, where they are not 0, are readings, with all that sensors err
+  double field_on = 0;             ///< [s] for which the field has been on
 };
 
 }  // namespace emtb

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "hal/error.h"
+#include "session/field.h"
 #include "session/names.h"
 #include "session/replace.h"
 #include "session/shift.h"
@@ -65,16 +66,28 @@ Series part_of(const Series& series, double begin, double end) {
   return part;
 }
 
-std::vector<Run> split_into_runs(std::map<Signal, Series> signals, const std::vector<Event>& marks) {
+/// For how long the field had been on at a time [s], as the events until another tell; 0: they do not.
+double field_on_at(double begin, double end, const std::vector<Event>& events) {
+  for (const Event& event : events) {
+    if (event.t < begin || event.t >= end) continue;
+    if (const auto seconds = field_seconds(event)) return std::max(0.0, *seconds - (event.t - begin));
+  }
+  return 0;
+}
+
+std::vector<Run> split_into_runs(std::map<Signal, Series> signals, const std::vector<Event>& events) {
+  const std::vector<Event> marks = run_marks(events);
   constexpr double forever = std::numeric_limits<double>::infinity();
   std::vector<Run> runs;
   if (marks.size() < 2) {
-    runs.push_back({.name = marks.empty() ? "" : marks[0].text, .signals = std::move(signals)});
+    runs.push_back({.name = marks.empty() ? "" : marks[0].text,
+                    .signals = std::move(signals),
+                    .field_on = field_on_at(0, forever, events)});
   } else {
     for (std::size_t m = 0; m < marks.size(); ++m) {
       const double begin = m == 0 ? -forever : marks[m].t;
       const double end = m + 1 < marks.size() ? marks[m + 1].t : forever;
-      Run run{.name = marks[m].text, .signals = {}};
+      Run run{.name = marks[m].text, .signals = {}, .field_on = field_on_at(m == 0 ? 0 : begin, end, events)};
       for (const auto& [signal, series] : signals) {
         Series part = part_of(series, begin, end);
         if (m > 0) shift_to_zero(part.t, begin);
@@ -127,8 +140,14 @@ void write_to(const std::filesystem::path& path, const Session& session) {
     std::erase_if(events, [](const Event& e) { return e.code == event_code::run; });
     const bool named = session.runs.size() > 1 || (session.runs.size() == 1 && !session.runs[0].name.empty());
     if (named) events.insert(events.begin(), marks.begin(), marks.end());
-    std::ranges::stable_sort(events, {}, &Event::t);
   }
+  const auto start_of = [&](std::size_t run) { return run == 0 ? 0 : marks[run].t; };
+  std::erase_if(events, [](const Event& e) { return e.code == event_code::field; });
+  for (std::size_t r = 0; r < session.runs.size(); ++r) {
+    const double field_on = session.runs[r].field_on;
+    if (field_on > 0) events.push_back({start_of(r), event_code::field, field_words(field_on)});
+  }
+  std::ranges::stable_sort(events, {}, &Event::t);
 
   SessionWriter::Description description{.channels = {}, .attributes = session.attributes, .config = session.config};
   for (const Signal signal : all_signals()) {
@@ -138,7 +157,7 @@ void write_to(const std::filesystem::path& path, const Session& session) {
   }
   SessionWriter writer(path, description);
   for (std::size_t r = 0; r < session.runs.size(); ++r) {
-    const double start = r == 0 ? 0 : marks[r].t;
+    const double start = start_of(r);
     for (const auto& [signal, series] : session.runs[r].signals) {
       if (series.t.empty()) continue;
       std::vector<double> t = series.t;
@@ -167,7 +186,7 @@ Session read_hdf5(const std::filesystem::path& path) {
       Series series = read_series(stored, signal);
       if (!series.t.empty()) signals.emplace(signal.signal, std::move(series));
     }
-    session.runs = split_into_runs(std::move(signals), run_marks(session.events));
+    session.runs = split_into_runs(std::move(signals), session.events);
     return session;
   } catch (const std::bad_alloc&) {
     throw SessionError(path.string() +

@@ -38,6 +38,7 @@ inline constexpr int resumed = 8;     ///< somebody did
 inline constexpr int unattended = 9;  ///< nobody did in time
 inline constexpr int clock = 10;      ///< how a device's clock ran against the loop's
 inline constexpr int changed = 11;    ///< the motor stopped being what the run so far had shown
+inline constexpr int field = 12;      ///< for how long the field has been on, see field_words()
 }  // namespace event_code
 
 /// One experiment with an initial state of its own.
@@ -45,6 +46,7 @@ struct Run {
   std::string name;  ///< read_session(): as the file calls it, may be empty; read_runs(): as messages should call it,
                      ///< `steps.csv#a@1:3`
   std::map<Signal, Series> signals;
+  double field_on = 0;  ///< [s] for which the field had been on when the run began; 0: it began cold, or nobody knows
 
   bool has(Signal signal) const { return signals.contains(signal); }
   const Series& at(Signal signal) const { return signals.at(signal); }

@@ -99,7 +99,7 @@ bool begins_within(const Series& series, bool sparse, std::size_t k, double t0) 
 
 /// The readings of t0 <= t < t1: half open, so that two spans that meet share none.
 Run cut(const Run& run, double t0, double t1) {
-  Run out{.name = run.name, .signals = {}};
+  Run out{.name = run.name, .signals = {}, .field_on = run.field_on + t0};
   for (const auto& [signal, series] : run.signals) {
     const bool sparse = is_sparse(run, signal);
     Series part{.t = {}, .value = {}, .window = series.window, .lsb = series.lsb, .source = series.source};

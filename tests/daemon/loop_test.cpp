@@ -435,6 +435,44 @@ TEST_F(FieldTest, AFieldThatIsLostInARunEndsItInTheSamePeriod) {
   EXPECT_EQ(faulty.output->volts, 0);
 }
 
+TEST_F(FieldTest, ARunSaysForHowLongItHasBeenOn) {
+  const auto told = [&](const Order& run) {
+    mailbox.run = &run;
+    tick(1200);
+    std::optional<double> seconds;
+    ring.consume_all([&](const Record& r) {
+      if (r.kind == Record::Kind::field) seconds = r.value;
+    });
+    return seconds;
+  };
+  tick(500);  // latched, and warming up
+  ++mailbox.resets;
+  tick(3);
+  EXPECT_NEAR(told(order).value(), 0.503, 0.003);
+  const Order next{2, order.profile};
+  EXPECT_NEAR(told(next).value(), 1.703, 0.003);
+  field->set(Signal::i_f, 0);
+  tick(100);
+  field->set(Signal::i_f, 0.3);
+  tick(10);
+  ++mailbox.resets;
+  tick(3);
+  const Order after{3, order.profile};
+  EXPECT_NEAR(told(after).value(), 0.013, 0.003) << "it cooled down meanwhile, as far as anybody knows";
+}
+
+TEST_F(LoopTest, WhereNobodyWatchesTheFieldItIsTakenToBeOnSinceTheBenchWasArmed) {
+  tick(300);
+  reset();
+  tick(40);
+  run(Profile("short", {{0, 1}, {0.1, 1}}));
+  tick(300);
+  const auto told = of(Record::Kind::field);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NEAR(told[0].value, 0.042, 0.003);
+  EXPECT_EQ(told[0].t, 0);
+}
+
 TEST_F(LoopTest, AFieldOrATachoThatNobodyMeasuresIsAMistake) {
   EXPECT_THROW(Loop(faulty.bench, {.field_min = 0.2}, mailbox, live, ring), ConfigError);
   FaultyBench other;

@@ -129,7 +129,7 @@ inline LiveBench loaded(LiveBench bench) {
 /// @param see called before each reading: may change it; false: it is lost
 template <class See>
 void feed(LiveEstimator& estimator, const Run& run, const See& see) {
-  estimator.start_run();
+  estimator.start_run(run.field_on);
   std::map<Signal, std::size_t> next;
   const Series& ticks = run.at(Signal::u_ref);
   for (std::size_t k = 0; k < ticks.t.size(); ++k) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "session/field.h"
 #include "session/spec.h"
 #include "tests/session/foreign_readers.h"
 #include "tests/session/scratch.h"
@@ -111,6 +112,36 @@ TEST_F(Hdf5, SeveralRunsStandBehindOneAnotherAndReadBackTheSame) {
   expect_same(back, s);
   EXPECT_THAT(read_runs(path("s.h5").string() + "#high@1:1.003").at(0).at(Signal::theta).value,
               ElementsAre(1000, 1001, 1002));
+}
+
+TEST_F(Hdf5, ForHowLongTheFieldHasBeenOnIsOfARunWhereverItStands) {
+  Session s = sample();
+  s.runs[0].name = "low";
+  s.runs[0].field_on = 61.25;
+  s.runs.push_back(s.runs[0]);
+  s.runs[1].name = "high";
+  s.runs[1].field_on = 300.002;
+  s.runs.push_back(s.runs[0]);
+  s.runs[2].field_on = 0;
+  write_hdf5(path("s.h5"), s);
+  const Session back = read_hdf5(path("s.h5"));
+  ASSERT_EQ(back.runs.size(), 3u);
+  EXPECT_EQ(back.runs[0].field_on, 61.25);
+  EXPECT_EQ(back.runs[1].field_on, 300.002);
+  EXPECT_EQ(back.runs[2].field_on, 0) << "cold, or unknown";
+  write_hdf5(path("again.h5"), back);
+  expect_same(read_hdf5(path("again.h5")), back);
+  EXPECT_NEAR(read_runs(path("s.h5").string() + "#high@0.001:").at(0).field_on, 300.003, 1e-9)
+      << "a part of a run begins later";
+}
+
+TEST_F(Hdf5, WordsOfTheFieldThatSomebodyElseWroteAreLeftAlone) {
+  EXPECT_EQ(field_seconds({0, event_code::field, field_words(12.3456)}), 12.346);
+  for (const char* words : {"", "the field has been on for long", "the field has been on for nan s",
+                            "the field has been on for 3 s or so", "the field has been on for  s"}) {
+    EXPECT_EQ(field_seconds({0, event_code::field, words}), std::nullopt) << words;
+  }
+  EXPECT_EQ(field_seconds({0, event_code::run, field_words(5)}), std::nullopt);
 }
 
 TEST_F(Hdf5, TheFirstRunBeginsAtZeroSoThatNothingFallsBeforeIt) {

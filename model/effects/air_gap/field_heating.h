@@ -13,7 +13,7 @@ struct FieldHeating {
       .id = "field_heating",
       .name = "field heating",
       .stage = Stage::air_gap,
-      .equation = "K_b, K_m -> K (1 - drop (1 - exp(-t/tau)))",
+      .equation = "K_b, K_m -> K (1 - drop (1 - exp(-t/tau))), t since the field was switched on",
       .what = "The field winding grows warm, and at constant voltage its current falls.",
       .shows = "The speed creeps up at constant voltage, and the current with it.",
       .told_apart = "From friction_warmup by the current, which falls there; from armature_heating by the speed.",
@@ -24,7 +24,7 @@ struct FieldHeating {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
-    balance.flux *= 1.0 - p[0] * (1.0 - exp(-x.t / p[1]));
+    balance.flux *= 1.0 - p[0] * (1.0 - exp(-x.field_on / p[1]));
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {
