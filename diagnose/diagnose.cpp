@@ -66,9 +66,11 @@ class Search {
  public:
   Search(const Dataset& data, const DiagnoseOptions& options) : data_(data), options_(options) {}
 
-  /// The fit, as one whose turns hold with an effect more or less: unless that repeats with the angle itself.
+  /// The fit, as one whose turns hold with an effect more or less: unless that repeats with the angle itself, or moves
+  /// an angle that is the integral of the speed's reading.
   static const Trial* known_for(std::size_t effect, const Trial& fit) {
-    return fit.model.about(effect).periodic ? nullptr : &fit;
+    const EffectInfo& about = fit.model.about(effect);
+    return about.periodic || about.reads == Signal::omega ? nullptr : &fit;
   }
 
   /// Fits; several starts only where nothing good is known to start from.

@@ -211,7 +211,7 @@ void LivePass::start_run(std::span<const LiveTick> ahead) {
       .u_ref = now.u_ref, .e_a_mean = e_a_, .e_a_end = e_a_, .angle_middle = {}, .angle_end = {}, .angle_pull = {}};
   in.i_a = std::isfinite(now.i_a) ? now.i_a : 0;
   in.load = now.load;
-  in.omega = speed.value;
+  in.omega = in.omega_end = speed.value;
   InitialState initial{
       .omega = speed.value, .theta = 0, .i_a = in.i_a, .e_driver = {}, .as_read = true, .field_on = now.field_on};
   if (plan_.structure.input == Signal::u_ref && plan_.structure.measured_voltage) initial.e_driver = e_a_;
@@ -255,7 +255,8 @@ void LivePass::step_to(const LiveTick& now) {
   in.i_a = std::isfinite(before_.i_a) ? before_.i_a : value_of(machines_.front().i_a);
   in.load = 0.5 * (before_.load + now.load);
   const double a = std::isfinite(before_.omega) ? before_.omega : value_of(machines_.front().omega);
-  in.omega = std::isfinite(now.omega) ? 0.5 * (a + now.omega) : a;
+  in.omega_end = std::isfinite(now.omega) ? now.omega : a;
+  in.omega = 0.5 * (a + in.omega_end);
   in.temperature = before_.temperature;
   for (int s = 0; s < steps; ++s) {
     in.e_a_mean = e_a_before + (e_a_ - e_a_before) * (s + 0.5) / steps;

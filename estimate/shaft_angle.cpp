@@ -83,6 +83,29 @@ double interval_of(const Series& omega) {
   return (omega.t.back() - omega.t.front()) / static_cast<double>(omega.t.size() - 1);
 }
 
+constexpr double clear = 0.3;  // share of what varies within a block: noise alone seldom explains a tenth
+constexpr double periods = 3;  // at least, in a block
+
+/// Does a wave stand out in most of the faster half of what turns? What pulls at the shaft shows in its speed while
+/// that is slow; then some runs would be tied and others not, and nothing of it holds while the shaft stops.
+bool lasts_at_speed(std::span<const std::vector<TurningStretch>> pieces, double order) {
+  struct Seen {
+    double turned = 0;  // [rad] in two seconds
+    bool clear = false;
+  };
+  std::vector<Seen> all;
+  for (const auto& of_run : pieces) {
+    for (const TurningStretch& piece : of_run) {
+      const double turned = std::abs(piece.angle.back() - piece.angle.front());
+      if (order * turned < periods * 2 * std::numbers::pi) continue;
+      all.push_back({turned, wave_of(piece, order).share >= clear});
+    }
+  }
+  std::ranges::sort(all, std::ranges::greater{}, &Seen::turned);
+  all.resize((all.size() + 1) / 2);
+  return 2 * static_cast<std::size_t>(std::ranges::count(all, true, &Seen::clear)) >= all.size();
+}
+
 /// Where the ripple stood in a block.
 struct Sighting {
   double middle = 0;  ///< [readings] from the first
@@ -158,13 +181,11 @@ std::optional<double> ripple_order(std::span<const Run> runs) {
     }
     if (explained > most) most = explained, best = order;
   }
-  return best;
+  return best && lasts_at_speed(pieces, *best) ? best : std::nullopt;
 }
 
 bool tie_to_ripple(std::span<double> angle, std::span<const double> omega, double interval,
                    std::optional<double> order) {
-  constexpr double clear = 0.3;    // share of what varies within a block: noise alone seldom explains a tenth
-  constexpr double periods = 3;    // at least, in a block
   constexpr double longest = 0.5;  // [s] of a block: the wander within is small
   const auto size = static_cast<std::size_t>(longest / interval);
   if (size < 20 || angle.size() < 8 * size) return false;

@@ -26,6 +26,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
                .i_a = at(x.i_a, 0),
                .load = at(x.load, 0),
                .omega = at(x.omega, 0),
+               .omega_end = at(x.omega, 0),
                .angle_middle = {},
                .angle_end = {},
                .angle_pull = {},
@@ -54,6 +55,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
       in.e_a_end = part(x.e_a, static_cast<double>(s + 1) / steps);
       in.load = part(x.load, (s + 0.5) / steps);
       in.omega = part(x.omega, (s + 0.5) / steps);
+      in.omega_end = part(x.omega, static_cast<double>(s + 1) / steps);
       if (!x.angle.empty()) {
         in.angle_middle = part(x.angle, (s + 0.5) / steps);
         in.angle_end = part(x.angle, static_cast<double>(s + 1) / steps);

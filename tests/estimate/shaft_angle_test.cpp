@@ -86,7 +86,8 @@ TEST(ShaftAngle, IsLeftAloneWhereNothingRepeatsWithIt) {
 }
 
 /// A run of a tachogenerator with a ripple, whose speed goes from one value to another within a minute.
-emtb::Run rippling(double from, double to, int order) {
+/// @param heavy [rad2/s2] of a shaft with a weight off its centre: it runs less evenly the slower it is
+emtb::Run rippling(double from, double to, int order, double heavy = 0) {
   const std::vector<double> noise = synthetic::coloured(30000, 0, order);
   Run run;
   run.name = "rippling";
@@ -97,7 +98,8 @@ emtb::Run rippling(double from, double to, int order) {
     const double speed = from + share * (to - from);  // [rad/s]
     angle += speed * interval;
     omega.t.push_back(static_cast<double>(k) * interval);
-    omega.value.push_back(speed * (1 + 0.01 * std::sin(order * angle)) + 0.3 * noise[k]);
+    omega.value.push_back(speed * (1 + (heavy > 0 ? heavy / speed / speed : 0.01) * std::sin(order * angle)) +
+                          0.3 * noise[k]);
   }
   run.signals.emplace(Signal::omega, std::move(omega));
   return run;
@@ -111,6 +113,15 @@ TEST(RippleOrder, OfARunAtOneSpeedIsToldByTheOthers) {
   for (const double t : grid) truth.push_back(230 * t);
   EXPECT_LT(wander(measured_angle(both[0], grid, 9.0).angle, truth), 0.02);
   EXPECT_EQ(ripple_order(std::vector<emtb::Run>{rippling(10, 10.5, 0)}), std::nullopt) << "nothing repeats";
+}
+
+TEST(RippleOrder, WhatFadesAtSpeedIsNotOfTheTachogenerator) {
+  const std::vector<emtb::Run> slow{rippling(20, 40, 1, 30)};
+  EXPECT_EQ(ripple_order(slow), 1);
+  const std::vector<emtb::Run> both{rippling(20, 40, 1, 30), rippling(60, 200, 1, 30)};
+  EXPECT_EQ(ripple_order(both), std::nullopt) << "only the slow run could be tied to it";
+  const std::vector<emtb::Run> ripple{rippling(20, 40, 1), rippling(60, 200, 1)};
+  EXPECT_EQ(ripple_order(ripple), 1) << "a ripple of the tachogenerator grows";
 }
 
 }  // namespace

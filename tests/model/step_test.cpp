@@ -421,6 +421,18 @@ TEST(Step, WhatLoadEffectsForetellIsOnTheShaftBeforeALateGaugeReadsIt) {
   EXPECT_GT(late.omega.back(), truth.omega.back() + 0.5) << "what the gauge did not show in time would be missing";
 }
 
+TEST(Step, TheGaugeReadsWhatTheLoadTakesThenNotHalfAStepBefore) {
+  const double T_e = 0.003, phase = 0.4, T_b = 0.002, omega_b = 100;
+  const Excitation x = constant(1, 1e-3, 0.4, &Excitation::i_a);
+  const Trajectory<double> y =
+      run(with({"eccentric_load", "eddy_brake"}, Signal::i_a), and_({R, K, K, 0, J}, {T_e, phase, T_b, omega_b}), x);
+  ASSERT_GT(y.omega.back(), 200) << "0.1 rad in half a step";
+  for (std::size_t k = 0; k < x.t.size(); ++k) {
+    const double share = y.omega[k] / omega_b;
+    ASSERT_NEAR(y.torque[k], T_e * std::sin(y.theta[k] + phase) + 2 * T_b * share / (1 + share * share), 1e-12);
+  }
+}
+
 // ---- sensors
 
 TEST(Step, ATachoLagTrailsARampExactly) {
