@@ -62,6 +62,30 @@ struct Round {
   std::vector<std::pair<Score, Trial>> refits;
 };
 
+/// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
+/// parameters.
+const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>>& trials, const Trial& current,
+                                       const Materiality& rule) {
+  const std::pair<Score, Trial>* best = nullptr;
+  for (const auto& t : trials) {
+    if (material(current.held_out, t.second.held_out, rule) &&
+        (best == nullptr || t.second.held_out.error() < best->second.held_out.error())) {
+      best = &t;
+    }
+  }
+  if (best == nullptr) return nullptr;
+  const auto parameter_count = [](const std::pair<Score, Trial>& t) {
+    return t.second.model.about(t.first.effect).parameter_count;
+  };
+  for (const auto& t : trials) {
+    if (parameter_count(t) < parameter_count(*best) && material(current.held_out, t.second.held_out, rule) &&
+        tied(best->second.held_out, t.second.held_out, rule)) {
+      best = &t;
+    }
+  }
+  return best;
+}
+
 class Search {
  public:
   Search(const Dataset& data, const DiagnoseOptions& options) : data_(data), options_(options) {}
@@ -265,6 +289,28 @@ class Search {
     return std::pair{best, std::move(*trial)};
   }
 
+  /// What is found where a shaft's teeth are taken first, and after them what removes most, at most so many in all.
+  struct Chain {
+    std::vector<std::size_t> effects;
+    std::map<std::size_t, Loss> before;  ///< each of them was added
+    Trial trial;
+  };
+  std::optional<Chain> teeth_first(const Round& bare, std::size_t most) {
+    Chain chain{{}, {}, bare.fitted};
+    std::optional<std::pair<Score, Trial>> next = whole_orders(bare);
+    while (next && chain.effects.size() < most && determined(next->second.model, next->first.effect)) {
+      chain.before.insert_or_assign(next->first.effect, chain.trial.held_out);
+      chain.effects.push_back(next->first.effect);
+      chain.trial = std::move(next->second);
+      const Round& after = *round(chain.effects, [&] { return chain.trial; });
+      const auto* best = best_of(after.refits, chain.trial, options_.materiality);
+      next = best != nullptr ? std::optional(*best) : std::nullopt;
+    }
+    if (chain.effects.empty()) return std::nullopt;
+    if (auto kept = attempt([&] { return fit_to_the_end(chain.trial.model); })) chain.trial = std::move(*kept);
+    return chain;
+  }
+
   /// Two effects that explain all that the many do which were pieced together one by one, and leave nothing: the first
   /// step takes what removes most, which may be neither of them. So each of the others that came near is followed by
   /// one step.
@@ -429,30 +475,6 @@ class Search {
   std::map<std::size_t, std::vector<double>> valleys_;  // parameters of each effect where its last refit ended
 };
 
-/// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
-/// parameters.
-const std::pair<Score, Trial>* best_of(const std::vector<std::pair<Score, Trial>>& trials, const Trial& current,
-                                       const Materiality& rule) {
-  const std::pair<Score, Trial>* best = nullptr;
-  for (const auto& t : trials) {
-    if (material(current.held_out, t.second.held_out, rule) &&
-        (best == nullptr || t.second.held_out.error() < best->second.held_out.error())) {
-      best = &t;
-    }
-  }
-  if (best == nullptr) return nullptr;
-  const auto parameter_count = [](const std::pair<Score, Trial>& t) {
-    return t.second.model.about(t.first.effect).parameter_count;
-  };
-  for (const auto& t : trials) {
-    if (parameter_count(t) < parameter_count(*best) && material(current.held_out, t.second.held_out, rule) &&
-        tied(best->second.held_out, t.second.held_out, rule)) {
-      best = &t;
-    }
-  }
-  return best;
-}
-
 /// Did anything move at all? Readings that never leave their noise inform nothing.
 bool informative(const Dataset& data) {
   for (const PreparedRun& record : data.train) {
@@ -580,6 +602,20 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     current = std::move(*kept);
     remember(d.candidates, best->first, current.held_out.error());
     d.steps.push_back({"added " + id(found.back()), found.back(), current.train, current.held_out.error()});
+  }
+
+  // Teeth: friction comes near enough to be taken first.
+  if (remainder(current.held_out, rule) && std::ranges::find(found, effect_index("cogging")) == found.end()) {
+    progress(0.55, "trying teeth");
+    auto teeth = search.teeth_first(*search.round({}, [&] { return current; }), found.size() + 1);
+    if (teeth && material(current.held_out, teeth->trial.held_out, rule)) {
+      current = std::move(teeth->trial);
+      before = std::move(teeth->before);
+      found = std::move(teeth->effects);
+      for (const std::size_t effect : found) {
+        d.steps.push_back({"added " + id(effect) + " instead", effect, current.train, current.held_out.error()});
+      }
+    }
   }
 
   // Fewer: what took three or more may be two that the first step passed by.

@@ -25,7 +25,8 @@ MeasuredAngle measured_angle(const Run& run, std::span<const double> grid, std::
 
 /// The order of the shaft [1/turn] with which the speeds of runs repeat: of those that stand out in single runs, the
 /// one that explains most in all of them. At a single speed an order looks like those that alias with it, whose phase
-/// would lead the angle astray.
+/// would lead the angle astray. Absent, too, where it fades as the shaft turns faster: then it is not of the
+/// tachogenerator, but of something that pulls at the shaft.
 std::optional<double> ripple_order(std::span<const Run> runs);
 
 /// Takes the wander out of an angle that was integrated from a speed that repeats with it, order by order of the shaft.
