@@ -15,6 +15,7 @@ namespace {
 using testing::Contains;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 
 std::vector<std::string> named(const Diagnosis& d) {
   std::vector<std::string> ids;
@@ -164,6 +165,25 @@ TEST(Diagnose, CallsWhatPullsOnceATurnALoadOffCentreAndNoCogging) {
   const Diagnosis d = diagnose_on(bench);
   EXPECT_THAT(named_or_tied(d), ElementsAre("eccentric_load")) << report(d);
   EXPECT_NEAR(fitted(d, "T_e"), 0.004, 0.03 * 0.004);
+}
+
+TEST(Diagnose, NamesALoadOffCentreBehindALagOfTheTacho) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.load.eccentric = 0.05;      // [N m]
+  bench.plant.sensors.tacho_lag = 25e-3;  // [s] 3.5 rad of the shaft at 140 rad/s
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("eccentric_load", "tacho_lag")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_e"), 0.05, 0.01 * 0.05);
+  EXPECT_LE(d.final_held_out, 1.05);
+}
+
+TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.shaft.cogging = 0.15;  // [N m]
+  bench.plant.shaft.cogging_order = 14;
+  bench.plant.shaft.cogging_second = 0.2;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
 }
 
 TEST(Diagnose, NamesTheInductanceWhereTheDriverIsFastEnoughToShowIt) {
