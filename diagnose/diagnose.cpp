@@ -604,11 +604,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     d.steps.push_back({"added " + id(found.back()), found.back(), current.train, current.held_out.error()});
   }
 
-  // Teeth: friction comes near enough to be taken first.
+  // Teeth: friction comes near enough to be taken first. Only where they explain all: a wave does a little of anything.
   if (remainder(current.held_out, rule) && std::ranges::find(found, effect_index("cogging")) == found.end()) {
     progress(0.55, "trying teeth");
     auto teeth = search.teeth_first(*search.round({}, [&] { return current; }), found.size() + 1);
-    if (teeth && material(current.held_out, teeth->trial.held_out, rule)) {
+    if (teeth && !remainder(teeth->trial.held_out, rule)) {
       current = std::move(teeth->trial);
       before = std::move(teeth->before);
       found = std::move(teeth->effects);

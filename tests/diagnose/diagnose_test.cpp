@@ -181,7 +181,7 @@ TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
   blind::Bench bench = blind::slow_bench();
   bench.plant.shaft.cogging = 0.15;  // [N m]
   bench.plant.shaft.cogging_order = 14;
-  bench.plant.shaft.cogging_second = 0.2;
+  bench.plant.shaft.cogging_second = 0.1;
   const Diagnosis d = diagnose_on(bench);
   EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
 }
