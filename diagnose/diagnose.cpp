@@ -605,7 +605,9 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   }
 
   // Teeth: friction comes near enough to be taken first. Only where they explain all: a wave does a little of anything.
-  if (remainder(current.held_out, rule) && std::ranges::find(found, effect_index("cogging")) == found.end()) {
+  // Where nothing was found, they were tried in that very round.
+  if (!found.empty() && remainder(current.held_out, rule) &&
+      std::ranges::find(found, effect_index("cogging")) == found.end()) {
     progress(0.55, "trying teeth");
     auto teeth = search.teeth_first(*search.round({}, [&] { return current; }), found.size() + 1);
     if (teeth && !remainder(teeth->trial.held_out, rule)) {

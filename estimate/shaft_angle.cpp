@@ -84,7 +84,12 @@ double interval_of(const Series& omega) {
 }
 
 constexpr double clear = 0.3;  // share of what varies within a block: noise alone seldom explains a tenth
-constexpr double periods = 3;  // at least, in a block
+
+/// Far enough for a wave of an order to be told. @param turned [rad]
+bool turns_enough(double order, double turned) {
+  constexpr double periods = 3;
+  return order * std::abs(turned) >= periods * 2 * std::numbers::pi;
+}
 
 /// Does a wave stand out in most of the faster half of what turns? What pulls at the shaft shows in its speed while
 /// that is slow; then some runs would be tied and others not, and nothing of it holds while the shaft stops.
@@ -97,7 +102,7 @@ bool lasts_at_speed(std::span<const std::vector<TurningStretch>> pieces, double 
   for (const auto& of_run : pieces) {
     for (const TurningStretch& piece : of_run) {
       const double turned = std::abs(piece.angle.back() - piece.angle.front());
-      if (order * turned < periods * 2 * std::numbers::pi) continue;
+      if (!turns_enough(order, turned)) continue;
       all.push_back({turned, wave_of(piece, order).share >= clear});
     }
   }
@@ -195,7 +200,7 @@ bool tie_to_ripple(std::span<double> angle, std::span<const double> omega, doubl
   std::vector<Sighting> sightings;
   std::size_t turning = 0;
   for (const Block& block : blocks_of(angle, ripple, size)) {
-    if (*order * std::abs(block.turned) < periods * 2 * std::numbers::pi) continue;
+    if (!turns_enough(*order, block.turned)) continue;
     ++turning;
     const Wave wave = wave_of(block.ripple, *order);
     if (wave.share < clear) continue;

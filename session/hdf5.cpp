@@ -66,6 +66,9 @@ Series part_of(const Series& series, double begin, double end) {
   return part;
 }
 
+/// [s] The first run begins at zero, wherever its mark stands.
+double start_of(const std::vector<Event>& marks, std::size_t run) { return run == 0 ? 0 : marks[run].t; }
+
 /// For how long the field had been on at a time [s], as the events until another tell; 0: they do not.
 double field_on_at(double begin, double end, const std::vector<Event>& events) {
   for (const Event& event : events) {
@@ -87,7 +90,7 @@ std::vector<Run> split_into_runs(std::map<Signal, Series> signals, const std::ve
     for (std::size_t m = 0; m < marks.size(); ++m) {
       const double begin = m == 0 ? -forever : marks[m].t;
       const double end = m + 1 < marks.size() ? marks[m + 1].t : forever;
-      Run run{.name = marks[m].text, .signals = {}, .field_on = field_on_at(m == 0 ? 0 : begin, end, events)};
+      Run run{.name = marks[m].text, .signals = {}, .field_on = field_on_at(start_of(marks, m), end, events)};
       for (const auto& [signal, series] : signals) {
         Series part = part_of(series, begin, end);
         if (m > 0) shift_to_zero(part.t, begin);
@@ -106,7 +109,7 @@ bool marks_fit(const std::vector<Run>& runs, const std::vector<std::string>& nam
   double end = -std::numeric_limits<double>::infinity();
   for (std::size_t r = 0; r < runs.size(); ++r) {
     if (marks[r].text != names[r] || marks[r].t <= end) return false;
-    end = (r == 0 ? 0 : marks[r].t) + runs[r].duration();
+    end = start_of(marks, r) + runs[r].duration();
   }
   return true;
 }
@@ -141,11 +144,10 @@ void write_to(const std::filesystem::path& path, const Session& session) {
     const bool named = session.runs.size() > 1 || (session.runs.size() == 1 && !session.runs[0].name.empty());
     if (named) events.insert(events.begin(), marks.begin(), marks.end());
   }
-  const auto start_of = [&](std::size_t run) { return run == 0 ? 0 : marks[run].t; };
   std::erase_if(events, [](const Event& e) { return e.code == event_code::field; });
   for (std::size_t r = 0; r < session.runs.size(); ++r) {
     const double field_on = session.runs[r].field_on;
-    if (field_on > 0) events.push_back({start_of(r), event_code::field, field_words(field_on)});
+    if (field_on > 0) events.push_back({start_of(marks, r), event_code::field, field_words(field_on)});
   }
   std::ranges::stable_sort(events, {}, &Event::t);
 
@@ -157,7 +159,7 @@ void write_to(const std::filesystem::path& path, const Session& session) {
   }
   SessionWriter writer(path, description);
   for (std::size_t r = 0; r < session.runs.size(); ++r) {
-    const double start = start_of(r);
+    const double start = start_of(marks, r);
     for (const auto& [signal, series] : session.runs[r].signals) {
       if (series.t.empty()) continue;
       std::vector<double> t = series.t;

@@ -14,7 +14,6 @@ Right: every hidden effect is named, alone or in a tie of at most three, and not
 import argparse
 import json
 import math
-import os
 import random
 import re
 import statistics
@@ -234,27 +233,34 @@ def asked(description, out, **cases):
     return options, file, [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
-def main():
-    options, file, cases = asked(__doc__, "investigate", default="one:40,two:20,three:10")
+def answered(options, file, cases, wanted, judge, tell):
+    """All answers: those that are known, and as time allows those to the rest of what is wanted, each kept as it comes.
+
+    wanted: what a case is called, and what judge() needs to know of it; tell: of an answer, for the screen
+    """
     known = {c["case"] for c in cases}
-    wanted = [(kind, n) for kind, _, count in (part.partition(":") for part in options.cases.split(",")) for n in range(int(count))]
-    wanted.sort(key=lambda case: case[1])  # of each kind some, should the time run out
     until = time.monotonic() + 60 * options.minutes
 
-    def run(case):
-        if time.monotonic() > until or f"{case[0]}:{case[1]}" in known:
-            return None
-        return judge(options, *case)
+    def run(name, *of):
+        return None if name in known or time.monotonic() > until else judge(options, *of)
 
     with ThreadPoolExecutor(options.jobs) as pool, open(file, "a") as out:
-        for line in pool.map(run, wanted):
+        for line in pool.map(lambda case: run(*case), wanted):
             if line is None:
                 continue
             cases.append(line)
             out.write(json.dumps(line) + "\n")
             out.flush()
-            print(line["case"], line["bench"], "+".join(line["truth"]), "->", line.get("verdict", "failed"), line.get("named"), file=sys.stderr)
-    report(cases)
+            print(line["case"], line["bench"], *tell(line), file=sys.stderr)
+    return cases
+
+
+def main():
+    options, file, cases = asked(__doc__, "investigate", default="one:40,two:20,three:10")
+    wanted = [(f"{kind}:{n}", kind, n) for kind, _, count in (part.partition(":") for part in options.cases.split(",")) for n in range(int(count))]
+    wanted.sort(key=lambda case: case[2])  # of each kind some, should the time run out
+    report(answered(options, file, cases, wanted, judge,
+                    lambda line: ("+".join(line["truth"]), "->", line.get("verdict", "failed"), line.get("named"))))
 
 
 if __name__ == "__main__":

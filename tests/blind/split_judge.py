@@ -12,13 +12,10 @@ import json
 import math
 import random
 import re
-import sys
 import tempfile
-import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from investigate_judge import BENCHES, ROOT, Bench, asked, hidden_bench, interval
+from investigate_judge import BENCHES, ROOT, Bench, answered, asked, hidden_bench, interval
 
 # Of what investigate_judge.py can hide, what another effect may look like.
 LIKELY = ["coulomb_friction", "windage", "brush_drop", "armature_inductance", "driver_dead_zone", "driver_output_resistance", "driver_lag", "driver_delay",
@@ -128,21 +125,8 @@ def report(cases):
 
 def main():
     options, file, cases = asked(__doc__, "split", type=int, default=100)
-    known = {c["case"] for c in cases}
-    until = time.monotonic() + 60 * options.minutes
-
-    def run(number):
-        return None if number in known or time.monotonic() > until else judge(options, number)
-
-    with ThreadPoolExecutor(options.jobs) as pool, open(file, "a") as out:
-        for line in pool.map(run, range(options.cases)):
-            if line is None:
-                continue
-            cases.append(line)
-            out.write(json.dumps(line) + "\n")
-            out.flush()
-            print(line["case"], line["bench"], line["truth"], line.get("tie"), line.get("after"), line.get("after_random"), file=sys.stderr)
-    report(cases)
+    report(answered(options, file, cases, [(number, number) for number in range(options.cases)], judge,
+                    lambda line: (line["truth"], line.get("tie"), line.get("after"), line.get("after_random"))))
 
 
 if __name__ == "__main__":

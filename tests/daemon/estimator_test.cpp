@@ -61,7 +61,7 @@ TEST_F(EstimatorTest, RemarksAChangeForTheSessionOfItsRun) {
   EXPECT_EQ(told[0].code, event_code::changed);
   EXPECT_GT(told[0].t, live_bench::changed_at);
   EXPECT_LT(told[0].t, live_bench::changed_at + 5);
-  EXPECT_THAT(told[0].text, HasSubstr("more than before"));
+  EXPECT_THAT(told[0].text, HasSubstr("N m s/rad more than before: does something drag on the shaft? (B; tied with "));
   EXPECT_THAT(told[0].text, HasSubstr("coulomb_friction.T_c"));  // B at one speed is like it
   nlohmann::json misfit;
   ASSERT_TRUE(eventually([&] {  // published ten times a second
