@@ -18,9 +18,10 @@ namespace {
 constexpr double settled_stretch = 1.0;  ///< [s] shortest stretch that tells a scatter
 constexpr std::size_t fewest_readings = 5;
 
-/// Scatter about a straight line: variance, covariance of neighbours, and how far the line rises in units of its error.
+/// Scatter about a straight line: variance, covariance of neighbours, how far the line rises over all readings, and
+/// what it says of a reading before the first.
 struct Scatter {
-  double variance = 0, covariance = 0, rise = 0;
+  double variance = 0, covariance = 0, rise = 0, before = 0;
 };
 
 Scatter scatter_about_line(std::span<const double> y) {
@@ -38,7 +39,32 @@ Scatter scatter_about_line(std::span<const double> y) {
     before = r;
   }
   const double variance = squares / (n - 2);
-  return {variance, products / (n - 2), std::abs(slope) * n / std::sqrt(std::max(variance, 1e-300))};
+  return {variance, products / (n - 2), std::abs(slope) * n, mean - slope * (middle + 1)};
+}
+
+/// With what rounding leaves out, so that readings that are all the same have some.
+double deviation(const Scatter& s, double lsb) { return std::sqrt(s.variance + lsb * lsb / 12); }
+
+/// Still on its way: what bends in the readings would count as noise.
+bool moves(std::span<const double> y, double lsb) {
+  constexpr double far = 4;  // standard deviations
+  const Scatter s = scatter_about_line(y);
+  return s.rise > far * deviation(s, lsb);
+}
+
+/// The readings of a slow meter from where they no longer relax: the first ones are left out while they lie off the
+/// line through the others. An exponential approach does so to its end, until steps of the meter hide it.
+std::span<const double> settled_part(std::span<const double> y, double lsb) {
+  constexpr double off = 3;  // standard errors of a prediction
+  while (y.size() > fewest_readings) {
+    const std::span<const double> others = y.subspan(1);
+    const Scatter s = scatter_about_line(others);
+    const auto n = static_cast<double>(others.size());
+    const double error = deviation(s, lsb) * std::sqrt(1 + 1 / n + 3 * (n + 1) / (n * (n - 1)));
+    if (std::abs(y.front() - s.before) <= off * error) break;
+    y = others;
+  }
+  return y;
 }
 
 /// Half-open stretches of the grid over which the input does not change, for 1 s or more.
@@ -78,8 +104,9 @@ void collect(const PreparedRun& record, const Observation& o, Settled& settled) 
       if (o.slow && piece.value.size() >= 2) settled.short_slow.push_back(piece.value);
       if (piece.value.size() < fewest_readings) return;
       if (o.slow) {
-        settled.slow.push_back(piece.value);
-      } else if (scatter_about_line(piece.value).rise <= 4) {  // else still moving: curvature would count as noise
+        const std::span<const double> part = settled_part(piece.value, o.lsb);
+        if (!moves(part, o.lsb)) settled.slow.emplace_back(part.begin(), part.end());
+      } else if (!moves(piece.value, o.lsb)) {
         settled.fast.push_back(piece);
         settled.time.push_back(time);
       }
