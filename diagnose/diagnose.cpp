@@ -311,6 +311,24 @@ class Search {
     return chain;
   }
 
+  /// Does a fit leave nothing of most runs? A shaft that stops at another tooth than the model's spoils its run, and
+  /// says nothing against the teeth.
+  bool explains_most_runs(const Trial& trial) const {
+    std::size_t explained = 0;
+    const auto count = [&](std::span<const PreparedRun> runs, const Turns& turns) {
+      for (std::size_t i = 0; i < runs.size(); ++i) {
+        Loss alone(data_.noise);
+        const Turns known = turns.empty() ? Turns{} : Turns{turns[i]};
+        const auto run = runs.subspan(i, 1);
+        alone.add(run, residuals_at_best_turns(run, trial.model, trial.model.values(), {}, known).residuals);
+        if (!remainder(alone, options_.materiality)) ++explained;
+      }
+    };
+    count(data_.train, trial.turns);
+    count(data_.held_out, trial.held_out_turns);
+    return 3 * explained >= 2 * (data_.train.size() + data_.held_out.size());
+  }
+
   /// Two effects that explain all that the many do which were pieced together one by one, and leave nothing: the first
   /// step takes what removes most, which may be neither of them. So each of the others that came near is followed by
   /// one step.
@@ -604,13 +622,13 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     d.steps.push_back({"added " + id(found.back()), found.back(), current.train, current.held_out.error()});
   }
 
-  // Teeth: friction comes near enough to be taken first. Only where they explain all: a wave does a little of anything.
-  // Where nothing was found, they were tried in that very round.
+  // Teeth: friction comes near enough to be taken first. Only where they explain most runs: a wave does a little of
+  // anything. Where nothing was found, they were tried in that very round.
   if (!found.empty() && remainder(current.held_out, rule) &&
       std::ranges::find(found, effect_index("cogging")) == found.end()) {
     progress(0.55, "trying teeth");
     auto teeth = search.teeth_first(*search.round({}, [&] { return current; }), found.size() + 1);
-    if (teeth && !remainder(teeth->trial.held_out, rule)) {
+    if (teeth && search.explains_most_runs(teeth->trial) && material(current.held_out, teeth->trial.held_out, rule)) {
       current = std::move(teeth->trial);
       before = std::move(teeth->before);
       found = std::move(teeth->effects);

@@ -55,7 +55,7 @@ bool moves(std::span<const double> y, double lsb) {
 /// The readings of a slow meter from where they no longer relax: the first ones are left out while they lie off the
 /// line through the others. An exponential approach does so to its end, until steps of the meter hide it.
 std::span<const double> settled_part(std::span<const double> y, double lsb) {
-  constexpr double off = 3;  // standard errors of a prediction
+  constexpr double off = 2;  // standard errors of a prediction
   while (y.size() > fewest_readings) {
     const std::span<const double> others = y.subspan(1);
     const Scatter s = scatter_about_line(others);

@@ -177,13 +177,24 @@ TEST(Diagnose, NamesALoadOffCentreBehindALagOfTheTacho) {
   EXPECT_LE(d.final_held_out, 1.05);
 }
 
-TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
+Diagnosis diagnose_teeth(double torque, double second_harmonic) {
   blind::Bench bench = blind::slow_bench();
-  bench.plant.shaft.cogging = 0.15;  // [N m]
+  bench.plant.shaft.cogging = torque;
   bench.plant.shaft.cogging_order = 14;
-  bench.plant.shaft.cogging_second = 0.1;
-  const Diagnosis d = diagnose_on(bench);
+  bench.plant.shaft.cogging_second = second_harmonic;
+  return diagnose_on(bench);
+}
+
+TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
+  const Diagnosis d = diagnose_teeth(0.12, 0.1);
   EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
+  EXPECT_EQ(d.verdict, Verdict::found);
+}
+
+TEST(Diagnose, NamesTeethAlsoWhereTheShaftStopsOnceAtAnotherThanTheModels) {
+  const Diagnosis d = diagnose_teeth(0.15, 0);
+  EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_cog"), 0.15, 0.002);
 }
 
 TEST(Diagnose, NamesTheInductanceWhereTheDriverIsFastEnoughToShowIt) {

@@ -91,6 +91,23 @@ TEST(NoiseFloor, OfASlowMeterIsNotTheLastPartOfARelaxation) {
   EXPECT_LT(estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a).sigma, 0.006);
 }
 
+TEST(NoiseFloor, OfASlowMeterLeavesOutTheBeginningOfAPlateauWhereTheCurrentStillRelaxes) {
+  emtb::Run run;
+  run.name = "plateaus of 10 s, of which 7 s pass until the current rests";
+  synthetic::Noise noise(6);
+  const auto level = [](double t) { return std::fmod(std::floor(t / 10), 3); };
+  const auto left = [](double t) { return std::exp(-std::max(0.0, std::fmod(t, 10.0) - 5) / 0.5); };  // of the change
+  run.signals[Signal::u_ref] = series(1e-3, 120, level);
+  run.signals[Signal::omega] = series(1e-3, 120, [&](double t) { return 80 * level(t) + noise(0.1); });
+  Series i_a = series(0.4, 120, [&](double t) { return 0.2 + 0.1 * left(t - 0.2) + noise(0.002); });
+  i_a.window = 0.4;
+  run.signals[Signal::i_a] = i_a;
+  const PreparedRun prepared = prepare_run(run, servo_model());
+  const NoiseFloor floor = estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a);
+  EXPECT_EQ(floor.from, "settled");
+  EXPECT_NEAR(floor.sigma, 0.002, 0.0004);
+}
+
 TEST(NoiseFloor, OfASlowMeterThatNeverSettlesIsToldByTheFastSignalsBesideIt) {
   const synthetic::Truth truth;
   std::vector<synthetic::Hold> plan;
