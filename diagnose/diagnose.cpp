@@ -624,8 +624,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
 
   // Teeth: friction comes near enough to be taken first. Only where they explain most runs: a wave does a little of
   // anything. Where nothing was found, they were tried in that very round.
-  if (!found.empty() && remainder(current.held_out, rule) &&
-      std::ranges::find(found, effect_index("cogging")) == found.end()) {
+  if (!found.empty() && remainder(current.held_out, rule) && found.front() != effect_index("cogging")) {
     progress(0.55, "trying teeth");
     auto teeth = search.teeth_first(*search.round({}, [&] { return current; }), found.size() + 1);
     if (teeth && search.explains_most_runs(teeth->trial) && material(current.held_out, teeth->trial.held_out, rule)) {
