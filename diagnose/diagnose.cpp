@@ -231,15 +231,15 @@ class Search {
       const auto one = with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect,
                                    best[i].starts.front(), turns_of(known_one));
       if (!one) continue;
-      const double squares =
-          sum_of_squares(residuals_at_best_turns(data_.train, *one, one->values(), {}, turns_of(known_one)).residuals);
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
         start.others.clear();  // they belong to a model without the first
         const Trial* known = known_one != nullptr ? known_for(best[j].effect, round.fitted) : nullptr;
-        const auto both = with_effect(data_.train, *one, squares, best[j].effect, start, turns_of(known));
+        const bool hold = known_for(best[j].effect, round.fitted) != nullptr;  // the turns of the first
+        const auto both =
+            with_effect(data_.train, one->model, one->squares, best[j].effect, start, hold ? one->turns : Turns{});
         if (!both) continue;
-        const Calibration begun = first_steps(*both, few, known);
+        const Calibration begun = first_steps(both->model, few, both->turns);
         if (largest_excess(trained(begun.model, begun.turns)) > (1 - half_way * most_of_it) * left_in_training)
           continue;
         std::optional<Trial> trial = try_fit(begun.model, known);
@@ -260,6 +260,7 @@ class Search {
   std::optional<std::pair<Score, Trial>> whole_orders(const Round& round) {
     constexpr int glance = 2;
     constexpr std::size_t go_on = 2;
+    constexpr double worth_going_on = 0.05;  // of the largest remainder
     const Trial& fitted = round.fitted;
     const std::size_t cogging = effect_index("cogging");
     if (largest_excess(fitted.held_out) < options_.materiality.remainder || fitted.model.includes(cogging)) return {};
@@ -275,7 +276,7 @@ class Search {
     for (const Score::Start& start : best.starts) {
       const auto toothed = with_effect(runs, fitted.model, squares, cogging, start);
       if (!toothed) continue;
-      const Calibration c = first_steps(runs, *toothed, glance);
+      const Calibration c = first_steps(runs, toothed->model, glance, toothed->turns);
       std::vector<double> there;
       for (const Parameter& p : c.model.parameters_of(cogging)) there.push_back(p.value);
       begun.push_back({c.cost, {there, there, {}}});
@@ -284,7 +285,10 @@ class Search {
     std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
     best.starts.clear();
     for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
-    std::optional<Trial> trial = try_fit(first_steps(fitted, best).model);
+    const Calibration started = first_steps(fitted, best);
+    const double left = largest_excess(trained(fitted.model, fitted.turns));
+    if (largest_excess(trained(started.model, started.turns)) > (1 - worth_going_on) * left) return {};
+    std::optional<Trial> trial = try_fit(started.model);
     if (!trial) return {};
     return std::pair{best, std::move(*trial)};
   }
@@ -422,12 +426,11 @@ class Search {
     return trials;
   }
 
-  Calibration first_steps(const Model& start, int iterations, const Trial* known = nullptr) const {
-    return first_steps(data_.train, start, iterations, turns_of(known));
+  Calibration first_steps(const Model& start, int iterations, Turns turns) const {
+    return first_steps(data_.train, start, iterations, std::move(turns));
   }
 
-  static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations,
-                                 Turns turns = {}) {
+  static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations, Turns turns) {
     return calibrated(runs, start,
                       {.extra_starts = 0,
                        .max_iterations = iterations,
@@ -451,13 +454,15 @@ class Search {
     std::vector<Calibration> begun;
     for (const Score::Start& start : starts) {
       const auto there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start, turns_of(known));
-      if (there) begun.push_back(first_steps(*there, starts.size() > go_on ? glance : few, known));
+      if (!there) continue;
+      const bool many = starts.size() > go_on;
+      begun.push_back(first_steps(there->model, many ? glance : few, many ? there->turns : turns_of(known)));
     }
     if (begun.empty()) return nowhere(fitted.model);
     std::ranges::stable_sort(begun, {}, &Calibration::cost);
     if (begun.size() > go_on) {
       begun.resize(go_on);
-      for (Calibration& c : begun) c = first_steps(c.model, few - glance, known);
+      for (Calibration& c : begun) c = first_steps(c.model, few - glance, turns_of(known));
     }
     return *std::ranges::min_element(begun, {}, &Calibration::cost);
   }
@@ -694,7 +699,12 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       return search.try_fit(without, search.known_for(effect, current));
     };
     std::optional<Trial> reduced = fitted_without(found[i]);
-    bool stays = !reduced || material(reduced->held_out, current.held_out, rule);
+    const auto worse_without = [&] { return !reduced || material(reduced->held_out, current.held_out, rule); };
+    bool stays = worse_without();
+    if (stays && reduced && !search.determined(current.model, found[i])) {  // a fit without it may have lost its way
+      if (auto again = search.fit_from_elsewhere_too(reduced->model, model)) reduced = std::move(again);
+      stays = worse_without();
+    }
     if (stays && reduced && mends_another(found[i], found, reduced->held_out, current.held_out)) {
       // The lesser of the two goes.
       const auto other = fitted_without(*kin_of(found[i], found, model));

@@ -754,8 +754,8 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
   return scores;
 }
 
-std::optional<Model> with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares,
-                                 std::size_t effect, const Score::Start& start, std::span<const Turn> turns) {
+std::optional<RefitStart> with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares,
+                                      std::size_t effect, const Score::Start& start, std::span<const Turn> turns) {
   const FreeParameters free(fitted);
   const EffectInfo& about = fitted.about(effect);
   const auto at = [&](double share) {
@@ -774,29 +774,29 @@ std::optional<Model> with_effect(std::span<const PreparedRun> records, const Mod
     }
     return extended;
   };
-  const auto squares_of = [&](const Model& model) {
-    return sum_of_squares(residuals_at_best_turns(records, model, model.values(), {}, turns).residuals);
+  RefitStart best;
+  best.turns.assign(turns.begin(), turns.end());
+  // The turns are searched for the whole way, and followed from there.
+  const auto look_at = [&](double share) {
+    RefitStart there{at(share), 0, {}};
+    Turned seen = residuals_at_best_turns(records, there.model, there.model.values(), {}, best.turns);
+    there.squares = sum_of_squares(seen.residuals);
+    there.turns = std::move(seen.turns);
+    return there;
   };
-  Model best = at(1);
-  double least = squares_of(best);
+  best = look_at(1);
   // The score is linear; what it expects of an effect that another imitates can be far off.
   for (const double share : {0.5, 0.2, 0.05}) {
-    if (least < squares) break;
-    Model nearer = at(share);
-    if (const double cost = squares_of(nearer); !(cost >= least)) {
-      least = cost;
-      best = std::move(nearer);
-    }
+    if (best.squares < squares) break;
+    if (RefitStart nearer = look_at(share); !(nearer.squares >= best.squares)) best = std::move(nearer);
   }
   // It sees only as much of a wave as keeps step with the measured angle, which wanders.
-  for (double share = 2; about.periodic && least < squares && share <= 16; share *= 2) {
-    Model larger = at(share);
-    const double cost = squares_of(larger);
-    if (!(cost < least)) break;
-    least = cost;
+  for (double share = 2; about.periodic && best.squares < squares && share <= 16; share *= 2) {
+    RefitStart larger = look_at(share);
+    if (!(larger.squares < best.squares)) break;
     best = std::move(larger);
   }
-  if (!std::isfinite(least)) return std::nullopt;
+  if (!std::isfinite(best.squares)) return std::nullopt;
   return best;
 }
 

@@ -218,7 +218,7 @@ int add_command(const ModelOptions& o) {
   const double squares = sum_of_squares(residuals(data.train, before.model, before.model.values(), {}));
   const auto start = with_effect(data.train, before.model, squares, effect, scores.front().starts.front());
   if (!start) throw Error(o.model + " cannot be simulated with " + o.effect + ": the result is not finite");
-  return fit_and_report(o, *start, data, "added " + o.effect, extra);
+  return fit_and_report(o, start->model, data, "added " + o.effect, extra);
 }
 
 /// The signal that is furthest off, in the run where it is: measured over simulated with the residual below. Where none
