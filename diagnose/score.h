@@ -75,6 +75,6 @@ struct RefitStart {
 /// @param squares that sum for the fitted model
 /// @param turns of the records, where they are known: followed, not searched
 std::optional<RefitStart> with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares,
-                                 std::size_t effect, const Score::Start& start, std::span<const Turn> turns = {});
+                                      std::size_t effect, const Score::Start& start, std::span<const Turn> turns = {});
 
 }  // namespace emtb
