@@ -219,7 +219,7 @@ class Search {
     const Loss& alone = round.fitted.held_out;
     const double left = largest_excess(alone);
     if (left < rule.remainder) return std::nullopt;
-    const double left_in_training = largest_excess(trained(round.fitted.model, round.fitted.turns));
+    const double left_in_training = largest_excess(loss_on(data_.train, round.fitted.model, round.fitted.turns));
     std::vector<Score> best = promising(round.scores, options_.score);
     std::erase_if(best, [&](const Score& s) {
       return !makes_sense(s.effect, round.fitted.model) || kin_of(s.effect, added, round.fitted.model);
@@ -234,13 +234,14 @@ class Search {
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
         start.others.clear();  // they belong to a model without the first
-        const Trial* known = known_one != nullptr ? known_for(best[j].effect, round.fitted) : nullptr;
-        const bool hold = known_for(best[j].effect, round.fitted) != nullptr;  // the turns of the first
-        const auto both =
-            with_effect(data_.train, one->model, one->squares, best[j].effect, start, hold ? one->turns : Turns{});
+        const Trial* known_other = known_for(best[j].effect, round.fitted);
+        const Trial* known = known_one != nullptr ? known_other : nullptr;
+        const auto both = with_effect(data_.train, one->model, one->squares, best[j].effect, start,
+                                      known_other != nullptr ? one->turns : Turns{});
         if (!both) continue;
         const Calibration begun = first_steps(both->model, few, both->turns);
-        if (largest_excess(trained(begun.model, begun.turns)) > (1 - half_way * most_of_it) * left_in_training)
+        if (largest_excess(loss_on(data_.train, begun.model, begun.turns)) >
+            (1 - half_way * most_of_it) * left_in_training)
           continue;
         std::optional<Trial> trial = try_fit(begun.model, known);
         if (!trial) continue;
@@ -286,8 +287,8 @@ class Search {
     best.starts.clear();
     for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
     const Calibration started = first_steps(fitted, best);
-    const double left = largest_excess(trained(fitted.model, fitted.turns));
-    if (largest_excess(trained(started.model, started.turns)) > (1 - worth_going_on) * left) return {};
+    const double left = largest_excess(loss_on(data_.train, fitted.model, fitted.turns));
+    if (largest_excess(loss_on(data_.train, started.model, started.turns)) > (1 - worth_going_on) * left) return {};
     std::optional<Trial> trial = try_fit(started.model);
     if (!trial) return {};
     return std::pair{best, std::move(*trial)};
@@ -321,11 +322,8 @@ class Search {
     std::size_t explained = 0;
     const auto count = [&](std::span<const PreparedRun> runs, const Turns& turns) {
       for (std::size_t i = 0; i < runs.size(); ++i) {
-        Loss alone(data_.noise);
         const Turns known = turns.empty() ? Turns{} : Turns{turns[i]};
-        const auto run = runs.subspan(i, 1);
-        alone.add(run, residuals_at_best_turns(run, trial.model, trial.model.values(), {}, known).residuals);
-        if (!remainder(alone, options_.materiality)) ++explained;
+        if (!remainder(loss_on(runs.subspan(i, 1), trial.model, known), options_.materiality)) ++explained;
       }
     };
     count(data_.train, trial.turns);
@@ -382,9 +380,9 @@ class Search {
     return largest;
   }
 
-  Loss trained(const Model& model, const Turns& turns) const {
+  Loss loss_on(std::span<const PreparedRun> runs, const Model& model, const Turns& turns) const {
     Loss loss(data_.noise);
-    loss.add(data_.train, residuals_at_best_turns(data_.train, model, model.values(), {}, turns).residuals);
+    loss.add(runs, residuals_at_best_turns(runs, model, model.values(), {}, turns).residuals);
     return loss;
   }
 

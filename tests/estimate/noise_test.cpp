@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "estimate/residuals.h"
@@ -29,6 +30,26 @@ PreparedRun settled_run(const std::vector<double>& noise, double lsb = 0) {
 
 NoiseFloor floor_of_omega(const PreparedRun& run, const Model& model = servo_model()) {
   return estimate_noise(std::span(&run, 1), model).at(Signal::omega);
+}
+
+using OverTime = std::function<double(double)>;
+
+/// A run of so many seconds with a current whose meter averages over an interval.
+emtb::Run slow_meter_run(double seconds, double interval, const OverTime& u_ref, const OverTime& omega,
+                         const OverTime& i_a) {
+  emtb::Run run;
+  run.name = "slow meter";
+  run.signals[Signal::u_ref] = series(1e-3, seconds, u_ref);
+  run.signals[Signal::omega] = series(1e-3, seconds, omega);
+  Series current = series(interval, seconds, i_a);
+  current.window = interval;
+  run.signals[Signal::i_a] = current;
+  return run;
+}
+
+NoiseFloor floor_of_i_a(const emtb::Run& run) {
+  const PreparedRun prepared = prepare_run(run, servo_model());
+  return estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a);
 }
 
 std::vector<double> scaled(std::vector<double> x, double by) {
@@ -60,50 +81,33 @@ TEST(NoiseFloor, WhatShakesTheMachineIsNotNoise) {
 }
 
 TEST(NoiseFloor, OfASlowMeterIsToldByAFewReadingsInEachOfManyStretches) {
-  emtb::Run run;
-  run.name = "short plateaus";
-  run.signals[Signal::u_ref] = series(1e-3, 64, [](double t) { return std::fmod(std::floor(t / 4), 3); });
-  run.signals[Signal::omega] = series(1e-3, 64, [](double t) { return 80 * std::fmod(std::floor(t / 4), 3); });
+  const auto level = [](double t) { return std::fmod(std::floor(t / 4), 3); };
   synthetic::Noise noise(4);
-  Series i_a = series(0.5, 64, [&](double t) { return std::fmod(std::floor((t - 0.5) / 4), 3) + noise(0.01); });
-  i_a.window = 0.5;
-  run.signals[Signal::i_a] = i_a;
-  const PreparedRun prepared = prepare_run(run, servo_model());
-  const NoiseFloor floor = estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a);
+  const NoiseFloor floor = floor_of_i_a(slow_meter_run(
+      64, 0.5, level, [&](double t) { return 80 * level(t); }, [&](double t) { return level(t - 0.5) + noise(0.01); }));
   EXPECT_EQ(floor.from, "settled");
   EXPECT_NEAR(floor.sigma, 0.01, 0.003);
 }
 
 TEST(NoiseFloor, OfASlowMeterIsNotTheLastPartOfARelaxation) {
-  emtb::Run run;
-  run.name = "relaxing";
   synthetic::Noise noise(5);
   const auto level = [](double t) { return std::fmod(std::floor(t / 4), 2); };
   const auto left = [](double t) { return std::exp(-std::fmod(t, 4.0) / 0.9); };  // of the change
   const auto sign = [&](double t) { return level(t) > 0 ? 1.0 : -1.0; };
-  run.signals[Signal::u_ref] = series(1e-3, 64, level);
-  run.signals[Signal::omega] =
-      series(1e-3, 64, [&](double t) { return 80 * (level(t) - sign(t) * left(t)) + noise(0.1); });
-  Series i_a = series(0.4, 64, [&](double t) { return 0.2 + 0.5 * sign(t - 0.2) * left(t - 0.2) + noise(0.001); });
-  i_a.window = 0.4;
-  run.signals[Signal::i_a] = i_a;
-  const PreparedRun prepared = prepare_run(run, servo_model());
-  EXPECT_LT(estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a).sigma, 0.006);
+  const emtb::Run run = slow_meter_run(
+      64, 0.4, level, [&](double t) { return 80 * (level(t) - sign(t) * left(t)) + noise(0.1); },
+      [&](double t) { return 0.2 + 0.5 * sign(t - 0.2) * left(t - 0.2) + noise(0.001); });
+  EXPECT_LT(floor_of_i_a(run).sigma, 0.006);
 }
 
 TEST(NoiseFloor, OfASlowMeterLeavesOutTheBeginningOfAPlateauWhereTheCurrentStillRelaxes) {
-  emtb::Run run;
-  run.name = "plateaus of 10 s, of which 7 s pass until the current rests";
   synthetic::Noise noise(6);
   const auto level = [](double t) { return std::fmod(std::floor(t / 10), 3); };
-  const auto left = [](double t) { return std::exp(-std::max(0.0, std::fmod(t, 10.0) - 5) / 0.5); };  // of the change
-  run.signals[Signal::u_ref] = series(1e-3, 120, level);
-  run.signals[Signal::omega] = series(1e-3, 120, [&](double t) { return 80 * level(t) + noise(0.1); });
-  Series i_a = series(0.4, 120, [&](double t) { return 0.2 + 0.1 * left(t - 0.2) + noise(0.002); });
-  i_a.window = 0.4;
-  run.signals[Signal::i_a] = i_a;
-  const PreparedRun prepared = prepare_run(run, servo_model());
-  const NoiseFloor floor = estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a);
+  // Of the change: 7 of 10 s pass until the current rests.
+  const auto left = [](double t) { return std::exp(-std::max(0.0, std::fmod(t, 10.0) - 5) / 0.5); };
+  const NoiseFloor floor = floor_of_i_a(slow_meter_run(
+      120, 0.4, level, [&](double t) { return 80 * level(t) + noise(0.1); },
+      [&](double t) { return 0.2 + 0.1 * left(t - 0.2) + noise(0.002); }));
   EXPECT_EQ(floor.from, "settled");
   EXPECT_NEAR(floor.sigma, 0.002, 0.0004);
 }
@@ -124,8 +128,7 @@ TEST(NoiseFloor, OfASlowMeterThatNeverSettlesIsToldByTheFastSignalsBesideIt) {
     slow.value.push_back(mean + noise(0.01));
   }
   run.signals[Signal::i_a] = slow;
-  const PreparedRun prepared = prepare_run(run, servo_model());
-  const NoiseFloor floor = estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a);
+  const NoiseFloor floor = floor_of_i_a(run);
   EXPECT_EQ(floor.from, "regression");
   EXPECT_NEAR(floor.sigma, 0.01, 0.006);
 }
