@@ -25,7 +25,7 @@ build_and_test() {  # preset, a pattern of tests to leave out, then the rooms to
 }
 
 # Each takes half a minute and more under AddressSanitizer and walks the same code as the shorter ones.
-longest='^diagnose:Diagnose\.(NamesTwo|NamesDryFriction|NamesAConstantLoad|NamesWindage|NamesTheLag|HoldsEachRunOut|NamesTheInductance|NamesTheDeadZone|SaysThat|FindsNothingWhereNothingIsHiddenOnTheFast)|^diagnose:FormulaOnOffer\.(NamesWhat|IsTied|IsNotNamed|WithoutAParameter)|^diagnose:(NextExperiment\.AsksForTheCurrent|MissingCurve\.IsZero)|^estimate:(LiveEstimator\.AnHour|.*LiveCoverage)'
+longest='^diagnose:Diagnose\.(NamesTwo|NamesDryFriction|NamesAConstantLoad|NamesWindage|NamesTheLag|HoldsEachRunOut|NamesTheInductance|NamesTheDeadZone|SaysThat|FindsNothingWhereNothingIsHiddenOnTheFast)|^diagnose:FormulaOnOffer\.(NamesWhat|IsTied|IsNotNamed|WithoutAParameter)|^diagnose:(NextExperiment\.AsksForTheCurrent|MissingCurve\.IsZero)|^live:(LiveEstimator\.AnHour|.*LiveCoverage)'
 
 # A minute and more under ThreadSanitizer; the tests of the bench in service have the estimator's thread, too.
 most_to_compute='^daemon:EstimatorTest\.'
@@ -36,8 +36,8 @@ for what in "$@"; do
   case "$what" in
     format) echo "== format" && sources | xargs clang-format --dry-run -Werror ;;
     release) build_and_test release "^$" ;;
-    numbers) build_and_test asan "$longest" model estimate diagnose ;;
-    asan) build_and_test asan "^$" hal experiment session config drivers usb comedi report server daemon ;;
+    numbers) build_and_test asan "$longest" model numerics record fit estimate live diagnose ;;
+    asan) build_and_test asan "^$" hal experiment session config drivers usb comedi figures report server daemon ;;
     tsan) build_and_test tsan "$most_to_compute" hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, release, asan, tsan, numbers, tidy" >&2; exit 2 ;;

@@ -37,28 +37,43 @@ if(EMTB_SANITIZE)
   add_link_options(-fsanitize=${EMTB_SANITIZE})
 endif()
 
+# emtb_sees(TARGET): a room is found under the path that it has in the source tree, and nothing else is: who links a room may
+# include its headers as "ROOM/...", who does not cannot.
+function(emtb_sees target visibility)
+  file(RELATIVE_PATH room ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  set(path ${CMAKE_BINARY_DIR}/rooms/${target})
+  cmake_path(GET room PARENT_PATH above)
+  file(MAKE_DIRECTORY ${path}/${above})
+  file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${path}/${room} SYMBOLIC)
+  target_include_directories(${target} ${visibility} ${path})
+endfunction()
+
 # emtb_room(NAME [SOURCES ...] [APART ...] [USES ...]): one room of the house, the static library emtb_NAME. Without sources:
 # headers only. APART are sources compiled one by one, so that a program linked with the room loads no library for their sake
 # unless it calls them, or loads none but theirs.
 function(emtb_room name)
   cmake_parse_arguments(ROOM "" "" "SOURCES;APART;USES" ${ARGN})
-  if(ROOM_SOURCES)
+  if(ROOM_SOURCES OR ROOM_APART)
     add_library(emtb_${name} STATIC ${ROOM_SOURCES} ${ROOM_APART})
-    target_include_directories(emtb_${name} PUBLIC ${CMAKE_SOURCE_DIR})
+    emtb_sees(emtb_${name} PUBLIC)
     target_link_libraries(emtb_${name} PUBLIC ${ROOM_USES})
     emtb_warnings(emtb_${name})
     emtb_at_once(emtb_${name})
     set_source_files_properties(${ROOM_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   else()
     add_library(emtb_${name} INTERFACE)
-    target_include_directories(emtb_${name} INTERFACE ${CMAKE_SOURCE_DIR})
+    emtb_sees(emtb_${name} INTERFACE)
     target_link_libraries(emtb_${name} INTERFACE ${ROOM_USES})
   endif()
 endfunction()
 
-# All sources at once compile in half the time; `debug` is for changing one file.
+# Small sources at once compile in half the time; `debug` is for changing one file. A folder whose files have names of their own in
+# common sets EMTB_AT_ONCE to OFF: a unity build must not shape the code.
+set(EMTB_AT_ONCE ON)
 function(emtb_at_once target)
-  if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
+  if(NOT EMTB_AT_ONCE)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+  elseif(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
   endif()
 endfunction()
@@ -72,7 +87,6 @@ endfunction()
 function(emtb_test room)
   cmake_parse_arguments(TEST "" "" "SOURCES;USES" ${ARGN})
   add_executable(${room}_tests ${TEST_SOURCES})
-  target_include_directories(${room}_tests PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${room}_tests PRIVATE ${TEST_USES} GTest::gmock GTest::gtest_main)
   emtb_warnings(${room}_tests)
   set_target_properties(${room}_tests PROPERTIES UNITY_BUILD ON)  # the headers of a test weigh more than the test

@@ -6,7 +6,7 @@
 
 #include "config/model.h"
 #include "daemon/traffic.h"
-#include "daemon/version.h"
+#include "emtb/version.h"
 #include "hal/error.h"
 
 namespace emtb {

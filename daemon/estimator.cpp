@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "analysis/live/estimator.h"
 #include "daemon/finite_or_null.h"
 #include "daemon/traffic.h"
-#include "estimate/live.h"
 #include "hal/error.h"
 
 namespace emtb {

@@ -20,7 +20,7 @@ namespace emtb {
 class LiveEstimator;
 
 /// The live estimates of the daemon: what leaves the loop is copied to a thread of its own, which follows the bench
-/// with a model (estimate/live.h).
+/// with a model (analysis/live/estimator.h).
 ///
 /// Neither the loop nor the recorder ever waits for it: where the thread cannot keep up, samples are lost to it, are
 /// counted, and the estimator finds its states anew.

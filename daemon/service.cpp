@@ -16,7 +16,7 @@
 #include "config/profile_path.h"
 #include "daemon/finite_or_null.h"
 #include "daemon/traffic.h"
-#include "daemon/version.h"
+#include "emtb/version.h"
 
 namespace emtb {
 namespace {

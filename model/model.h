@@ -130,4 +130,13 @@ class FreeParameters {
   std::vector<double> all_;
 };
 
+/// For each free parameter, the places that it moves.
+inline std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free) {
+  std::vector<std::vector<std::size_t>> moved(free.size());
+  for (std::size_t place = 0; place < free.spread(free.pick({})).size(); ++place) {
+    if (const auto mover = free.mover(place)) moved[*mover].push_back(place);
+  }
+  return moved;
+}
+
 }  // namespace emtb

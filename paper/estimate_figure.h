@@ -1,7 +1,7 @@
 #pragma once
 
-#include "estimate/static_estimate.h"
-#include "report/figure.h"
+#include "analysis/estimate/static_estimate.h"
+#include "figures/figure.h"
 
 namespace emtb {
 

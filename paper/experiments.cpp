@@ -5,10 +5,10 @@
 #include <cmath>
 #include <span>
 
-#include "estimate/driver_steps.h"
-#include "estimate/electrical.h"
-#include "estimate/inertia.h"
-#include "estimate/torque.h"
+#include "analysis/estimate/driver_steps.h"
+#include "analysis/estimate/electrical.h"
+#include "analysis/estimate/inertia.h"
+#include "analysis/estimate/torque.h"
 #include "paper/switch_on.h"
 
 namespace emtb::paper {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimate/static_estimate.h"
+#include "analysis/estimate/static_estimate.h"
 #include "paper/bench.h"
 #include "paper/fits.h"
 

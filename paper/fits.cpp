@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "estimate/calibrate.h"
-#include "estimate/noise.h"
-#include "estimate/prepared_run.h"
-#include "estimate/residuals.h"
+#include "analysis/fit/calibrate.h"
+#include "analysis/fit/residuals.h"
+#include "analysis/record/noise.h"
+#include "analysis/record/prepared_run.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "model/simulation.h"

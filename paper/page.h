@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "figures/figure.h"
 #include "paper/experiments.h"
-#include "report/figure.h"
 
 namespace emtb::paper {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "report/escape.h"
+#include "figures/escape.h"
 
 namespace emtb {
 namespace {

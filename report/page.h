@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "report/figure.h"
+#include "figures/figure.h"
 
 namespace emtb {
 

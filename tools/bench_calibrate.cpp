@@ -7,8 +7,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "analysis/estimate/sensor_fit.h"
 #include "config/edit.h"
-#include "estimate/sensor_fit.h"
 #include "hal/error.h"
 #include "session/replace.h"
 #include "tools/bench_inputs.h"

@@ -2,8 +2,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "analysis/estimate/first_spin.h"
 #include "config/bench.h"
-#include "estimate/first_spin.h"
 #include "hal/error.h"
 #include "server/client.h"
 #include "session/spec.h"

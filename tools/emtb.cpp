@@ -1,4 +1,4 @@
-#include "daemon/version.h"
+#include "emtb/version.h"
 #include "tools/commands.h"
 
 int main(int argc, char** argv) {

@@ -5,12 +5,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "analysis/diagnose/compare.h"
+#include "analysis/estimate/inverse_dynamics.h"
+#include "analysis/estimate/static_experiments.h"
+#include "analysis/fit/calibrate.h"
 #include "config/mapping.h"
 #include "config/model.h"
-#include "diagnose/compare.h"
-#include "estimate/calibrate.h"
-#include "estimate/inverse_dynamics.h"
-#include "estimate/static_experiments.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "paper/estimate_figure.h"

@@ -4,11 +4,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "analysis/record/log_alignment.h"
 #include "config/mapping.h"
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
-#include "estimate/log_alignment.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "model/simulation.h"

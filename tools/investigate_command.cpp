@@ -8,13 +8,13 @@
 #include <set>
 #include <utility>
 
+#include "analysis/diagnose/diagnose.h"
+#include "analysis/diagnose/foresee.h"
+#include "analysis/fit/calibrate.h"
 #include "config/bench.h"
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/yaml.h"
-#include "diagnose/diagnose.h"
-#include "diagnose/foresee.h"
-#include "estimate/calibrate.h"
 #include "experiment/first_experiments.h"
 #include "hal/error.h"
 #include "server/client.h"

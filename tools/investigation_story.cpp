@@ -1,7 +1,7 @@
 #include "tools/investigation_story.h"
 
-#include "estimate/noise.h"
-#include "report/number.h"
+#include "analysis/record/noise.h"
+#include "figures/number.h"
 #include "tools/report_figures.h"
 
 namespace emtb {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/diagnose.h"
+#include "analysis/diagnose/diagnose.h"
 #include "report/page.h"
 #include "session/session.h"
 

@@ -3,7 +3,7 @@
 #include <deque>
 #include <string>
 
-#include "report/terminal.h"
+#include "figures/terminal.h"
 
 namespace emtb {
 

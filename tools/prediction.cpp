@@ -1,7 +1,7 @@
 #include "tools/prediction.h"
 
+#include "analysis/diagnose/foresee.h"
 #include "config/model.h"
-#include "diagnose/foresee.h"
 #include "hal/error.h"
 
 namespace emtb {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "figures/number.h"
 #include "model/catalogue.h"
-#include "report/number.h"
 #include "tools/symbols.h"
 
 namespace emtb {

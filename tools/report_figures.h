@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/diagnose.h"
-#include "diagnose/overlay.h"
-#include "report/figure.h"
+#include "analysis/diagnose/diagnose.h"
+#include "analysis/diagnose/overlay.h"
+#include "figures/figure.h"
 #include "report/page.h"
 #include "session/session.h"
 

@@ -9,10 +9,10 @@
 #include <set>
 
 #include "config/model.h"
-#include "daemon/version.h"
+#include "emtb/version.h"
+#include "figures/number.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
-#include "report/number.h"
 #include "session/spec.h"
 #include "tools/report_figures.h"
 #include "tools/sha256.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "analysis/diagnose/diagnose.h"
 #include "config/mapping.h"
-#include "diagnose/diagnose.h"
 #include "report/page.h"
 #include "session/session.h"
 #include "tools/investigation_story.h"

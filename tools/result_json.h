@@ -3,9 +3,9 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "diagnose/compare.h"
-#include "diagnose/diagnose.h"
-#include "estimate/profile_likelihood.h"
+#include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/diagnose.h"
+#include "analysis/fit/profile_likelihood.h"
 
 namespace emtb {
 

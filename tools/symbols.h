@@ -6,7 +6,7 @@
 
 namespace emtb {
 
-/// Names and units as a page prints them (report/figure.h: `_{..}` is a subscript).
+/// Names and units as a page prints them (figures/figure.h: `_{..}` is a subscript).
 
 std::string symbol_of(Signal signal);                 ///< `ω`, `i_{a}`
 std::string compared_symbol(Signal signal);           ///< the same, but `Δθ`: an angle is compared by its steps

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "diagnose/diagnose.h"
+#include "analysis/diagnose/diagnose.h"
 
 namespace emtb {
 

@@ -11,7 +11,7 @@
 
 #include <chrono>
 
-#include "tests/estimate/live_bench.h"
+#include "tests/analysis/live/live_bench.h"
 
 namespace emtb {
 namespace {

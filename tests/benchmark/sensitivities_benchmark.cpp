@@ -223,7 +223,7 @@ void the_model_without_derivatives(benchmark::State& state) {
       static_cast<double>(run_length), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-/// Takes the derivatives of omega as they come, as estimate/residuals.cpp does.
+/// Takes the derivatives of omega as they come, as analysis/fit/residuals.cpp does.
 template <std::size_t N>
 struct TakeDerivatives final : Reader<Dual<N>> {
   TakeDerivatives(Columns& c, std::size_t f, std::size_t n) : columns(c), first(f), count(n) {}

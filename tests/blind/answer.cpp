@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "diagnose/diagnose.h"
+#include "analysis/diagnose/diagnose.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 

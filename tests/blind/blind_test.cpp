@@ -5,7 +5,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "estimate/parallel.h"
+#include "analysis/numerics/parallel.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "tests/blind/table.h"

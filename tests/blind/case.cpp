@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "diagnose/compare.h"
-#include "estimate/calibrate.h"
+#include "analysis/diagnose/compare.h"
+#include "analysis/fit/calibrate.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "tests/blind/text.h"

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "diagnose/loss.h"
+#include "analysis/diagnose/loss.h"
 #include "hal/error.h"
 #include "tests/blind/text.h"
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "session/session.h"
-#include "tests/estimate/live_bench.h"
+#include "tests/analysis/live/live_bench.h"
 #include "tests/process.h"
 
 namespace emtb {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/report/xml.h"
+#include "tests/figures/xml.h"
 
 namespace emtb {
 namespace {

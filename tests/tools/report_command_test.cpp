@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/figures/xml.h"
 #include "tests/process.h"
-#include "tests/report/xml.h"
 #include "tests/session/scratch.h"
 
 namespace emtb {

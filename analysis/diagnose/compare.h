@@ -1,0 +1,57 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/diagnose/where.h"
+#include "analysis/record/noise.h"
+#include "analysis/record/prepared_run.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// How well one signal is predicted.
+struct SignalFit {
+  NoiseFloor noise;
+  double rmse = 0;         ///< in the signal's unit
+  double ratio = 0;        ///< in multiples of the noise floor
+  double fit_percent = 0;  ///< 100 (1 - NRMSE): 100 is perfect, 0 no better than the signal's mean
+};
+
+/// A model beside measurements.
+struct Comparison {
+  double error = 0;          ///< each unit driven by what was measured upstream; 1 = noise floor
+  double chained_error = 0;  ///< all units in a row, from the reference alone
+  std::map<Signal, SignalFit> signals;
+  std::map<Signal, double> chained;  ///< RMSE/sigma of each signal when chained
+  std::string failing_unit;          ///< driver, motor, load; empty: none is above its floor
+  std::vector<ResidualMap> where;
+};
+
+/// Runs, prepared and weighed together so that all share one noise floor.
+struct Dataset {
+  std::vector<PreparedRun> train, held_out;
+  Noise noise;
+  std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
+
+  std::vector<PreparedRun> all() const;
+};
+
+/// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
+/// @throws ModelError where a run does not fit the model.
+Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
+                Chaining chaining = Chaining::staged);
+
+/// Compares the model as it stands with all runs.
+/// @param judge whose start values weigh the readings: models that are held against each other share one judge
+/// @throws ModelError where the judge has another input than the model
+Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge);
+inline Comparison compare(std::span<const Run> runs, const Model& model) { return compare(runs, model, model); }
+
+/// The fit of each signal on records.
+std::map<Signal, SignalFit> fit_of(std::span<const PreparedRun> records, const Model& model, const Noise& noise);
+
+}  // namespace emtb

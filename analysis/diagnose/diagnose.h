@@ -1,0 +1,88 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/loss.h"
+#include "analysis/diagnose/missing_curve.h"
+#include "analysis/diagnose/next_experiment.h"
+#include "analysis/diagnose/score.h"
+#include "analysis/fit/calibrate.h"
+#include "model/effect.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// The answer in a word.
+enum class Verdict {
+  found,            ///< the effects named explain the data
+  tied,             ///< so does each of several: these data cannot tell them apart
+  unknown_effect,   ///< a material remainder that nothing in the library explains
+  nothing_missing,  ///< the model is at the noise floor, or what is left is immaterial
+  cannot_tell       ///< the data inform nothing
+};
+std::string_view word(Verdict verdict) noexcept;
+
+struct MissingEffect {
+  std::size_t effect = 0;  ///< as the model numbers them: Model::about()
+  std::vector<std::size_t> tied_with;
+  std::vector<Parameter> parameters;  ///< as fitted, with standard errors
+};
+
+/// What was tried of one absent effect.
+struct Candidate {
+  Score score;                           ///< at the model where it was last scored
+  std::optional<double> held_out_error;  ///< of the best refit that included it
+};
+
+struct Step {
+  std::string action;                ///< `added coulomb_friction`
+  std::optional<std::size_t> added;  ///< the effect, where one was
+  double train = 0;
+  double held_out = 0;
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::cannot_tell;
+  std::vector<MissingEffect> missing;  ///< in the order found
+  std::vector<Candidate> candidates;   ///< best first
+  Model base, final;                   ///< both fitted to the training runs
+  double base_train = 0, base_held_out = 0, final_train = 0, final_held_out = 0;
+  std::map<Signal, SignalFit> signals;  ///< of the final model, on held-out runs
+  std::vector<Step> steps;
+  std::vector<ResidualMap> where;          ///< of the base model, on all runs: where it fails
+  std::vector<ResidualMap> where_final;    ///< of the final model: what remains
+  std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
+  bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
+  bool judged_on_training = false;         ///< a single run: nothing could be held out
+  std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first
+  std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
+
+  /// What is known of an effect that the diagnosis names by its number.
+  const EffectInfo& about(std::size_t effect) const { return final.about(effect); }
+  std::string id(std::size_t effect) const { return std::string(about(effect).id); }
+};
+
+struct DiagnoseOptions {
+  Materiality materiality;
+  ScoreOptions score;
+  std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
+  std::size_t longest_list = 6;  ///< no more effects than this are added
+  double curves_from = 1.1;      ///< error of the base model, in floors, from which the missing curves are recovered
+  Reach reach;                   ///< of the next experiment
+  std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
+};
+
+/// Finds out which physical effect of the catalogue, or which formula on offer, the model is missing (section 6 of the
+/// design): fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something
+/// material from held-out runs; repeat; then try to swap each member for its rivals (those that do as well are tied
+/// with it) and to do without it. Where effects tie, the next experiment is proposed.
+/// @throws ModelError where the runs do not fit the model.
+Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
+                   const DiagnoseOptions& options = {});
+
+}  // namespace emtb

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "analysis/fit/residuals.h"
+#include "analysis/record/noise.h"
+#include "analysis/record/prepared_run.h"
+#include "hal/signal.h"
+
+namespace emtb {
+
+/// How far a model is from data, reading by reading: enough to say whether one model is better than another, and how
+/// sure that is.
+class Loss {
+ public:
+  explicit Loss(const Noise& noise);
+
+  void add(std::span<const PreparedRun> records, std::span<const Residuals> residuals);
+
+  std::map<Signal, double> mean_squares() const;  ///< (RMSE/sigma)^2 of each signal; 1 = noise floor
+  double error() const;                           ///< sqrt(mean over signals)
+
+  /// By how much noise alone scatters the mean square of a signal around 1.
+  double noise_error(Signal signal) const;
+
+  /// Mean square of `worse` less that of `better` on the same readings.
+  ///
+  /// With r the residuals of the better model and d what the worse one adds to them, the difference is mean(d^2 + 2 r
+  /// d); only r is random. `noise_error` is its standard error if r is the instrument's noise: what chance alone could
+  /// have brought. `block_error` takes r as it is, summed over blocks of one second beyond which residuals are hardly
+  /// correlated: it also counts what is still missing from the better model, which other experiments would have shown
+  /// in other proportions. (The scatter of the whole difference over blocks would call an effect that acts at a few
+  /// edges uncertain at 300 sigma.)
+  struct Difference {
+    double gain = 0;
+    double noise_error = 0;
+    double block_error = 0;
+  };
+  static std::map<Signal, Difference> difference(const Loss& worse, const Loss& better);
+
+ private:
+  struct Readings {
+    std::vector<double> residual;   ///< in units of sigma
+    std::vector<std::size_t> ends;  ///< of each block of one second
+  };
+  std::map<Signal, Readings> signals_;
+  std::map<Signal, double> autocorrelation_;  ///< of the noise, from one reading to the next
+};
+
+/// What counts as a difference. Every wrong model is coloured and "significant" at 10^5 readings: materiality does the
+/// work.
+struct Materiality {
+  double share = 0.10;  ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
+  double least = 0.10;  ///< of the mean square itself: a twentieth of the signal's error. Less is a name for what the
+                        ///< law of another effect, the steps of a meter or the colour of the noise leaves
+  double distinct = 0.02;  ///< the same, between two models of which each explains what the other does
+  double errors = 2;       ///< standard errors of the gain under noise alone. An effect of z standard errors gains z^2,
+                           ///< which noise scatters by 2 z: this asks for z > 4
+  double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
+                             ///< 2.2 % to a delay; a delay of half the lag takes 4 %
+  double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
+  double remainder_errors = 3;  ///< standard errors of a mean square under noise alone, for the same
+};
+
+/// Does going from `without` to `with` remove something material from some signal, and make the whole no worse?
+bool material(const Loss& without, const Loss& with, const Materiality& rule = {});
+
+/// Does going from `without` to `with` remove something material from some signal, counted as a share of what was too
+/// much `before`?
+bool takes_share(const Loss& before, double share, const Loss& without, const Loss& with, const Materiality& rule = {});
+
+/// Is `other` as good as `best`: in every signal within 2 block standard errors, or not distinctly worse?
+bool tied(const Loss& best, const Loss& other, const Materiality& rule = {});
+
+/// Is there a material remainder: a signal whose mean square is above the floor by more than the rule allows?
+bool remainder(const Loss& loss, const Materiality& rule = {});
+
+}  // namespace emtb

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/fit/residuals.h"
+#include "analysis/record/prepared_run.h"
+#include "hal/signal.h"
+
+namespace emtb {
+
+/// How a signal's residual depends on one condition: where the model fails.
+struct ResidualMap {
+  Signal signal{};
+  std::string against;        ///< t, omega, sign(omega), i_a, u_ref, acceleration
+  std::vector<double> bins;   ///< middle of each bin, in the condition's unit
+  std::vector<double> mean;   ///< mean of measured - simulated, in the signal's unit
+  std::vector<double> rmse;   ///< in the signal's unit
+  std::vector<double> ratio;  ///< RMSE in multiples of the noise floor
+  std::vector<double> count;
+  double explained = 0;  ///< share of the residual's variance that the bins' means explain
+};
+
+/// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own
+/// simulation, which is free of noise. The most telling map of each signal first; none that would be empty, of a meter
+/// with a handful of readings.
+std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model);
+
+}  // namespace emtb

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/fit/residuals.h"
+#include "analysis/fit/turn.h"
+#include "analysis/record/prepared_run.h"
+
+namespace emtb {
+
+/// A combination of parameters that these data do not determine.
+struct Undetermined {
+  std::string combination;    ///< `R_a`, or `0.7 K_b + 0.7 K_m` in relative changes
+  double relative_error = 0;  ///< standard error of the combination, relative to the parameters' own size
+};
+
+/// How well data determine the parameters, from the singular values of the sensitivities scaled by the parameters'
+/// sizes.
+struct Identifiability {
+  Eigen::VectorXd singular_values;  ///< of S diag(size); descending
+  std::vector<Undetermined> undetermined;
+};
+
+struct Calibration {
+  Model model;      ///< the given one with fitted values and standard errors
+  double cost = 0;  ///< half the sum of squares of the residuals (and priors)
+  bool converged = false;
+  int iterations = 0;
+  std::vector<std::string> at_bound;  ///< parameters that rest on a bound
+  Eigen::MatrixXd covariance;         ///< of the free parameters; holds for coloured residuals (block sandwich)
+  Eigen::VectorXd inflation;  ///< of each free parameter: its variance over that of white residuals; 0: not seen
+  Eigen::VectorXd alone;      ///< [SI] standard error of each, were the residuals white and all others known
+  Identifiability identifiability;
+  Turns turns;  ///< of the records, as the fit followed them
+};
+
+struct CalibrationOptions {
+  int extra_starts = 4;  ///< besides the given one; drawn within the bounds, the same on every machine
+  int max_iterations = 60;
+  double tolerance = 1e-9;  ///< of the cost, relative: where a descent ends
+  bool with_covariance = true;
+  std::vector<Signal> outputs = {};  ///< compare these alone; empty: all
+  Turns turns = {};           ///< of the records, where they are known: followed, not searched; for no extra starts
+  bool quick_errors = false;  ///< leaves long blocks and the length of steps out of the standard errors
+};
+
+/// The shorter records, up to a quarter of the samples, at least two where there are: for a first look.
+std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records);
+
+/// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
+/// region) on the weighed residuals of all records, from several starts. A parameter that rests on a bound and would
+/// leave it is held there while the others go on; a start that leads back to a valley already known is not followed to
+/// its end.
+///
+/// The sum of squares is handed to the solver compressed: with residuals r and sensitivities S, the small matrix R of
+/// the QR factors of [S r] has the same sum of squares and the same gradient as the 10^5 rows it stands for. Standard
+/// errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over blocks b, which holds where residuals are correlated
+/// within a block (Morelli and Klein 1995 for output error): the larger one of blocks of one second and of five, since
+/// a coarse meter that stands still errs alike throughout; never below the white-noise ones. By how much the length of
+/// the simulation's steps moves a parameter, as half the length tells, is added to them.
+/// @throws ModelError where there is nothing to fit, or a simulation is not finite.
+Calibration calibrate(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options = {});
+
+}  // namespace emtb

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "analysis/record/prepared_run.h"
+
+namespace emtb {
+
+/// Residuals of one signal in one record, (measured - simulated) / sigma, and their sensitivities.
+struct Residuals {
+  std::size_t record = 0;
+  Signal signal{};
+  Eigen::VectorXd value;  ///< n
+  Eigen::MatrixXd
+      sensitivity;  ///< n x p: d(simulated)/dp / sigma; zero columns of a signal that no parameter moves stay 0 x 0
+
+  bool informed() const { return sensitivity.size() > 0; }
+};
+
+/// Simulates one record and compares it with each of its observations.
+/// @param values all parameters, in the order of the structure, and optionally one more: an angle to add to the rotor's
+/// @param moved  for each of the p columns wanted, the places in `values` that this parameter moves (more than one if
+/// tied)
+std::vector<Residuals> simulated_residuals(const PreparedRun& record, const ModelStructure& structure,
+                                           std::span<const double> values,
+                                           std::span<const std::vector<std::size_t>> moved);
+
+/// The same at the angle of the rotor that fits best, where the structure holds an effect that repeats with it: see
+/// best_turn().
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t record,
+                                 const ModelStructure& structure, std::span<const double> values,
+                                 std::span<const std::vector<std::size_t>> moved);
+
+/// The same for all records, in their order.
+std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,
+                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved);
+
+/// In units of sigma^2, over all records and signals.
+double sum_of_squares(std::span<const Residuals> residuals);
+
+/// Mean square of the residuals of each signal over all records, in units of the noise floor: 1 where the model is
+/// right.
+std::map<Signal, double> mean_squares(std::span<const Residuals> residuals);
+
+/// The error of the contract: sqrt(mean over signals of (RMSE/sigma)^2), each signal counting equally. 1 = noise floor.
+double error_of(const std::map<Signal, double>& mean_squares);
+
+/// Calls visit(second, begin, rows) for each group of neighbouring readings that end in the same second of their
+/// record: residuals of different seconds count as independent.
+template <class Visit>
+void for_each_second(const PreparedRun& record, const Residuals& r, const Visit& visit) {
+  const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
+  const auto second_of = [&](Eigen::Index i) {
+    return std::lround(std::floor(record.excitation.t[o.last[static_cast<std::size_t>(i)]]));
+  };
+  for (Eigen::Index begin = 0, end = 0; begin < r.value.size(); begin = end) {
+    const long second = second_of(begin);
+    for (end = begin + 1; end < r.value.size() && second_of(end) == second;) ++end;
+    visit(second, begin, end - begin);
+  }
+}
+
+}  // namespace emtb

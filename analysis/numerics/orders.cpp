@@ -1,0 +1,252 @@
+#include "analysis/numerics/orders.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <unsupported/Eigen/FFT>
+
+#include "analysis/numerics/scatter.h"
+
+namespace emtb {
+namespace {
+
+constexpr double two_pi = 2 * std::numbers::pi;
+constexpr double bins_per_period = 5;  ///< of the highest order: it then loses 6 % of its power
+constexpr std::size_t longest_spectrum = std::size_t{1} << 21;
+
+/// Power over the order, summed over all stretches, each weighed by its own variance.
+struct Spectrum {
+  std::vector<double> power;  ///< of noise: as many as there are stretches
+  double step = 0;            ///< [1/turn] from one to the next
+  double stretches = 0;
+};
+
+double mean_of(std::span<const double> x) {
+  double mean = 0;
+  for (const double v : x) mean += v / static_cast<double>(x.size());
+  return mean;
+}
+
+bool turns_enough(const TurningStretch& s, double lowest) {
+  const auto [low, high] = std::ranges::minmax(s.angle);
+  return s.value.size() >= 16 && high - low >= 3 * two_pi / lowest;
+}
+
+/// Sum of the squares about the mean; 0 where that is rounding alone.
+double squares_of(const TurningStretch& s) {
+  const double mean = mean_of(s.value);
+  double squares = 0;
+  for (const double v : s.value) squares += (v - mean) * (v - mean);
+  return squares > 1e-20 * mean * mean * static_cast<double>(s.value.size()) ? squares : 0;
+}
+
+Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest) {
+  const double bin = two_pi / highest / bins_per_period;
+  double longest = 0;
+  for (const TurningStretch& s : stretches) {
+    const auto [low, high] = std::ranges::minmax(s.angle);
+    longest = std::max(longest, high - low);
+  }
+  std::size_t size = 1024;
+  while (static_cast<double>(size) * bin < 2 * longest && size < longest_spectrum) size *= 2;
+  Spectrum spectrum{std::vector<double>(size / 2, 0.0), two_pi / (static_cast<double>(size) * bin), 0};
+  Eigen::FFT<double> fft;
+  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  for (const TurningStretch& s : stretches) {
+    const double squares = squares_of(s);
+    if (squares <= 0) continue;
+    const double mean = mean_of(s.value), low = *std::ranges::min_element(s.angle);
+    std::vector<double> bins(size, 0.0);
+    for (std::size_t k = 0; k < s.value.size(); ++k) {
+      const auto at = static_cast<std::size_t>((s.angle[k] - low) / bin);
+      if (at < size) bins[at] += s.value[k] - mean;
+    }
+    std::vector<std::complex<double>> transformed;
+    fft.fwd(transformed, bins);
+    for (std::size_t i = 0; i < spectrum.power.size(); ++i) spectrum.power[i] += std::norm(transformed[i]) / squares;
+    spectrum.stretches += 1;
+  }
+  return spectrum;
+}
+
+/// Sine and cosine of an order at each reading, less their means.
+Eigen::MatrixXd waves(const TurningStretch& s, double per_turn) {
+  Eigen::MatrixXd w(static_cast<Eigen::Index>(s.angle.size()), 2);
+  for (Eigen::Index k = 0; k < w.rows(); ++k) {
+    const double angle = per_turn * s.angle[static_cast<std::size_t>(k)];
+    w(k, 0) = std::sin(angle);
+    w(k, 1) = std::cos(angle);
+  }
+  w.rowwise() -= w.colwise().mean().eval();
+  return w;
+}
+
+/// What waves of an order explain: squares, and the square of their amplitude.
+struct Share {
+  double squares = 0, amplitude = 0;
+};
+
+struct FittedWave {
+  Eigen::Vector2d size = Eigen::Vector2d::Zero();  ///< of sine and cosine
+  double squares = 0;                              ///< that they explain
+};
+
+FittedWave fitted_wave(const TurningStretch& s, double per_turn) {
+  const Eigen::MatrixXd w = waves(s, per_turn);
+  const double mean = mean_of(s.value);
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(s.value.data(), w.rows()).array() - mean;
+  const Eigen::Matrix2d information = w.transpose() * w;
+  if (information.determinant() <= 1e-6 * information(0, 0) * information(1, 1)) return {};
+  const Eigen::Vector2d product = w.transpose() * y;
+  const Eigen::Vector2d size = information.inverse() * product;
+  return {size, size.dot(product)};
+}
+
+Share share_of(const TurningStretch& s, double per_turn) {
+  const FittedWave wave = fitted_wave(s, per_turn);
+  return {wave.squares, wave.size.squaredNorm()};
+}
+
+/// What they explain of all.
+Share share_of(std::span<const TurningStretch> stretches, double per_turn) {
+  Share sum;
+  for (const TurningStretch& s : stretches) {
+    const Share one = share_of(s, per_turn);
+    sum.squares += one.squares;
+    sum.amplitude += one.amplitude;
+  }
+  return sum;
+}
+
+/// Does an order explain far more than the orders beside it in at least half of the stretches? Noise is coloured, and a
+/// stretch's own neighbourhood is the only measure of what chance does there.
+bool clear_in_half(std::span<const TurningStretch> stretches, double per_turn) {
+  constexpr double far_more = 8;  // of two squares over the mean of sixteen: one in 250 by chance
+  std::size_t clear = 0, looked_at = 0;
+  for (const TurningStretch& s : stretches) {
+    const auto [low, high] = std::ranges::minmax(s.angle);
+    const double line = two_pi / (high - low);  // the width of a line in this stretch
+    double beside = 0;
+    int count = 0;
+    for (const double away : {-5.5, -4.5, -3.5, -2.5, 2.5, 3.5, 4.5, 5.5}) {
+      if (per_turn + away * line < line) continue;
+      beside += share_of(s, per_turn + away * line).squares;
+      ++count;
+    }
+    if (count > 0 && share_of(s, per_turn).squares > far_more * beside / count) ++clear;
+    ++looked_at;
+    if (2 * clear >= stretches.size()) return true;
+    if (2 * (clear + stretches.size() - looked_at) < stretches.size()) return false;
+  }
+  return false;
+}
+
+/// The order near `start` that explains most, by golden section.
+double refined(std::span<const TurningStretch> stretches, double start, double reach) {
+  constexpr double golden = 0.6180339887498949;
+  double a = start - reach, b = start + reach;
+  double c = b - golden * (b - a), d = a + golden * (b - a);
+  double at_c = share_of(stretches, c).squares, at_d = share_of(stretches, d).squares;
+  for (int i = 0; i < 12; ++i) {
+    if (at_c > at_d) {
+      b = d, d = c, at_d = at_c;
+      at_c = share_of(stretches, c = b - golden * (b - a)).squares;
+    } else {
+      a = c, c = d, at_c = at_d;
+      at_d = share_of(stretches, d = a + golden * (b - a)).squares;
+    }
+  }
+  return 0.5 * (a + b);
+}
+
+/// The strongest order that stands out of its surroundings and is clear in at least half of the stretches.
+std::optional<Order> strongest(std::span<const TurningStretch> stretches, double lowest, double highest) {
+  const Spectrum spectrum = spectrum_of(stretches, highest);
+  const std::vector<double>& power = spectrum.power;
+  const auto index = [&](double order) {
+    return std::min(power.size() - 1, static_cast<std::size_t>(std::max(0.0, order / spectrum.step)));
+  };
+  // Chance: each bin is a sum of as many exponentials as there are stretches; the largest of 10^5 stays below this.
+  const double enough = 1 + 6 / std::sqrt(spectrum.stretches) + 20 / spectrum.stretches;
+  struct Peak {
+    double power;
+    Order order;
+  };
+  std::vector<Peak> peaks;
+  for (std::size_t i = std::max<std::size_t>(1, index(lowest)); i + 1 < index(highest); ++i) {
+    if (power[i] < power[i - 1] || power[i] < power[i + 1]) continue;
+    if (power[i] < enough * 0.3 * spectrum.stretches) continue;  // cheap first: noise is not coloured without end
+    const double order = static_cast<double>(i) * spectrum.step;
+    const std::size_t from = index(0.75 * order), to = index(1.25 * order) + 1;
+    std::vector<double> around;  // as many as tell a median
+    for (std::size_t k = from; k < to; k += 1 + (to - from) / 199) around.push_back(power[k]);
+    const std::size_t size = around.size();
+    const double excess = power[i] / std::max(median(std::move(around)), 1e-300);
+    if (size >= 9 && excess > enough) peaks.push_back({power[i], {order, 0, excess}});
+  }
+  std::ranges::sort(peaks, std::greater{}, &Peak::power);
+  constexpr std::size_t looked_at = 12;
+  for (std::size_t k = 0; k < std::min(looked_at, peaks.size()); ++k) {
+    Order found = peaks[k].order;
+    found.per_turn = refined(stretches, found.per_turn, spectrum.step);
+    // At one speed, slow changes appear at the order of the sampling. At others that is another order.
+    if (!clear_in_half(stretches, found.per_turn)) continue;
+    found.amplitude = std::sqrt(share_of(stretches, found.per_turn).amplitude / static_cast<double>(stretches.size()));
+    return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<double> without_slow_changes(std::vector<double> x, double interval) {
+  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(0.25 / interval)));
+  std::vector<double> sum(x.size() + 1, 0.0);
+  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const std::size_t from = k > reach ? k - reach : 0, to = std::min(x.size(), k + reach + 1);
+    x[k] -= (sum[to] - sum[from]) / static_cast<double>(to - from);
+  }
+  return x;
+}
+
+Wave wave_of(const TurningStretch& stretch, double per_turn) {
+  const double squares = squares_of(stretch);
+  if (squares <= 0) return {};
+  const FittedWave wave = fitted_wave(stretch, per_turn);
+  return {wave.size[0], wave.size[1], wave.squares / squares};
+}
+
+void remove_orders(TurningStretch& stretch, std::span<const Order> orders) {
+  for (const Order& order : orders) {
+    const Eigen::MatrixXd w = waves(stretch, order.per_turn);
+    Eigen::Map<Eigen::VectorXd> y(stretch.value.data(), w.rows());
+    const Eigen::Matrix2d information = w.transpose() * w;
+    if (information.determinant() <= 1e-6 * information(0, 0) * information(1, 1)) continue;
+    y -= w * (information.inverse() * (w.transpose() * y));
+  }
+}
+
+std::vector<Order> strong_orders(std::span<const TurningStretch> all, std::size_t at_most, double lowest,
+                                 double highest) {
+  std::vector<TurningStretch> stretches;
+  for (const TurningStretch& s : all) {
+    if (turns_enough(s, lowest) && squares_of(s) > 0) stretches.push_back(s);
+  }
+  std::vector<Order> orders;
+  while (!stretches.empty() && orders.size() < at_most) {
+    const std::optional<Order> found = strongest(stretches, lowest, highest);
+    if (!found) break;
+    orders.push_back(*found);
+    // Out it goes, with its skirts and with what the sampling mirrors of it.
+    for (TurningStretch& s : stretches) remove_orders(s, std::span(&*found, 1));
+    std::erase_if(stretches, [](const TurningStretch& s) { return squares_of(s) <= 0; });
+  }
+  return orders;
+}
+
+}  // namespace emtb

@@ -1,0 +1,88 @@
+#include "analysis/numerics/scatter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace emtb {
+double median(std::vector<double> x) {
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::ranges::nth_element(x, middle);
+  return *middle;
+}
+
+double robust_sigma(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
+
+namespace {
+
+/// The standard deviation of normal deviations, by the mean square of those within three of them: what lies beyond is
+/// no noise.
+/// @param about what it may be
+double clipped_sigma(std::span<const double> sizes, double about) {
+  constexpr double within = 3, kept = 0.9733;  // of a normal distribution's variance lies within three sigma
+  for (int n = 0; n < 5; ++n) {
+    double squares = 0, count = 0;
+    for (const double size : sizes) {
+      if (size > within * about) continue;
+      squares += size * size;
+      count += 1;
+    }
+    if (squares <= 0) return 0;
+    about = std::sqrt(squares / count / kept);
+  }
+  return about;
+}
+
+/// Standard deviation of x[k + lag] - 2 x[k] + x[k - lag].
+/// @param step of the instrument: a median of few steps is a whole number of them and tells little; then the mean
+/// square of all but edges
+double second_difference(std::span<const double> x, std::size_t lag, double step) {
+  constexpr double few = 3;  // steps
+  std::vector<double> sizes;
+  sizes.reserve(x.size());
+  for (std::size_t k = lag; k + lag < x.size(); ++k) sizes.push_back(std::abs(x[k + lag] - 2 * x[k] + x[k - lag]));
+  if (sizes.empty()) return 0;
+  const double robust = robust_sigma(sizes);
+  return robust > few * step ? robust : clipped_sigma(sizes, std::max(robust, step));
+}
+
+}  // namespace
+
+double ColouredNoise::of_mean(double n) const {
+  const double rho = autocorrelation;
+  const double factor = (1 + rho) / (1 - rho) - 2 * rho * (1 - std::pow(rho, n)) / (n * (1 - rho) * (1 - rho));
+  return sigma * std::sqrt(std::max(1.0, factor) / n);
+}
+
+ColouredNoise coloured_noise(std::span<const double> x, double least) {
+  // For white noise the variance of a second difference is 6 sigma^2; for autocorrelation rho, over one sample,
+  // (6 - 8 rho + 2 rho^2) sigma^2, and over many again 6 sigma^2.
+  constexpr std::size_t many = 100;
+  const double step = std::sqrt(12.0) * least;
+  const auto by = [&](std::size_t lag) { return second_difference(x, lag, step) / std::sqrt(6.0); };
+  const double white = std::max(by(1), least);
+  const double all = std::max(by(std::max<std::size_t>(1, std::min(many, x.size() / 8))), white);
+  if (all <= 0) return {};
+  const double ratio = white * white / (all * all);
+  return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
+}
+
+double difference_scatter(std::span<const double> x) {
+  if (x.size() < 2) return 0;
+  std::vector<double> differences;
+  differences.reserve(x.size());
+  double squares = 0;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    differences.push_back(std::abs(x[k] - x[k - 1]));
+    squares += differences.back() * differences.back();
+  }
+  const double robust = robust_sigma(differences) / std::sqrt(2.0);
+  if (robust > 0) return robust;
+  // A coarse grid: most readings repeat. A constant (the reference itself) has edges only, and they are not noise.
+  const auto changes = static_cast<double>(std::ranges::count_if(differences, [](double d) { return d > 0; }));
+  const bool steps_only = changes < 0.05 * static_cast<double>(differences.size());
+  return steps_only ? 0 : std::sqrt(squares / static_cast<double>(differences.size()) / 2);
+}
+
+}  // namespace emtb

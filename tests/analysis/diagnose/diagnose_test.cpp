@@ -1,0 +1,290 @@
+#include "analysis/diagnose/diagnose.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/catalogue.h"
+#include "tests/blind/recording.h"
+
+namespace emtb {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::UnorderedElementsAre;
+
+std::vector<std::string> named(const Diagnosis& d) {
+  std::vector<std::string> ids;
+  for (const MissingEffect& m : d.missing) ids.emplace_back(effect_catalogue()[m.effect].id);
+  return ids;
+}
+
+/// The effect and all that are tied with it.
+std::vector<std::string> named_or_tied(const Diagnosis& d) {
+  std::vector<std::string> ids = named(d);
+  for (const MissingEffect& m : d.missing) {
+    for (const std::size_t rival : m.tied_with) ids.emplace_back(effect_catalogue()[rival].id);
+  }
+  return ids;
+}
+
+double fitted(const Diagnosis& d, const std::string& symbol) {
+  for (const MissingEffect& m : d.missing) {
+    for (const Parameter& p : m.parameters) {
+      if (p.symbol == symbol) return p.value;
+    }
+  }
+  return std::nan("");
+}
+
+std::string report(const Diagnosis& d) {
+  std::string text = std::string(word(d.verdict)) + ", held-out " + std::to_string(d.base_held_out) + " -> " +
+                     std::to_string(d.final_held_out) + ":";
+  for (const std::string& id : named_or_tied(d)) text += " " + id;
+  for (const Candidate& c : d.candidates) {
+    text += "\n  " + std::string(effect_catalogue()[c.score.effect].id) + " drop " +
+            std::to_string(c.score.predicted_drop) + " p " + std::to_string(c.score.p_value) + " held-out " +
+            std::to_string(c.held_out_error.value_or(-1));
+  }
+  return text;
+}
+
+Diagnosis diagnose_on(const blind::Bench& bench, std::uint64_t seed = 1) {
+  return diagnose(record(bench, bench.train, seed), record(bench, bench.held_out, seed + 100), bench.model);
+}
+
+/// Runs without their first three seconds: the start from rest.
+std::vector<emtb::Run> under_way(std::vector<emtb::Run> runs) {
+  for (emtb::Run& run : runs) {
+    for (auto& [signal, s] : run.signals) {
+      const auto first = std::ranges::lower_bound(s.t, 3.0) - s.t.begin();
+      s.t.erase(s.t.begin(), s.t.begin() + first);
+      s.value.erase(s.value.begin(), s.value.begin() + first);
+      for (double& t : s.t) t -= 3;
+    }
+  }
+  return runs;
+}
+
+TEST(Diagnose, FindsNothingWhereNothingIsHiddenOnTheSlowBench) {
+  const Diagnosis d = diagnose_on(blind::slow_bench());
+  EXPECT_EQ(d.verdict, Verdict::nothing_missing) << report(d);
+  EXPECT_THAT(named(d), IsEmpty());
+  EXPECT_LE(d.final_held_out, 1.1);
+}
+
+TEST(Diagnose, FindsNothingWhereNothingIsHiddenOnTheFastBench) {
+  const Diagnosis d = diagnose_on(blind::fast_bench());
+  EXPECT_EQ(d.verdict, Verdict::nothing_missing) << report(d);
+  EXPECT_THAT(named(d), IsEmpty());
+}
+
+TEST(Diagnose, FindsNothingInColouredNoiseOfTheTacho) {
+  blind::Bench bench = blind::slow_bench();
+  for (auto& channel : bench.channels) {
+    if (channel.signal == Signal::omega) channel.correlation = 0.9;
+  }
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_EQ(d.verdict, Verdict::nothing_missing) << report(d);
+}
+
+TEST(Diagnose, NamesTheFrictionOfThePaperAndBringsTheParametersBack) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.friction.T_c = 0.0547;  // [N m] the intercept of the paper's figure 6
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_EQ(d.verdict, Verdict::found) << report(d);
+  EXPECT_THAT(named(d), ElementsAre("coulomb_friction"));
+  EXPECT_GE(d.base_held_out, 2);
+  EXPECT_LE(d.final_held_out, 1.1);
+  EXPECT_NEAR(fitted(d, "T_c"), 0.0547, 0.03 * 0.0547);
+  EXPECT_NEAR(d.final.values()[3], 1e-4, 0.1e-4) << "B";
+  EXPECT_NEAR(d.final.values()[4], 3.449e-3, 0.03 * 3.449e-3) << "J";
+}
+
+TEST(Diagnose, NamesDryFrictionOfEitherLawOnTheFastBench) {
+  for (const auto law : {simulated::FrictionLaw::bristle, simulated::FrictionLaw::hard}) {
+    blind::Bench bench = blind::fast_bench();
+    bench.plant.friction = {.law = law, .T_c = 0.003};  // [N m]
+    const Diagnosis d = diagnose_on(bench);
+    EXPECT_THAT(named(d), ElementsAre("coulomb_friction")) << report(d);
+    EXPECT_NEAR(fitted(d, "T_c"), 0.003, 1e-4);
+  }
+}
+
+TEST(Diagnose, NamesWindage) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.motor.windage = 3e-6;  // [N m s2/rad2]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("windage")) << report(d);
+  EXPECT_NEAR(fitted(d, "c_w"), 3e-6, 0.1e-6);
+}
+
+TEST(Diagnose, NamesAConstantLoadOnTheBenchThatTurnsBothWays) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.torque = 0.01;  // [N m] five times the gauge's noise
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::torque; });  // nothing measures it
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named_or_tied(d), Contains("load_torque")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_L"), 0.01, 5e-4);
+}
+
+TEST(Diagnose, CannotTellAConstantLoadFromFrictionInOneDirectionWithoutAGauge) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.friction.T_c = 0.04;  // [N m]
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::torque; });
+  // Never at rest under way: only a standstill would tell them apart.
+  bench.train = {staircase("up and down", std::vector<double>{2, 4, 6, 3, 5}, 0, 5, 0, 2),
+                 ramp("ramp", 6, 0.6, 0, 3, 3, 1)};
+  bench.held_out = {staircase("other", std::vector<double>{3, 6, 4, 2, 5}, 0, 5, 0, 3)};
+  const Diagnosis d =
+      diagnose(under_way(record(bench, bench.train, 1)), under_way(record(bench, bench.held_out, 9)), bench.model);
+  EXPECT_THAT(named_or_tied(d), Contains("coulomb_friction")) << report(d);
+  EXPECT_THAT(named_or_tied(d), Contains("load_torque")) << report(d);
+  EXPECT_EQ(d.verdict, Verdict::tied) << report(d);
+}
+
+TEST(Diagnose, NamesCoggingThatIsNeverPassedSlowly) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.shaft.cogging = 0.008;  // [N m]
+  bench.plant.shaft.cogging_order = 6;
+  bench.plant.shaft.cogging_phase = 1;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_cog"), 0.008, 0.02 * 0.008);
+  EXPECT_NEAR(fitted(d, "N"), 6, 0.01);
+  EXPECT_LE(d.final_held_out, 1.12);
+}
+
+TEST(Diagnose, CallsWhatPullsOnceATurnALoadOffCentreAndNoCogging) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.eccentric = 0.004;  // [N m]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named_or_tied(d), ElementsAre("eccentric_load")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_e"), 0.004, 0.03 * 0.004);
+}
+
+TEST(Diagnose, NamesALoadOffCentreBehindALagOfTheTacho) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.load.eccentric = 0.05;      // [N m]
+  bench.plant.sensors.tacho_lag = 25e-3;  // [s] 3.5 rad of the shaft at 140 rad/s
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("eccentric_load", "tacho_lag")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_e"), 0.05, 0.01 * 0.05);
+  EXPECT_LE(d.final_held_out, 1.05);
+}
+
+Diagnosis diagnose_teeth(double torque, double second_harmonic) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.shaft.cogging = torque;
+  bench.plant.shaft.cogging_order = 14;
+  bench.plant.shaft.cogging_second = second_harmonic;
+  return diagnose_on(bench);
+}
+
+TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
+  const Diagnosis d = diagnose_teeth(0.12, 0.1);
+  EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
+  EXPECT_EQ(d.verdict, Verdict::found);
+}
+
+TEST(Diagnose, NamesTeethAlsoWhereTheShaftStopsOnceAtAnotherThanTheModels) {
+  const Diagnosis d = diagnose_teeth(0.15, 0);
+  EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_cog"), 0.15, 0.002);
+}
+
+TEST(Diagnose, NamesTheInductanceWhereTheDriverIsFastEnoughToShowIt) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.motor.L_a = 2e-3;  // [H]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("armature_inductance")) << report(d);
+  EXPECT_NEAR(fitted(d, "L_a"), 2e-3, 0.1e-3);
+}
+
+TEST(Diagnose, NamesTheDeadZoneOfTheDriver) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.driver.dead_zone = 0.1;  // [V]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("driver_dead_zone")) << report(d);
+  EXPECT_NEAR(fitted(d, "u_d"), 0.1, 0.003);
+}
+
+TEST(Diagnose, NamesTheLagOfTheTacho) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.sensors.tacho_lag = 8e-3;  // [s]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("tacho_lag")) << report(d);
+  EXPECT_NEAR(fitted(d, "tau"), 8e-3, 0.4e-3);
+}
+
+TEST(Diagnose, CallsADriverWithTwoPolesALagAndNoDelayToo) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.lag = 0.006;  // [s] two of half of it
+  bench.plant.laws = simulated::Laws::other;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("driver_lag")) << report(d);
+  EXPECT_NEAR(fitted(d, "tau"), 0.006, 1e-3);
+}
+
+TEST(Diagnose, NamesALagAndADelayWhereBothAreThere) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.lag = 0.004;    // [s]
+  bench.plant.driver.delay = 0.003;  // [s]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), testing::UnorderedElementsAre("driver_lag", "driver_delay")) << report(d);
+}
+
+TEST(Diagnose, NamesALateGaugeBesideTheLoadThatItReads) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.eddy_torque = 0.03;  // [N m]
+  bench.plant.load.eddy_omega = 200;    // [rad/s]
+  EXPECT_THAT(named(diagnose_on(bench)), ElementsAre("eddy_brake")) << "a gauge in time";
+  bench.plant.sensors.torque_lag = 0.03;  // [s]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), testing::UnorderedElementsAre("eddy_brake", "torque_lag")) << report(d);
+  EXPECT_NEAR(fitted(d, "tau"), 0.03, 3e-3);
+  EXPECT_LE(d.final_held_out, 1.1);
+}
+
+TEST(Diagnose, NamesTwoEffectsThatAreBothThere) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.friction.T_c = 0.003;
+  bench.plant.motor.L_a = 3e-3;
+  const Diagnosis d = diagnose_on(bench);
+  std::vector<std::string> ids = named(d);
+  std::ranges::sort(ids);
+  EXPECT_THAT(ids, ElementsAre("armature_inductance", "coulomb_friction")) << report(d);
+  EXPECT_LE(d.final_held_out, 1.1);
+}
+
+TEST(Diagnose, SaysThatAnEffectIsUnknownRatherThanNameAWrongOne) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.hidden_torque = [](double omega, double, double) {  // a bump of friction at one speed
+    return std::copysign(0.01 * std::exp(-std::pow((std::abs(omega) - 250) / 40, 2)), omega);
+  };
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_EQ(d.verdict, Verdict::unknown_effect) << report(d);
+}
+
+TEST(Diagnose, CannotTellFromAMotorThatNeverTurned) {
+  blind::Bench bench = blind::slow_bench();
+  bench.train = {step("rest", 0, 2, 2, 2), step("rest too", 0, 2, 2, 2)};
+  bench.held_out = {step("still at rest", 0, 2, 2, 2)};
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_EQ(d.verdict, Verdict::cannot_tell) << report(d);
+}
+
+TEST(Diagnose, HoldsEachRunOutInTurnWhereNoneIsNamed) {
+  blind::Bench bench = blind::slow_bench();
+  bench.plant.friction.T_c = 0.0547;
+  const Diagnosis d = diagnose(record(bench, bench.train, 1), {}, bench.model);
+  EXPECT_TRUE(d.left_one_out);
+  EXPECT_THAT(named(d), ElementsAre("coulomb_friction")) << report(d);
+}
+
+}  // namespace
+}  // namespace emtb

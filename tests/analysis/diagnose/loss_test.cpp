@@ -1,0 +1,96 @@
+#include "analysis/diagnose/loss.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace emtb {
+namespace {
+
+/// One record of one signal, a reading a millisecond, with the residuals given.
+class Losses : public testing::Test {
+ protected:
+  static constexpr int n = 20000;
+
+  Losses() {
+    PreparedRun run;
+    Observation o;
+    o.signal = Signal::omega;
+    for (int k = 0; k < n; ++k) {
+      run.excitation.t.push_back(1e-3 * k);
+      o.first.push_back(static_cast<std::uint32_t>(k));
+      o.last.push_back(static_cast<std::uint32_t>(k));
+      o.value.push_back(0);
+      o.sigma.push_back(1);
+    }
+    run.observations.push_back(o);
+    runs_.push_back(run);
+    noise_[Signal::omega] = {.sigma = 1, .from = "declared", .lower_bound = false, .autocorrelation = 0};
+  }
+
+  /// Noise of sigma 1 that is the same in every model, and a systematic part.
+  template <class Systematic>
+  Loss loss(const Systematic& systematic) const {
+    Residuals r{0, Signal::omega, Eigen::VectorXd(n), {}};
+    unsigned state = 1;
+    for (int k = 0; k < n; ++k) {
+      double noise = -6;
+      for (int i = 0; i < 12; ++i)
+        noise += static_cast<double>((state = state * 1664525U + 1013904223U) >> 8) / (1 << 24);
+      r.value[k] = noise + systematic(1e-3 * k);
+    }
+    Loss result(noise_);
+    result.add(runs_, std::vector{r});
+    return result;
+  }
+
+  std::vector<PreparedRun> runs_;
+  Noise noise_;
+};
+
+TEST_F(Losses, OfPureNoiseIsOne) {
+  const Loss noise = loss([](double) { return 0.0; });
+  EXPECT_NEAR(noise.error(), 1, 0.02);
+  EXPECT_FALSE(remainder(noise));
+}
+
+TEST_F(Losses, CountAnEffectThatActsOnlyAtTwoEdgesAsMaterial) {
+  const Loss with = loss([](double) { return 0.0; });
+  const Loss without = loss([](double t) { return std::fmod(t, 10) < 0.01 ? 30.0 : 0.0; });  // 20 of 20,000 readings
+  EXPECT_TRUE(material(without, with));
+  EXPECT_FALSE(material(with, without));
+  EXPECT_FALSE(tied(with, without));
+  EXPECT_TRUE(remainder(without));
+}
+
+TEST_F(Losses, DoNotCountWhatIsSignificantButTrivial) {
+  const Loss with = loss([](double) { return 0.0; });
+  const Loss without = loss([](double) { return 0.1; });  // 14 standard errors of the mean, 1 % of the mean square
+  EXPECT_FALSE(material(without, with));
+  EXPECT_TRUE(tied(with, without));
+}
+
+TEST_F(Losses, DoNotCountASmallPartOfALargeExcess) {
+  const Loss before = loss([](double t) { return 5 * std::sin(t); });
+  const Loss after = loss([](double t) { return 4.9 * std::sin(t); });  // 4 % less
+  EXPECT_FALSE(material(before, after));
+}
+
+TEST_F(Losses, CountAShareOfWhatWasThereBeforeAnother) {
+  const Loss before = loss([](double t) { return 5 * std::sin(t); });  // 12.5 of the mean square
+  const Loss without = loss([](double t) { return 1 * std::sin(t); });
+  const Loss with = loss([](double) { return 0.0; });  // 0.5 more: all that was left, 4 % of what was
+  EXPECT_TRUE(material(without, with));
+  EXPECT_FALSE(takes_share(before, 0.1, without, with));
+  EXPECT_TRUE(takes_share(before, 0.03, without, with));
+}
+
+TEST_F(Losses, ScatterMoreInColouredNoise) {
+  const Loss white = loss([](double) { return 0.0; });
+  noise_[Signal::omega].autocorrelation = 0.95;
+  const Loss coloured = loss([](double) { return 0.0; });
+  EXPECT_GT(coloured.noise_error(Signal::omega), 3 * white.noise_error(Signal::omega));
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,127 @@
+#include "analysis/fit/residuals.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "analysis/record/noise.h"
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+using synthetic::record;
+using synthetic::servo_model;
+
+using Places = std::vector<std::vector<std::size_t>>;
+
+/// A run with a fast speed, a slow meter and a measured voltage; every reading weighs 0.1.
+std::vector<PreparedRun> records() {
+  emtb::Run run = record({}, synthetic::steps, 1e-3, {.omega = 0.1, .i_a = 0.01, .e_a = 0.05});
+  const Series fast = run.at(Signal::i_a);
+  Series meter;
+  for (std::size_t k = 400; k < fast.t.size(); k += 400) {
+    meter.t.push_back(fast.t[k]);
+    meter.value.push_back(fast.value[k]);
+  }
+  meter.window = 0.25;
+  run.signals[Signal::i_a] = meter;
+  std::vector<PreparedRun> all{prepare_run(run, servo_model())};
+  for (Observation& o : all[0].observations) o.sigma.assign(o.size(), 0.1);
+  return all;
+}
+
+std::vector<Residuals> of(const std::vector<PreparedRun>& runs, const Model& model, const Places& moved) {
+  return residuals(runs, model, model.values(), moved);
+}
+
+TEST(Residuals, AreMeasuredLessSimulatedInUnitsOfSigma) {
+  const auto runs = records();
+  const Model model = servo_model();
+  Trajectory<double> y;
+  simulate<double>(runs[0].structure(model), model.values(), runs[0].excitation, y);
+  for (const Residuals& r : of(runs, model, {})) {
+    const auto& o = *std::ranges::find(runs[0].observations, r.signal, &Observation::signal);
+    const auto& signal = r.signal == Signal::omega ? y.omega : r.signal == Signal::i_a ? y.i_a : y.e_a;
+    ASSERT_EQ(static_cast<std::size_t>(r.value.size()), o.size());
+    for (std::size_t i = 0; i < o.size(); ++i) {
+      const double predicted = o.predicted(i, [&](std::size_t k) { return signal[k]; });
+      EXPECT_NEAR(r.value[static_cast<Eigen::Index>(i)], (o.value[i] - predicted) / 0.1, 1e-8);
+    }
+    EXPECT_FALSE(r.informed()) << "no sensitivities were wanted";
+  }
+}
+
+TEST(Residuals, HaveTheSensitivitiesOfTheirDifferencesForAnyNumberOfParameters) {
+  const auto runs = records();
+  Model model = servo_model();
+  model.tie.clear();
+  for (const char* id : {"armature_inductance", "coulomb_friction", "windage", "load_torque", "tacho_lag"}) {
+    model.include(effect_index(id));
+  }
+  const std::vector<double> values{1.1, 0.041, 0.043, 2e-5, 5e-5, 2e-3, 0.002, 2e-8, 0.001, 0.005};
+  Places moved;
+  for (std::size_t place = 0; place < values.size(); ++place) {
+    moved.push_back({place});  // one to ten columns: a narrow pass, a wide one, both
+    const std::vector<Residuals> all = residuals(runs, model, values, moved);
+    for (std::size_t j = 0; j <= place; ++j) {
+      const double step = 1e-5 * values[j];
+      std::vector<double> up = values, down = values;
+      up[j] += step;
+      down[j] -= step;
+      const auto above = residuals(runs, model, up, {}), below = residuals(runs, model, down, {});
+      for (std::size_t s = 0; s < all.size(); ++s) {
+        const Eigen::VectorXd expected = (below[s].value - above[s].value) / (2 * step);
+        if (!all[s].informed()) {
+          EXPECT_EQ(expected.norm(), 0);
+          continue;
+        }
+        const Eigen::VectorXd found = all[s].sensitivity.col(static_cast<Eigen::Index>(j));
+        EXPECT_LT((found - expected).norm(), 1e-5 * expected.norm() + 1e-12 * all[s].value.norm() / step)
+            << info(all[s].signal).name << " parameter " << j << " of " << place + 1;
+      }
+    }
+  }
+}
+
+TEST(Residuals, SensitivitiesOfTiedParametersAdd) {
+  const auto runs = records();
+  const Model model = servo_model();
+  const auto tied = of(runs, model, {{1, 2}}), apart = of(runs, model, {{1}, {2}});
+  for (std::size_t s = 0; s < tied.size(); ++s) {
+    if (!tied[s].informed()) continue;
+    EXPECT_LT((tied[s].sensitivity.col(0) - apart[s].sensitivity.rowwise().sum()).norm(),
+              1e-9 * tied[s].sensitivity.norm());
+  }
+  EXPECT_EQ(moved_by(FreeParameters(model)), (Places{{0}, {1, 2}, {3}, {4}}));
+}
+
+TEST(Residuals, ASignalThatNoParameterMovesIsUninformed) {
+  const auto runs = records();
+  for (const Residuals& r : of(runs, servo_model(), {{0}, {4}})) {
+    EXPECT_EQ(r.informed(), r.signal != Signal::e_a) << info(r.signal).name;  // the driver is known
+  }
+}
+
+TEST(Residuals, OfAllRecordsStandInTheirOrder) {
+  auto runs = records();
+  runs.push_back(runs[0]);
+  runs.push_back(runs[0]);
+  const auto all = of(runs, servo_model(), {});
+  ASSERT_EQ(all.size(), 9U);
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i].record, i / 3);
+}
+
+TEST(ErrorOfTheContract, CountsEachSignalEqually) {
+  std::vector<Residuals> r(3);
+  r[0] = {0, Signal::omega, Eigen::VectorXd::Constant(1000, 2.0), {}};
+  r[1] = {1, Signal::omega, Eigen::VectorXd::Constant(3000, 4.0), {}};
+  r[2] = {0, Signal::i_a, Eigen::VectorXd::Constant(10, 1.0), {}};
+  const auto squares = mean_squares(r);
+  EXPECT_DOUBLE_EQ(squares.at(Signal::omega), (1000 * 4 + 3000 * 16) / 4000.0);
+  EXPECT_DOUBLE_EQ(squares.at(Signal::i_a), 1);
+  EXPECT_DOUBLE_EQ(error_of(squares), std::sqrt((13.0 + 1) / 2));
+}
+
+}  // namespace
+}  // namespace emtb

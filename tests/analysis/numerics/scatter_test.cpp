@@ -1,0 +1,87 @@
+#include "analysis/numerics/scatter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+constexpr std::size_t many = 40'000;
+
+/// A first-order autoregression of standard deviation 0.2, on something that moves.
+std::vector<double> autoregression(double rho, const std::function<double(std::size_t)>& movement) {
+  std::vector<double> x = synthetic::coloured(many, rho, 11);
+  for (std::size_t k = 0; k < many; ++k) x[k] = movement(k) + 0.2 * x[k];
+  return x;
+}
+
+double still(std::size_t) { return 0; }
+double stairs(std::size_t k) { return 3.0 * static_cast<double>(k / 4000); }
+double slope(std::size_t k) { return 1e-3 * static_cast<double>(k); }
+
+TEST(ColouredNoise, IsFoundWhateverItsMemory) {
+  for (const double rho : {0.0, 0.5, 0.9, 0.97}) {
+    const ColouredNoise noise = coloured_noise(autoregression(rho, still), 0);
+    EXPECT_NEAR(noise.sigma, 0.2, 0.02) << rho;
+    EXPECT_NEAR(noise.autocorrelation, rho, 0.02) << rho;
+  }
+}
+
+TEST(ColouredNoise, IsNotTakenInByEdgesAndSlopes) {
+  for (const auto movement : {stairs, slope}) {
+    const ColouredNoise noise = coloured_noise(autoregression(0.9, movement), 0);
+    EXPECT_NEAR(noise.sigma, 0.2, 0.02);
+    EXPECT_NEAR(noise.autocorrelation, 0.9, 0.02);
+  }
+}
+
+TEST(ColouredNoise, IsFoundBehindStepsAsLargeAsItself) {
+  for (const double rho : {0.0, 0.7, 0.9}) {
+    constexpr double step = 0.25;
+    std::vector<double> x = autoregression(rho, stairs);
+    for (double& v : x) v = step * std::round(v / step);
+    const ColouredNoise noise = coloured_noise(x, step / std::sqrt(12.0));
+    EXPECT_NEAR(noise.sigma, std::sqrt(0.04 + step * step / 12), 0.01) << rho;
+    // The steps' own error is nearly white.
+    EXPECT_NEAR(noise.autocorrelation, rho * 0.04 / (0.04 + step * step / 12), 0.05) << rho;
+  }
+}
+
+TEST(ColouredNoise, IsNoLessThanTheInstrumentsStep) {
+  const ColouredNoise noise = coloured_noise(std::vector<double>(100, 1.0), 0.05);
+  EXPECT_EQ(noise.sigma, 0.05);
+  EXPECT_EQ(noise.autocorrelation, 0);
+}
+
+TEST(ColouredNoise, FadesInMeansAsSlowlyAsItRemembers) {
+  constexpr std::size_t width = 100;
+  for (const double rho : {0.0, 0.9}) {
+    const std::vector<double> x = autoregression(rho, still);
+    double squares = 0;
+    for (std::size_t begin = 0; begin < many; begin += width) {
+      double mean = 0;
+      for (std::size_t k = begin; k < begin + width; ++k) mean += x[k] / width;
+      squares += mean * mean;
+    }
+    const double seen = std::sqrt(squares / (static_cast<double>(many) / width));
+    EXPECT_NEAR((ColouredNoise{0.2, rho}.of_mean(width)), seen, 0.1 * seen) << rho;
+  }
+  EXPECT_EQ((ColouredNoise{0.2, 0.9}.of_mean(1)), 0.2);
+}
+
+TEST(DifferenceScatter, SeesNoiseBehindEdgesAndNoneInAReference) {
+  synthetic::Noise noise(2);
+  const Series edges = synthetic::series(1e-3, 5, [&](double t) { return 10 * std::floor(t) + noise(0.3); });
+  EXPECT_NEAR(difference_scatter(edges.value), 0.3, 0.02);
+  const Series reference = synthetic::series(1e-3, 5, [](double t) { return std::floor(t); });
+  EXPECT_EQ(difference_scatter(reference.value), 0);
+  EXPECT_EQ(difference_scatter(std::vector<double>{1}), 0);
+}
+
+}  // namespace
+}  // namespace emtb
