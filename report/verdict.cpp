@@ -1,9 +1,9 @@
-#include "tools/verdict.h"
+#include "report/verdict.h"
 
 #include <algorithm>
 #include <sstream>
 
-#include "tools/text.h"
+#include "report/text.h"
 
 namespace emtb {
 

@@ -10,7 +10,7 @@
 #include "config/mapping.h"
 #include "report/page.h"
 #include "session/session.h"
-#include "tools/investigation_story.h"
+#include "report/investigation_story.h"
 
 namespace emtb {
 

@@ -1,4 +1,4 @@
-#include "tools/report_page.h"
+#include "report/report_page.h"
 
 #include <algorithm>
 #include <cctype>
@@ -14,10 +14,10 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "session/spec.h"
-#include "tools/report_figures.h"
-#include "tools/sha256.h"
-#include "tools/symbols.h"
-#include "tools/text.h"
+#include "report/figures_of_diagnosis.h"
+#include "report/sha256.h"
+#include "report/symbols.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {
