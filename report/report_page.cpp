@@ -11,6 +11,7 @@
 #include "model/catalogue.h"
 #include "report/data_section.h"
 #include "report/figures_of_diagnosis.h"
+#include "report/investigation_story.h"
 #include "report/next_steps.h"
 #include "report/symbols.h"
 #include "report/verdict.h"
@@ -244,7 +245,7 @@ Page report_page(const ReportInput& in, const Diagnosis& d) {
   const Dataset data = prepare(in.part(false), in.part(true), in.model);
   Page page("What the model `" + in.model.name + "` is missing", summary_of(in), in.on_figure);
   verdict_section(page, in, d);
-  if (in.story) tell(page, *in.story, d);
+  if (in.investigation != nullptr) tell(page, *in.investigation);
   overlay_section(page, in, d, data);
   where_section(page, d);
   parameter_section(page, d);
