@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/signal.h"
-#include "tools/progress.h"
+#include "report/progress.h"
 #include "report/text.h"
 
 namespace emtb {

@@ -21,7 +21,7 @@
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/prediction.h"
-#include "tools/progress.h"
+#include "report/progress.h"
 
 namespace emtb {
 namespace {

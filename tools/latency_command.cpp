@@ -9,7 +9,7 @@
 #include "server/client.h"
 #include "tools/commands.h"
 #include "tools/own_daemon.h"
-#include "tools/progress.h"
+#include "report/progress.h"
 #include "report/result_json.h"
 
 namespace emtb {

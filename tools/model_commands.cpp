@@ -21,7 +21,7 @@
 #include "model/catalogue.h"
 #include "session/spec.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
+#include "report/progress.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/result_json.h"
 #include "report/symbols.h"

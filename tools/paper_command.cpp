@@ -2,7 +2,7 @@
 
 #include "paper/page.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
+#include "report/progress.h"
 
 namespace emtb {
 

@@ -7,7 +7,7 @@
 #include "config/model.h"
 #include "hal/error.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
+#include "report/progress.h"
 #include "report/report_page.h"
 #include "report/result_json.h"
 #include "report/text.h"
