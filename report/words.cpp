@@ -31,11 +31,17 @@ std::string source_in_words(const NoiseFloor& noise) {
   if (noise.from == "declared") return "declared in the model file";
   if (noise.from == "settled") return "scatter about a straight line in settled stretches";
   if (noise.from == "repeats") return "what repeated runs differ by";
+  if (noise.from == "regression")
+    return "scatter of the slow meter about a straight line through the fast signals beside it";
   if (noise.from == "resolution") return "the instrument's resolution, LSB/√12";
   if (noise.from == "differences")
     return noise.lower_bound ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
                              : "differences of readings";
   return noise.from;
+}
+
+std::string autocorrelation_in_words(const NoiseFloor& noise) {
+  return noise.from == "settled" ? printed(noise.autocorrelation, 2) : "–";
 }
 
 }  // namespace emtb
