@@ -9,6 +9,7 @@
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/diagnose.h"
 #include "analysis/diagnose/overlay.h"
+#include "analysis/diagnose/refit_start.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/profile_likelihood.h"
