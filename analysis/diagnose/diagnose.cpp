@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "analysis/diagnose/refit_start.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -52,7 +53,7 @@ struct Trial {
   double squares = 0;  ///< of the residuals on the training runs
   double train = 0;
   Loss held_out;
-  Turns turns, held_out_turns;  ///< of the runs
+  RotorPhases phases, held_out_phases;  ///< of the runs
 };
 
 /// A fitted model, the scores of what is absent from it, and the refits of the best of them.
@@ -90,7 +91,7 @@ class Search {
  public:
   Search(const Dataset& data, const DiagnoseOptions& options) : data_(data), options_(options) {}
 
-  /// The fit, as one whose turns hold with an effect more or less: unless that repeats with the angle itself, or moves
+  /// The fit, as one whose phases hold with an effect more or less: unless that repeats with the angle itself, or moves
   /// an angle that is the integral of the speed's reading.
   static const Trial* known_for(std::size_t effect, const Trial& fit) {
     const EffectInfo& about = fit.model.about(effect);
@@ -98,7 +99,7 @@ class Search {
   }
 
   /// Fits; several starts only where nothing good is known to start from.
-  /// @param known a fit whose turns hold for this one, if the same repeats with the angle in both
+  /// @param known a fit whose phases hold for this one, if the same repeats with the angle in both
   Trial fit(const Model& start, const Trial* known = nullptr, int extra_starts = 0) const {
     // No decision is about less than a hundredth of the cost; what creeps on below this is not determined.
     return fit(start, {.extra_starts = extra_starts, .max_iterations = 25, .tolerance = 1e-5, .with_covariance = false},
@@ -138,20 +139,20 @@ class Search {
 
   Trial fit(const Model& start, CalibrationOptions options, const Trial* known = nullptr) const {
     Trial trial{{}, 0, 0, 0, Loss(data_.noise), {}, {}};
-    options.turns = turns_of(known);
+    options.phases = phases_of(known);
     Calibration fitted = calibrate(data_.train, start, options);
     trial.model = std::move(fitted.model);
     trial.cost = fitted.cost;
-    Turned left = residuals_at_best_turns(data_.train, trial.model, trial.model.values(), {},
-                                          known != nullptr ? fitted.turns : Turns{});
-    trial.turns = std::move(left.turns);
+    ResidualsAtPhases left = residuals_at_best_phases(data_.train, trial.model, trial.model.values(), {},
+                                                      known != nullptr ? fitted.phases : RotorPhases{});
+    trial.phases = std::move(left.phases);
     trial.squares = sum_of_squares(left.residuals);
     trial.train = error_of(mean_squares(left.residuals));
     if (!data_.held_out.empty()) {
-      Turned unseen = residuals_at_best_turns(data_.held_out, trial.model, trial.model.values(), {},
-                                              known != nullptr ? known->held_out_turns : Turns{});
+      ResidualsAtPhases unseen = residuals_at_best_phases(data_.held_out, trial.model, trial.model.values(), {},
+                                                          known != nullptr ? known->held_out_phases : RotorPhases{});
       trial.held_out.add(data_.held_out, unseen.residuals);
-      trial.held_out_turns = std::move(unseen.turns);
+      trial.held_out_phases = std::move(unseen.phases);
     } else if (data_.train.size() == 1) {
       trial.held_out.add(data_.train, left.residuals);
     } else {
@@ -219,7 +220,7 @@ class Search {
     const Loss& alone = round.fitted.held_out;
     const double left = largest_excess(alone);
     if (left < rule.remainder) return std::nullopt;
-    const double left_in_training = largest_excess(loss_on(data_.train, round.fitted.model, round.fitted.turns));
+    const double left_in_training = largest_excess(loss_on(data_.train, round.fitted.model, round.fitted.phases));
     std::vector<Score> best = promising(round.scores, options_.score);
     std::erase_if(best, [&](const Score& s) {
       return !makes_sense(s.effect, round.fitted.model) || kin_of(s.effect, added, round.fitted.model);
@@ -229,7 +230,7 @@ class Search {
     for (std::size_t i = 0; i + 1 < best.size(); ++i) {
       const Trial* known_one = known_for(best[i].effect, round.fitted);
       const auto one = with_effect(data_.train, round.fitted.model, round.fitted.squares, best[i].effect,
-                                   best[i].starts.front(), turns_of(known_one));
+                                   best[i].starts.front(), phases_of(known_one));
       if (!one) continue;
       for (std::size_t j = i + 1; j < best.size(); ++j) {
         Score::Start start = best[j].starts.front();
@@ -237,10 +238,10 @@ class Search {
         const Trial* known_other = known_for(best[j].effect, round.fitted);
         const Trial* known = known_one != nullptr ? known_other : nullptr;
         const auto both = with_effect(data_.train, one->model, one->squares, best[j].effect, start,
-                                      known_other != nullptr ? one->turns : Turns{});
+                                      known_other != nullptr ? one->phases : RotorPhases{});
         if (!both) continue;
-        const Calibration begun = first_steps(both->model, few, both->turns);
-        if (largest_excess(loss_on(data_.train, begun.model, begun.turns)) >
+        const Calibration begun = first_steps(both->model, few, both->phases);
+        if (largest_excess(loss_on(data_.train, begun.model, begun.phases)) >
             (1 - half_way * most_of_it) * left_in_training)
           continue;
         std::optional<Trial> trial = try_fit(begun.model, known);
@@ -277,7 +278,7 @@ class Search {
     for (const Score::Start& start : best.starts) {
       const auto toothed = with_effect(runs, fitted.model, squares, cogging, start);
       if (!toothed) continue;
-      const Calibration c = first_steps(runs, toothed->model, glance, toothed->turns);
+      const Calibration c = first_steps(runs, toothed->model, glance, toothed->phases);
       std::vector<double> there;
       for (const Parameter& p : c.model.parameters_of(cogging)) there.push_back(p.value);
       begun.push_back({c.cost, {there, there, {}}});
@@ -287,8 +288,8 @@ class Search {
     best.starts.clear();
     for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
     const Calibration started = first_steps(fitted, best);
-    const double left = largest_excess(loss_on(data_.train, fitted.model, fitted.turns));
-    if (largest_excess(loss_on(data_.train, started.model, started.turns)) > (1 - worth_going_on) * left) return {};
+    const double left = largest_excess(loss_on(data_.train, fitted.model, fitted.phases));
+    if (largest_excess(loss_on(data_.train, started.model, started.phases)) > (1 - worth_going_on) * left) return {};
     std::optional<Trial> trial = try_fit(started.model);
     if (!trial) return {};
     return std::pair{best, std::move(*trial)};
@@ -320,14 +321,14 @@ class Search {
   /// says nothing against the teeth.
   bool explains_most_runs(const Trial& trial) const {
     std::size_t explained = 0;
-    const auto count = [&](std::span<const PreparedRun> runs, const Turns& turns) {
+    const auto count = [&](std::span<const PreparedRun> runs, const RotorPhases& phases) {
       for (std::size_t i = 0; i < runs.size(); ++i) {
-        const Turns known = turns.empty() ? Turns{} : Turns{turns[i]};
+        const RotorPhases known = phases.empty() ? RotorPhases{} : RotorPhases{phases[i]};
         if (!remainder(loss_on(runs.subspan(i, 1), trial.model, known), options_.materiality)) ++explained;
       }
     };
-    count(data_.train, trial.turns);
-    count(data_.held_out, trial.held_out_turns);
+    count(data_.train, trial.phases);
+    count(data_.held_out, trial.held_out_phases);
     return 3 * explained >= 2 * (data_.train.size() + data_.held_out.size());
   }
 
@@ -380,13 +381,13 @@ class Search {
     return largest;
   }
 
-  Loss loss_on(std::span<const PreparedRun> runs, const Model& model, const Turns& turns) const {
+  Loss loss_on(std::span<const PreparedRun> runs, const Model& model, const RotorPhases& phases) const {
     Loss loss(data_.noise);
-    loss.add(runs, residuals_at_best_turns(runs, model, model.values(), {}, turns).residuals);
+    loss.add(runs, residuals_at_best_phases(runs, model, model.values(), {}, phases).residuals);
     return loss;
   }
 
-  static Turns turns_of(const Trial* known) { return known != nullptr ? known->turns : Turns{}; }
+  static RotorPhases phases_of(const Trial* known) { return known != nullptr ? known->phases : RotorPhases{}; }
 
   /// Is some signal so far above its floor that anything material could be removed?
   bool anything_left(const Loss& loss) const { return largest_excess(loss) >= options_.materiality.least; }
@@ -424,17 +425,18 @@ class Search {
     return trials;
   }
 
-  Calibration first_steps(const Model& start, int iterations, Turns turns) const {
-    return first_steps(data_.train, start, iterations, std::move(turns));
+  Calibration first_steps(const Model& start, int iterations, RotorPhases phases) const {
+    return first_steps(data_.train, start, iterations, std::move(phases));
   }
 
-  static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations, Turns turns) {
+  static Calibration first_steps(std::span<const PreparedRun> runs, const Model& start, int iterations,
+                                 RotorPhases phases) {
     return calibrated(runs, start,
                       {.extra_starts = 0,
                        .max_iterations = iterations,
                        .tolerance = 1e-3,
                        .with_covariance = false,
-                       .turns = std::move(turns)});
+                       .phases = std::move(phases)});
   }
 
   /// From where the score expects the effect. One that fades is scored where it stands, which tells little of where its
@@ -451,16 +453,16 @@ class Search {
     const Trial* known = known_for(score.effect, fitted);
     std::vector<Calibration> begun;
     for (const Score::Start& start : starts) {
-      const auto there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start, turns_of(known));
+      const auto there = with_effect(data_.train, fitted.model, fitted.squares, score.effect, start, phases_of(known));
       if (!there) continue;
       const bool many = starts.size() > go_on;
-      begun.push_back(first_steps(there->model, many ? glance : few, many ? there->turns : turns_of(known)));
+      begun.push_back(first_steps(there->model, many ? glance : few, many ? there->phases : phases_of(known)));
     }
     if (begun.empty()) return nowhere(fitted.model);
     std::ranges::stable_sort(begun, {}, &Calibration::cost);
     if (begun.size() > go_on) {
       begun.resize(go_on);
-      for (Calibration& c : begun) c = first_steps(c.model, few - glance, turns_of(known));
+      for (Calibration& c : begun) c = first_steps(c.model, few - glance, phases_of(known));
     }
     return *std::ranges::min_element(begun, {}, &Calibration::cost);
   }
@@ -473,20 +475,20 @@ class Search {
   }
 
   void leave_one_out(Trial& trial, CalibrationOptions options) const {
-    const bool known = !options.turns.empty();
+    const bool known = !options.phases.empty();
     for (std::size_t out = 0; out < data_.train.size(); ++out) {
       std::vector<PreparedRun> rest;
-      options.turns.clear();
+      options.phases.clear();
       for (std::size_t i = 0; i < data_.train.size(); ++i) {
         if (i == out) continue;
         rest.push_back(data_.train[i]);
-        if (known) options.turns.push_back(trial.turns[i]);
+        if (known) options.phases.push_back(trial.phases[i]);
       }
       const Model fitted = calibrate(rest, trial.model, options).model;
       const std::vector<PreparedRun> alone{data_.train[out]};
-      trial.held_out.add(
-          alone, residuals_at_best_turns(alone, fitted, fitted.values(), {}, known ? Turns{trial.turns[out]} : Turns{})
-                     .residuals);
+      trial.held_out.add(alone, residuals_at_best_phases(alone, fitted, fitted.values(), {},
+                                                         known ? RotorPhases{trial.phases[out]} : RotorPhases{})
+                                    .residuals);
     }
   }
 

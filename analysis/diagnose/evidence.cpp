@@ -125,13 +125,13 @@ std::vector<std::vector<Evidence>> evidence_of(const NullFit& fitted, std::size_
   const Extended x = extend(fitted, record, batch);
   std::vector<Residuals> seen;
   if (batch.front().whole) {
-    seen = residuals_at_turn(record, x.structure, x.values, {}, fitted.turns[index]).residuals;
+    seen = residuals_at_phase(record, x.structure, x.values, {}, fitted.phases[index]).residuals;
     for (std::size_t s = 0; s < seen.size(); ++s) {
       const VectorXd change = fitted.bases[index][s].plain.value - seen[s].value;
       if (change.squaredNorm() > 0) seen[s].sensitivity = change;
     }
   } else {
-    seen = residuals_at_turn(record, x.structure, x.values, x.columns, fitted.turns[index]).residuals;
+    seen = residuals_at_phase(record, x.structure, x.values, x.columns, fitted.phases[index]).residuals;
   }
   const std::vector<double>& t = record.excitation.t;
   const auto pieces_of = [&](const Hypothesis& h) {

@@ -76,14 +76,15 @@ double ringing_of(const NullFit& fitted) {
 NullFit null_fit(std::span<const PreparedRun> records, const Model& model) {
   const FreeParameters free(model);
   const auto p = static_cast<Eigen::Index>(free.size());
-  NullFit fit{records, model, std::vector<Turn>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model), p};
+  NullFit fit{records, model, std::vector<RotorPhase>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model),
+              p};
   fit.bases.resize(records.size());
   const std::vector<double> values = model.values();
   const std::vector<std::vector<std::size_t>> moved = moved_by(free);
   const auto simulate_one = [&](std::size_t i) {
     const ModelStructure structure = records[i].structure(model);
-    fit.turns[i] = best_turn(records[i], structure, values);
-    std::vector<Residuals> all = residuals_at_turn(records[i], structure, values, moved, fit.turns[i]).residuals;
+    fit.phases[i] = best_phase(records[i], structure, values);
+    std::vector<Residuals> all = residuals_at_phase(records[i], structure, values, moved, fit.phases[i]).residuals;
     for (Residuals& r : all) fit.bases[i].push_back(whitened(std::move(r)));
   };
   parallel_for(records.size(), simulate_one, [&](std::size_t i) { return records[i].length(); });

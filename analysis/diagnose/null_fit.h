@@ -7,7 +7,7 @@
 
 #include "analysis/diagnose/projection.h"
 #include "analysis/fit/residuals.h"
-#include "analysis/fit/turn.h"
+#include "analysis/fit/rotor_phase.h"
 #include "analysis/record/prepared_run.h"
 #include "model/effect.h"
 #include "model/model.h"
@@ -39,7 +39,7 @@ Matrix whiten(const Matrix& x, double rho, double innovation) {
 struct NullFit {
   std::span<const PreparedRun> records;
   const Model& model;
-  std::vector<Turn> turns;                            ///< of each record
+  std::vector<RotorPhase> phases;                     ///< of each record
   std::vector<std::vector<WhitenedResiduals>> bases;  ///< of each record, one a signal
   std::map<Signal, OwnSums> plain;
   OwnSums white;

@@ -8,7 +8,8 @@
 namespace emtb {
 
 std::optional<RefitStart> with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares,
-                                      std::size_t effect, const Score::Start& start, std::span<const Turn> turns) {
+                                      std::size_t effect, const Score::Start& start,
+                                      std::span<const RotorPhase> phases) {
   const FreeParameters free(fitted);
   const EffectInfo& about = fitted.about(effect);
   const auto at = [&](double share) {
@@ -28,13 +29,13 @@ std::optional<RefitStart> with_effect(std::span<const PreparedRun> records, cons
     return extended;
   };
   RefitStart best;
-  best.turns.assign(turns.begin(), turns.end());
-  // The turns are searched for the whole way, and followed from there.
+  best.phases.assign(phases.begin(), phases.end());
+  // The phases are searched for the whole way, and followed from there.
   const auto look_at = [&](double share) {
     RefitStart there{at(share), 0, {}};
-    Turned seen = residuals_at_best_turns(records, there.model, there.model.values(), {}, best.turns);
+    ResidualsAtPhases seen = residuals_at_best_phases(records, there.model, there.model.values(), {}, best.phases);
     there.squares = sum_of_squares(seen.residuals);
-    there.turns = std::move(seen.turns);
+    there.phases = std::move(seen.phases);
     return there;
   };
   best = look_at(1);

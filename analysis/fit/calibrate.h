@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis/fit/residuals.h"
-#include "analysis/fit/turn.h"
+#include "analysis/fit/rotor_phase.h"
 #include "analysis/record/prepared_run.h"
 
 namespace emtb {
@@ -35,7 +35,7 @@ struct Calibration {
   Eigen::VectorXd inflation;  ///< of each free parameter: its variance over that of white residuals; 0: not seen
   Eigen::VectorXd alone;      ///< [SI] standard error of each, were the residuals white and all others known
   Identifiability identifiability;
-  Turns turns;  ///< of the records, as the fit followed them
+  RotorPhases phases;  ///< of the records, as the fit followed them
 };
 
 struct CalibrationOptions {
@@ -44,7 +44,7 @@ struct CalibrationOptions {
   double tolerance = 1e-9;  ///< of the cost, relative: where a descent ends
   bool with_covariance = true;
   std::vector<Signal> outputs = {};  ///< compare these alone; empty: all
-  Turns turns = {};           ///< of the records, where they are known: followed, not searched; for no extra starts
+  RotorPhases phases = {};    ///< of the records, where they are known: followed, not searched; for no extra starts
   bool quick_errors = false;  ///< leaves long blocks and the length of steps out of the standard errors
 };
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "analysis/fit/turn.h"
+#include "analysis/fit/rotor_phase.h"
 
 namespace emtb {
 namespace {
@@ -96,31 +96,33 @@ class Comparison final : public Reader<Scalar> {
 /// @param values of all parameters, and the angle to turn the rotor by at the start
 template <class Scalar>
 void pass(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
-          std::span<const std::vector<std::size_t>> moved, Columns columns, std::vector<Residuals>& out) {
+          std::span<const std::vector<std::size_t>> moved, const Variation& variation, Columns columns,
+          std::vector<Residuals>& out) {
   std::vector<Scalar> p(values.begin(), values.end());
   for (std::size_t j = 0; j < columns.count; ++j) {
     for (const std::size_t place : moved[columns.first + j]) p[place].d[j] = 1;
   }
   Comparison<Scalar> comparison(record, columns, out);
-  simulate<Scalar>(structure, p, record.excitation, comparison);
+  simulate<Scalar>(structure, p, record.excitation, comparison, variation);
 }
 
 /// As many passes as the columns need.
 void all_passes(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
-                std::span<const std::vector<std::size_t>> moved, std::vector<Residuals>& out) {
+                std::span<const std::vector<std::size_t>> moved, const Variation& variation,
+                std::vector<Residuals>& out) {
   if (moved.empty()) {
     Comparison<double> comparison(record, {}, out);
-    simulate<double>(structure, values, record.excitation, comparison);
+    simulate<double>(structure, values, record.excitation, comparison, variation);
   }
   const auto all = static_cast<Eigen::Index>(moved.size());
   for (std::size_t first = 0; first < moved.size();) {
     const std::size_t left = moved.size() - first;
     if (left > derivatives_per_pass) {
       const Columns columns{first, std::min(left, 2 * derivatives_per_pass), all};
-      pass<WideSensitive>(record, structure, values, moved, columns, out);
+      pass<WideSensitive>(record, structure, values, moved, variation, columns, out);
       first += columns.count;
     } else {
-      pass<Sensitive>(record, structure, values, moved, {first, left, all}, out);
+      pass<Sensitive>(record, structure, values, moved, variation, {first, left, all}, out);
       first += left;
     }
   }
@@ -130,27 +132,28 @@ void all_passes(const PreparedRun& record, const ModelStructure& structure, std:
 
 std::vector<Residuals> simulated_residuals(const PreparedRun& record, const ModelStructure& structure,
                                            std::span<const double> values,
-                                           std::span<const std::vector<std::size_t>> moved) {
+                                           std::span<const std::vector<std::size_t>> moved,
+                                           const Variation& variation) {
   std::vector<Residuals> out;
   for (const Observation& o : record.observations) {
     out.push_back({0, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}});
   }
-  all_passes(record, structure, values, moved, out);
+  all_passes(record, structure, values, moved, variation, out);
   return out;
 }
 
 std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index,
                                  const ModelStructure& structure, std::span<const double> values,
                                  std::span<const std::vector<std::size_t>> moved) {
-  const Turn turn = best_turn(records[index], structure, values);
-  std::vector<Residuals> out = residuals_at_turn(records[index], structure, values, moved, turn).residuals;
+  const RotorPhase phase = best_phase(records[index], structure, values);
+  std::vector<Residuals> out = residuals_at_phase(records[index], structure, values, moved, phase).residuals;
   for (Residuals& r : out) r.record = index;
   return out;
 }
 
 std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,
                                  std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
-  return residuals_at_best_turns(records, model, values, moved).residuals;
+  return residuals_at_best_phases(records, model, values, moved).residuals;
 }
 
 double sum_of_squares(std::span<const Residuals> residuals) {

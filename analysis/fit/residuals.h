@@ -29,10 +29,11 @@ struct Residuals {
 /// tied)
 std::vector<Residuals> simulated_residuals(const PreparedRun& record, const ModelStructure& structure,
                                            std::span<const double> values,
-                                           std::span<const std::vector<std::size_t>> moved);
+                                           std::span<const std::vector<std::size_t>> moved,
+                                           const Variation& variation = {});
 
 /// The same at the angle of the rotor that fits best, where the structure holds an effect that repeats with it: see
-/// best_turn().
+/// best_phase().
 std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t record,
                                  const ModelStructure& structure, std::span<const double> values,
                                  std::span<const std::vector<std::size_t>> moved);
