@@ -118,7 +118,7 @@ StaticEstimate whole_run(const std::vector<Run>& runs, const Model& model) {
       const Parameter& p = fit.model.at(i);
       if (p.std_error) result.quantities.push_back({names[i], values[i], *p.std_error, p.unit});
     }
-    for (const PreparedRun& run : data.train) {
+    for (const Record& run : data.train) {
       result.used.push_back({run.name, run.excitation.t.front(), run.excitation.t.back()});
       for (const Observation& o : run.observations) result.points += o.size();
     }

@@ -1,6 +1,6 @@
 #include "tools/investigation_story.h"
 
-#include "analysis/record/noise.h"
+#include "analysis/record/dataset.h"
 #include "figures/number.h"
 #include "tools/report_figures.h"
 
@@ -29,8 +29,7 @@ void tell_foretold(Page& page, const InvestigationStory::Foretold& foretold, con
             printed(foretold.base, 3) + ".");
   page.paragraph("The prediction is `" + foretold.prediction + "`, the run that followed it `" + foretold.session +
                  "`.");
-  std::vector<PreparedRun> record{prepare_run(foretold.run, foretold.judge, Chaining::chained)};
-  weigh(record, estimate_noise(record, foretold.judge), foretold.judge);
+  const std::vector<Record> record = prepare(std::span(&foretold.run, 1), {}, foretold.judge, Chaining::chained).train;
   const std::vector<Overlay> found = overlays(record[0], d.final), given = overlays(record[0], d.base);
   for (std::size_t s = 0; s < found.size(); ++s) {
     NamedFigure figure = overlay_figure("the run that was foretold", found[s], given[s]);

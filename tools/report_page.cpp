@@ -216,7 +216,7 @@ void overlay_section(Page& page, const ReportInput& in, const Diagnosis& d, cons
                                       : "The model is driven by the recorded current i_{a}.");
   std::size_t train = 0, held = 0;
   for (const ReportRun& r : in.runs) {
-    const PreparedRun& record = r.held_out ? data.held_out[held++] : data.train[train++];
+    const Record& record = r.held_out ? data.held_out[held++] : data.train[train++];
     const std::string name = short_name(r.run.name) + (r.held_out ? ", held out" : ", training");
     page.subsection(name);
     const std::vector<Overlay> after = overlays(record, d.final);
@@ -382,7 +382,7 @@ std::string source_in_words(const NoiseFloor& noise) {
 }
 
 /// What became of a signal's readings, in words; their number left out is added to `left_out`.
-std::string fate_of(const ReportRun& r, Signal signal, const PreparedRun& record, const Model& model,
+std::string fate_of(const ReportRun& r, Signal signal, const Record& record, const Model& model,
                     std::size_t& left_out) {
   const auto observed = std::ranges::find(record.observations, signal, &Observation::signal);
   if (signal == model.input) return "drives the model";
@@ -411,7 +411,7 @@ void readings_tables(Page& page, const ReportInput& in, const Dataset& data) {
   std::map<Signal, std::vector<std::string>> fates;  // those that differ
   std::size_t train = 0, held = 0, left_out = 0;
   for (const ReportRun& r : in.runs) {
-    const PreparedRun& record = r.held_out ? data.held_out[held++] : data.train[train++];
+    const Record& record = r.held_out ? data.held_out[held++] : data.train[train++];
     rows.push_back(
         {short_name(r.whole.name), r.held_out ? "judging" : "fitting", printed(r.from) + " … " + printed(r.to)});
     for (const Signal signal : recorded) {

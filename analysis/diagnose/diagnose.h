@@ -1,16 +1,19 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/criterion.h"
 #include "analysis/diagnose/loss.h"
 #include "analysis/diagnose/missing_curve.h"
 #include "analysis/diagnose/next_experiment.h"
 #include "analysis/diagnose/score.h"
+#include "analysis/diagnose/search.h"
 #include "analysis/fit/calibrate.h"
 #include "model/effect.h"
 #include "model/model.h"
@@ -31,19 +34,6 @@ struct MissingEffect {
   std::size_t effect = 0;  ///< as the model numbers them: Model::about()
   std::vector<std::size_t> tied_with;
   std::vector<Parameter> parameters;  ///< as fitted, with standard errors
-};
-
-/// What was tried of one absent effect.
-struct Candidate {
-  Score score;                           ///< at the model where it was last scored
-  std::optional<double> held_out_error;  ///< of the best refit that included it
-};
-
-struct Step {
-  std::string action;                ///< `added coulomb_friction`
-  std::optional<std::size_t> added;  ///< the effect, where one was
-  double train = 0;
-  double held_out = 0;
 };
 
 struct Diagnosis {
@@ -69,6 +59,7 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   Materiality materiality;
+  std::shared_ptr<const Criterion> criterion;  ///< what decides; null: materiality
   ScoreOptions score;
   std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
   std::size_t longest_list = 6;  ///< no more effects than this are added
