@@ -104,11 +104,10 @@ bool Model::periodic() const {
 void Model::hold_first_phase() {
   bool first = true;
   for (IncludedEffect& e : effects) {
-    for (Parameter& p : e.parameters) {
-      if (p.symbol != "phase") continue;
-      p.fixed = first;
-      first = false;
-    }
+    const auto phase = effect_catalogue()[e.effect].place_of(Role::phase);
+    if (!phase) continue;
+    e.parameters[*phase].fixed = first;
+    first = false;
   }
 }
 

@@ -39,9 +39,8 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
 /// Which of the effects found shapes the same edges as this one, if any?
 std::optional<std::size_t> kin_of(std::size_t effect, const std::vector<std::size_t>& found, const Model& model) {
   const EffectInfo& about = model.about(effect);
-  if (!about.edges) return std::nullopt;
   for (const std::size_t other : found) {
-    if (other != effect && model.about(other).edges && model.about(other).stage == about.stage) return other;
+    if (other != effect && about.same_family(model.about(other))) return other;
   }
   return std::nullopt;
 }
@@ -195,12 +194,12 @@ class Search {
     bool any_amplitude = false;
     for (std::size_t i = 0; i < about.parameter_count; ++i) {
       const EffectParameter& p = about.parameter_list[i];
-      if (p.shape) continue;
+      if (p.is_shape()) continue;
       any_amplitude = true;
       const Parameter& found = included[i];
       if (found.value == p.null) continue;  // it rests where the effect is absent
       const bool on_bound = found.value <= found.min || found.value >= found.max;
-      const double size = p.null == infinity || p.known ? found.value : found.value - p.null;
+      const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
       if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
     }
     return !any_amplitude;
@@ -264,23 +263,26 @@ class Search {
     constexpr std::size_t go_on = 2;
     constexpr double worth_going_on = 0.05;  // of the largest remainder
     const Trial& fitted = round.fitted;
-    const std::size_t cogging = effect_index("cogging");
-    if (largest_excess(fitted.held_out) < options_.materiality.remainder || fitted.model.includes(cogging)) return {};
+    if (largest_excess(fitted.held_out) < options_.materiality.remainder) return {};
+    std::vector<std::size_t> detents;
+    for (std::size_t effect = 0; effect < effect_count; ++effect) {
+      if (effect_catalogue()[effect].is_detent() && !fitted.model.includes(effect)) detents.push_back(effect);
+    }
+    if (detents.empty()) return {};
     ScoreOptions all = options_.score;
     all.whole_orders = true;
-    const std::vector<Score> scored =
-        promising(score(data_.train, fitted.model, std::vector<std::size_t>{cogging}, all), options_.score);
+    const std::vector<Score> scored = promising(score(data_.train, fitted.model, detents, all), options_.score);
     if (scored.empty()) return {};
     Score best = scored.front();
     const std::vector<PreparedRun> runs = shortest_records(data_.train);
     const double squares = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
     std::vector<std::pair<double, Score::Start>> begun;
     for (const Score::Start& start : best.starts) {
-      const auto toothed = with_effect(runs, fitted.model, squares, cogging, start);
+      const auto toothed = with_effect(runs, fitted.model, squares, best.effect, start);
       if (!toothed) continue;
       const Calibration c = first_steps(runs, toothed->model, glance, toothed->phases);
       std::vector<double> there;
-      for (const Parameter& p : c.model.parameters_of(cogging)) there.push_back(p.value);
+      for (const Parameter& p : c.model.parameters_of(best.effect)) there.push_back(p.value);
       begun.push_back({c.cost, {there, there, {}}});
     }
     if (begun.empty()) return {};
@@ -629,7 +631,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
 
   // Teeth: friction comes near enough to be taken first. Only where they explain most runs: a wave does a little of
   // anything. Where nothing was found, they were tried in that very round.
-  if (!found.empty() && remainder(current.held_out, rule) && found.front() != effect_index("cogging")) {
+  if (!found.empty() && remainder(current.held_out, rule) && !current.model.about(found.front()).is_detent()) {
     progress(0.55, "trying teeth");
     auto teeth = search.teeth_first(*search.round({}, [&] { return current; }), found.size() + 1);
     if (teeth && search.explains_most_runs(teeth->trial) && material(current.held_out, teeth->trial.held_out, rule)) {

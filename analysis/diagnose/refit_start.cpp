@@ -23,7 +23,7 @@ std::optional<RefitStart> with_effect(std::span<const PreparedRun> records, cons
     for (std::size_t i = 0; i < added.size(); ++i) {
       Parameter& p = added[i];
       if (p.fixed) continue;
-      const double part = about.parameter_list[i].shape ? std::min(share, 1.0) : share;
+      const double part = about.parameter_list[i].is_shape() ? std::min(share, 1.0) : share;
       p.value = std::clamp(start.from[i] + part * (start.expected[i] - start.from[i]), p.min, p.max);
     }
     return extended;

@@ -22,8 +22,14 @@ struct BrushDrop {
           "From coulomb_friction by a fast current, or by current at two loads; from driver_dead_zone by a measured "
           "e_a, or by reversal.",
       .source = "Modelica Standard Library, Machines.Losses.DCMachines.Brush",
-      .parameter_list = {{{.symbol = "V_b", .unit = "V", .null = 0, .min = 0, .max = 100},
-                          {.symbol = "i_lin", .unit = "A", .null = 0.01, .min = 1e-6, .max = 1e3, .shape = true}}},
+      .parameter_list = {{{.symbol = "V_b", .unit = "V", .null = 0, .min = 0, .max = 100, .typical = 1.5},
+                          {.symbol = "i_lin",
+                           .unit = "A",
+                           .null = 0.01,
+                           .min = 1e-6,
+                           .max = 1e3,
+                           .typical = 0.01,
+                           .role = Role::shape}}},
       .parameter_count = 2,
       .opposes_motion = true};
 

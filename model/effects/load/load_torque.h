@@ -18,7 +18,7 @@ struct LoadTorque {
       .told_apart =
           "From coulomb_friction by a reversal or a standstill; in one direction without a gauge they are the same.",
       .source = "Erdal et al. (2011), equation (5): T_L",
-      .parameter_list = {{{.symbol = "T_L", .unit = "N m", .null = 0, .min = -1e4, .max = 1e4}}}};
+      .parameter_list = {{{.symbol = "T_L", .unit = "N m", .null = 0, .min = -1e4, .max = 1e4, .typical = 0.1}}}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -16,7 +16,7 @@ struct CurrentOffset {
       .shows = "A current is read at rest, and the same is added in both directions.",
       .told_apart = "From coulomb_friction by rest and by reversal.",
       .source = "offset error of a Hall sensor",
-      .parameter_list = {{{.symbol = "i_0", .unit = "A", .null = 0, .min = -1e3, .max = 1e3}}},
+      .parameter_list = {{{.symbol = "i_0", .unit = "A", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.02}}},
       .reads = Signal::i_a};
 
   template <class Scalar>

@@ -16,7 +16,7 @@ struct TachoOffset {
       .shows = "The speed reads omega_0 at rest, and is off by it at every speed.",
       .told_apart = "From driver_dead_zone and coulomb_friction by its reading at rest.",
       .source = "offset error of an amplifier",
-      .parameter_list = {{{.symbol = "omega_0", .unit = "rad/s", .null = 0, .min = -1e3, .max = 1e3}}},
+      .parameter_list = {{{.symbol = "omega_0", .unit = "rad/s", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.7}}},
       .reads = Signal::omega};
 
   template <class Scalar>
