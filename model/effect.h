@@ -61,6 +61,7 @@ struct Ranges {
   double reference = 0;       ///< [V] largest |u_ref|
   double voltage = 0;         ///< [V] largest |e_a|
   double current = 0;         ///< [A] largest |i_a|
+  double torque = 0;          ///< [N m] that this current makes
   double speed = 0;           ///< [rad/s] largest |omega|
   double duration = 0;        ///< [s] of the longest run
   double heat = 0;            ///< [J] lost in R_a in the hottest run
@@ -72,6 +73,21 @@ struct Ranges {
 /// Values of all parameters of one effect from which a search starts. (The library needs three, a user's formula may
 /// have more.)
 using StartValues = std::array<double, 8>;
+
+/// How a running machine is watched for an effect that its model lacks, by the first parameter. Such an effect states
+/// beside `apply`, in a function `size_at(share, seen)`, how large it is where it makes up that share of what the
+/// machine does.
+struct Watch {
+  int rank = 0;        ///< there is room for a few at a time: the lowest first
+  bool varies = true;  ///< within a run; otherwise it is there or it is not
+};
+
+/// A change of a parameter while the machine runs, told to a person: `the motor needs 0.01 N m more than before: ...`.
+struct ChangeWords {
+  std::string_view what;  ///< `the motor needs`; empty: there are no words for it
+  std::string_view more;  ///< what may have happened: `a brake left on?`
+  std::string_view less;
+};
 
 /// What an effect is, for programs and for people: `emtb effects ID` prints it.
 struct EffectInfo {
@@ -92,11 +108,13 @@ struct EffectInfo {
   bool clips = false;           ///< acts beyond its parameter only: what the data reach is its null
   AtNull at_null = AtNull::all;
   Family family = Family::none;
-  bool periodic = false;  ///< in the angle; its shapes are found from the data's own spectrum
-  bool quick = false;     ///< with a time constant of its own that may be far below the shaft's
-  std::optional<Signal> reads =
-      {};  ///< of a sensor: the signal whose reading it describes; cannot be seen where that is not measured
-  std::string_view needs = {};  ///< the effect without which this one makes no sense
+  bool periodic = false;            ///< in the angle; its shapes are found from the data's own spectrum
+  bool quick = false;               ///< with a time constant of its own that may be far below the shaft's
+  bool dry_friction = false;        ///< it alone: brakes the same at any speed
+  std::optional<Watch> watch = {};  ///< absent: it repeats, fades or needs a shape to be found; not while a motor runs
+  ChangeWords changed = {};
+  std::optional<Signal> reads = {};  ///< of a sensor: whose reading it describes; not seen where that is not measured
+  std::string_view needs = {};       ///< the effect without which this one makes no sense
 
   /// Neither amplitude nor null to be seen from: the effect is there or not, and is judged by trying it.
   constexpr bool fades() const {

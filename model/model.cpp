@@ -115,8 +115,8 @@ std::vector<std::string> Model::names() const {
   std::vector<std::string> names;
   for (const Parameter& p : base) names.push_back(p.symbol);
   for (const IncludedEffect& e : effects) {
-    for (const Parameter& p : e.parameters) {
-      names.push_back(std::string(effect_catalogue()[e.effect].id) + "." + p.symbol);
+    for (std::size_t i = 0; i < e.parameters.size(); ++i) {
+      names.push_back(full_name(effect_catalogue()[e.effect], i));
     }
   }
   for (const AddedTerm& t : terms) {

@@ -133,6 +133,7 @@ TEST(Catalogue, TheRolesOfAnEffectsParametersGoTogether) {
 constexpr Ranges seen{.reference = 6,
                       .voltage = 110,
                       .current = 3,
+                      .torque = 2,
                       .speed = 150,
                       .duration = 20,
                       .heat = 200,
@@ -173,6 +174,21 @@ TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {
   EXPECT_TRUE(effect_catalogue()[effect_index("cogging")].is_detent());
   EXPECT_FALSE(effect_catalogue()[effect_index("eccentric_load")].is_detent()) << "once a turn";
   EXPECT_FALSE(effect_catalogue()[effect_index("tacho_ripple")].is_detent()) << "no torque";
+}
+
+TEST(Catalogue, IsWatchedForWhatHasASizeAndNoShapeThatMatters) {
+  const std::vector<std::size_t> watched = watched_effects();
+  ASSERT_FALSE(watched.empty());
+  std::set<int> ranks;
+  for (const std::size_t effect : watched) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    SCOPED_TRACE(about.id);
+    EXPECT_TRUE(ranks.insert(about.watch->rank).second) << "which comes first?";
+    EXPECT_FALSE(about.periodic || about.fades() || about.at_null != AtNull::all);
+    const double size = size_at(effect, 0.02, seen);
+    EXPECT_GT(size, about.parameter_list[0].null);
+    EXPECT_LE(size, about.parameter_list[0].max);
+  }
 }
 
 TEST(Catalogue, EffectsOfOneFamilyActInOneStage) {

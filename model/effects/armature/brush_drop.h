@@ -31,7 +31,8 @@ struct BrushDrop {
                            .typical = 0.01,
                            .role = Role::shape}}},
       .parameter_count = 2,
-      .opposes_motion = true};
+      .opposes_motion = true,
+      .watch = Watch{.rank = 3, .varies = false}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -44,6 +45,8 @@ struct BrushDrop {
     for (const double share : {0.0005, 0.003, 0.02}) all.push_back({0, share * seen.current});
     return all;
   }
+
+  static double size_at(double share, const Ranges& seen) { return share * seen.voltage; }
 };
 
 }  // namespace emtb
