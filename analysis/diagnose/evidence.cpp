@@ -56,7 +56,7 @@ Extended extend(const NullFit& fitted, const Record& record, const Batch& batch)
     std::vector<double> values(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(h.about().parameter_count));
     if (h.about().periodic) {
       parts.push_back({h.effect, values, {0}, column});
-      values.back() += std::numbers::pi / 2;
+      values[h.about().place_of(Role::phase).value()] += std::numbers::pi / 2;
       parts.push_back({h.effect, values, {0}, column + 1});
     } else {
       (h.effect < effect_count ? parts : formulas)

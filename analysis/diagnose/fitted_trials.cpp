@@ -115,11 +115,6 @@ Loss FittedTrials::loss_on(std::span<const Record> runs, const Model& model, con
   return loss;
 }
 
-const std::vector<double>* FittedTrials::valley_of(std::size_t effect) const {
-  const auto valley = valleys_.find(effect);
-  return valley != valleys_.end() ? &valley->second : nullptr;
-}
-
 std::vector<Score> FittedTrials::scores(const Model& fitted) {
   return score(data_.train, fitted, absent_effects(fitted), score_);
 }
@@ -130,7 +125,7 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   std::vector<Fit> begun;
   double most = 0;
   for (const Score& s : best) {
-    begun.push_back(begun_refit(data_.train, fitted.fit, fitted.squares, s, valley_of(s.effect)));
+    begun.push_back(begun_refit(data_.train, fitted.fit, fitted.squares, s, valleys_));
     most = std::max(most, fitted.fit.cost - begun.back().cost);
   }
   std::vector<Addition> additions;
@@ -148,9 +143,9 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
 
 std::optional<Addition> FittedTrials::refit_at_whole_orders(const Trial& fitted) {
   constexpr double worth_going_on = 0.05;  // of the largest remainder; by hand
-  const std::size_t cogging = effect_index("cogging");
-  if (!criterion_.worth_a_wide_search(fitted.held_out) || fitted.model().includes(cogging)) return {};
-  auto begun = begun_at_whole_orders(data_.train, fitted.fit, fitted.squares, cogging, score_, valley_of(cogging));
+  const std::vector<std::size_t> detents = absent_detents(fitted.model());
+  if (!criterion_.worth_a_wide_search(fitted.held_out) || detents.empty()) return {};
+  auto begun = begun_at_whole_orders(data_.train, fitted.fit, fitted.squares, detents, score_, valleys_);
   if (!begun) return {};
   const double left = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
   if (largest_excess(loss_on(data_.train, begun->fit.model, begun->fit.phases)) > (1 - worth_going_on) * left)
@@ -210,12 +205,12 @@ bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   bool any_amplitude = false;
   for (std::size_t i = 0; i < about.parameter_count; ++i) {
     const EffectParameter& p = about.parameter_list[i];
-    if (p.shape) continue;
+    if (p.is_shape()) continue;
     any_amplitude = true;
     const Parameter& found = included[i];
     if (found.value == p.null) continue;  // it rests where the effect is absent
     const bool on_bound = found.value <= found.min || found.value >= found.max;
-    const double size = p.null == infinity || p.known ? found.value : found.value - p.null;
+    const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
     if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
   }
   return !any_amplitude;

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <map>
 #include <span>
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/criterion.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/trials.h"
 
 namespace emtb {
@@ -37,14 +37,13 @@ class FittedTrials final : public Trials {
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
   void leave_one_out(Trial& trial, CalibrationOptions options) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;
-  const std::vector<double>* valley_of(std::size_t effect) const;
 
   const Dataset& data_;
   const Model& given_;
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
-  std::map<std::size_t, std::vector<double>> valleys_;  // parameters of each effect where its last refit ended
+  Valleys valleys_;
 };
 
 /// A fitted model with its standard errors, as it stands.

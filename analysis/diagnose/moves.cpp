@@ -26,14 +26,21 @@ bool needed(std::size_t effect, const Model& model) {
   });
 }
 
-std::optional<std::size_t> same_edges_as(std::size_t effect, const std::vector<std::size_t>& found,
-                                         const Model& model) {
+std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<std::size_t>& found,
+                                          const Model& model) {
   const EffectInfo& about = model.about(effect);
-  if (!about.edges) return std::nullopt;
   for (const std::size_t other : found) {
-    if (other != effect && model.about(other).edges && model.about(other).stage == about.stage) return other;
+    if (other != effect && about.same_family(model.about(other))) return other;
   }
   return std::nullopt;
+}
+
+std::vector<std::size_t> absent_detents(const Model& model) {
+  std::vector<std::size_t> detents;
+  for (std::size_t effect = 0; effect < effect_count; ++effect) {
+    if (effect_catalogue()[effect].is_detent() && !model.includes(effect)) detents.push_back(effect);
+  }
+  return detents;
 }
 
 std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& fitted, std::size_t at_most,
@@ -51,7 +58,7 @@ std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& 
   constexpr std::size_t tried = 4;  // the best scored: six pairs
   std::vector<Score> best = promising(scores, options);
   std::erase_if(
-      best, [&](const Score& s) { return !makes_sense(s.effect, fitted) || same_edges_as(s.effect, added, fitted); });
+      best, [&](const Score& s) { return !makes_sense(s.effect, fitted) || same_family_as(s.effect, added, fitted); });
   if (best.size() > tried) best.resize(tried);
   return best;
 }

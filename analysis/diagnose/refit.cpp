@@ -23,7 +23,7 @@ std::optional<RefitStart> with_effect(std::span<const Record> records, const Mod
     for (std::size_t i = 0; i < added.size(); ++i) {
       Parameter& p = added[i];
       if (p.fixed) continue;
-      const double part = about.parameter_list[i].shape ? std::min(share, 1.0) : share;
+      const double part = about.parameter_list[i].is_shape() ? std::min(share, 1.0) : share;
       p.value = std::clamp(start.from[i] + part * (start.expected[i] - start.from[i]), p.min, p.max);
     }
     return extended;
@@ -69,13 +69,13 @@ bool keeps_phases(std::size_t effect, const Model& model) {
 }
 
 Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squares, const Score& score,
-                const std::vector<double>* valley) {
+                const Valleys& valleys) {
   constexpr int few = 4, first_look = 2;  // steps
   constexpr std::size_t go_on = 2;
   std::vector<Score::Start> starts = score.starts;
-  if (valley != nullptr && starts.size() > 1) {
+  if (const auto valley = valleys.find(score.effect); valley != valleys.end() && starts.size() > 1) {
     starts.resize(1);
-    starts.push_back({*valley, *valley, {}});
+    starts.push_back({valley->second, valley->second, {}});
   }
   const RotorPhases known = keeps_phases(score.effect, fitted.model) ? fitted.phases : RotorPhases{};
   std::vector<Fit> begun;
@@ -95,32 +95,31 @@ Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squar
 }
 
 std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> records, const Fit& fitted,
-                                                        double squares, std::size_t effect, const ScoreOptions& options,
-                                                        const std::vector<double>* valley) {
+                                                        double squares, std::span<const std::size_t> effects,
+                                                        const ScoreOptions& options, const Valleys& valleys) {
   constexpr int first_look = 2;  // steps
   constexpr std::size_t go_on = 2;
   ScoreOptions all = options;
   all.whole_orders = true;
-  const std::vector<Score> scored =
-      promising(score(records, fitted.model, std::vector<std::size_t>{effect}, all), options);
+  const std::vector<Score> scored = promising(score(records, fitted.model, effects, all), options);
   if (scored.empty()) return std::nullopt;
   Score best = scored.front();
   const std::vector<Record> runs = shortest_records(records);
   const double squares_there = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
   std::vector<std::pair<double, Score::Start>> begun;
   for (const Score::Start& start : best.starts) {
-    const auto there = with_effect(runs, fitted.model, squares_there, effect, start);
+    const auto there = with_effect(runs, fitted.model, squares_there, best.effect, start);
     if (!there) continue;
     const Fit f = first_steps(runs, there->model, first_look, there->phases);
     std::vector<double> values;
-    for (const Parameter& p : f.model.parameters_of(effect)) values.push_back(p.value);
+    for (const Parameter& p : f.model.parameters_of(best.effect)) values.push_back(p.value);
     begun.push_back({f.cost, {values, values, {}}});
   }
   if (begun.empty()) return std::nullopt;
   std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
   best.starts.clear();
   for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
-  Fit started = begun_refit(records, fitted, squares, best, valley);
+  Fit started = begun_refit(records, fitted, squares, best, valleys);
   return BegunAtWholeOrders{std::move(best), std::move(started)};
 }
 

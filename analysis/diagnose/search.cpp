@@ -127,7 +127,7 @@ bool Search::add_pair(const Round& of_current) {
 /// does a little of anything. Where nothing was found, it was tried in that very round.
 void Search::try_cogging_first() {
   if (found_.effects.empty() || !criterion_.remainder(found_.current.held_out) ||
-      found_.effects.front() == effect_index("cogging")) {
+      found_.current.model().about(found_.effects.front()).is_detent()) {
     return;
   }
   tell(0.55, "trying cogging first");
@@ -259,7 +259,7 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
   }
   if (stays && without && mends_another(effect, without->held_out, current.held_out)) {
     // The lesser of the two goes.
-    const auto other = fit_without(*same_edges_as(effect, found_.effects, current.model()));
+    const auto other = fit_without(*same_family_as(effect, found_.effects, current.model()));
     stays = other && other->held_out.error() < without->held_out.error();
   }
   return !stays;
@@ -268,7 +268,7 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
 /// Two that shape the same edges: of a filter with two poles, a lag leaves what a delay takes away. Another effect is
 /// one that removes a material share of what was there before both.
 bool Search::mends_another(std::size_t effect, const Loss& without, const Loss& with) const {
-  const auto other = same_edges_as(effect, found_.effects, found_.current.model());
+  const auto other = same_family_as(effect, found_.effects, found_.current.model());
   if (!other) return false;
   const auto own = found_.before.find(effect);
   const Loss& of_other = found_.before.at(*other);
