@@ -36,13 +36,14 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, const Finding& found) {
   try {
     const Calibration last = calibrate(data.train, found.current.model(), careful);
     d.final = last.model;
+    d.at_bound = last.at_bound;
     d.undetermined = last.identifiability.undetermined;
   } catch (const ModelError&) {
     d.final = found.current.model();
   }
   d.final_train = found.current.train;
   d.final_held_out = found.current.held_out.error();
-  d.base = with_standard_errors(data.train, d.base);
+  d.base = with_standard_errors(data.train, d.base).model;
   d.where_final = residual_maps(data.all(), d.final);
   if (!d.missing_base.empty()) d.missing_final = missing_curves(data.train, d.final);
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);

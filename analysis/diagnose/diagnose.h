@@ -46,6 +46,7 @@ struct Diagnosis {
   std::vector<Step> steps;
   std::vector<ResidualMap> where;          ///< of the base model, on all runs: where it fails
   std::vector<ResidualMap> where_final;    ///< of the final model: what remains
+  std::vector<std::string> at_bound;       ///< parameters of the final model that rest on a bound
   std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out

@@ -35,11 +35,11 @@ std::optional<Trial> attempt(const Fit& fit) {
 
 }  // namespace
 
-Model with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
+Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
   CalibrationOptions as_it_is;
   as_it_is.extra_starts = as_it_is.max_iterations = 0;
   as_it_is.quick_errors = quick;
-  return fit_or_none(records, fitted, as_it_is).model;
+  return fit_or_none(records, fitted, as_it_is);
 }
 
 FittedTrials::FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion,
@@ -199,9 +199,9 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
 
 bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   // What quick errors lack is no reason to doubt that it is there.
-  const Model with_errors = with_standard_errors(data_.train, fitted, true);
-  const EffectInfo& about = with_errors.about(effect);
-  const std::vector<Parameter>& included = with_errors.parameters_of(effect);
+  const Fit judged = with_standard_errors(data_.train, fitted, true);
+  const EffectInfo& about = fitted.about(effect);
+  const std::vector<Parameter>& included = judged.model.parameters_of(effect);
   bool any_amplitude = false;
   for (std::size_t i = 0; i < about.parameter_count; ++i) {
     const EffectParameter& p = about.parameter_list[i];
@@ -209,7 +209,7 @@ bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
     any_amplitude = true;
     const Parameter& found = included[i];
     if (found.value == p.null) continue;  // it rests where the effect is absent
-    const bool on_bound = found.value <= found.min || found.value >= found.max;
+    const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
     const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
     if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
   }

@@ -46,8 +46,8 @@ class FittedTrials final : public Trials {
   Valleys valleys_;
 };
 
-/// A fitted model with its standard errors, as it stands.
+/// A fitted model as it stands, with its standard errors and what rests on a bound.
 /// @param quick leaves long blocks and the length of steps out of them
-Model with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick = false);
+Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick = false);
 
 }  // namespace emtb
