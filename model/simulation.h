@@ -32,6 +32,12 @@ struct Excitation {
                                                                 ///< shaft
 };
 
+/// A simulation of a run otherwise than it was recorded, without a copy of the run.
+struct Variation {
+  std::span<const double> angle = {};  ///< [rad] in place of Excitation::angle; empty: as measured
+  bool half_steps = false;             ///< steps of at most half the length: tells what their length does
+};
+
 /// How many derivatives one pass carries: one or two vector registers of AVX2 (docs/decisions/sensitivities.md).
 inline constexpr std::size_t derivatives_per_pass = 4;
 using Sensitive = Dual<derivatives_per_pass>;
@@ -77,7 +83,7 @@ class Reader {
 /// more, an angle to add to that of the rotor: where a run starts in a turn is seldom known
 template <class Scalar>
 void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& excitation,
-              Reader<Scalar>& reader);
+              Reader<Scalar>& reader, const Variation& variation = {});
 
 /// The readings that the model predicts at each time of the excitation.
 template <class Scalar>
@@ -112,10 +118,10 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
 }
 
 extern template void simulate<double>(const ModelStructure&, std::span<const double>, const Excitation&,
-                                      Reader<double>&);
+                                      Reader<double>&, const Variation&);
 extern template void simulate<Sensitive>(const ModelStructure&, std::span<const Sensitive>, const Excitation&,
-                                         Reader<Sensitive>&);
+                                         Reader<Sensitive>&, const Variation&);
 extern template void simulate<WideSensitive>(const ModelStructure&, std::span<const WideSensitive>, const Excitation&,
-                                             Reader<WideSensitive>&);
+                                             Reader<WideSensitive>&, const Variation&);
 
 }  // namespace emtb

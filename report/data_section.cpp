@@ -32,7 +32,7 @@ constexpr Use uses[] = {
     {Signal::temperature, "shows whether R_{a} warms up during a run"}};
 
 /// What became of a signal's readings, in words; their number left out is added to `left_out`.
-std::string fate_of(const ReportRun& r, Signal signal, const PreparedRun& record, const Model& model,
+std::string fate_of(const ReportRun& r, Signal signal, const Record& record, const Model& model,
                     std::size_t& left_out) {
   const auto observed = std::ranges::find(record.observations, signal, &Observation::signal);
   if (signal == model.input) return "drives the model";
@@ -61,7 +61,7 @@ void readings_tables(Page& page, const ReportInput& in, const Dataset& data) {
   std::map<Signal, std::vector<std::string>> fates;  // those that differ
   std::size_t train = 0, held = 0, left_out = 0;
   for (const ReportRun& r : in.runs) {
-    const PreparedRun& record = r.held_out ? data.held_out[held++] : data.train[train++];
+    const Record& record = r.held_out ? data.held_out[held++] : data.train[train++];
     rows.push_back(
         {short_name(r.whole.name), r.held_out ? "judging" : "fitting", printed(r.from) + " … " + printed(r.to)});
     for (const Signal signal : recorded) {

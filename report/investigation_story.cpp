@@ -1,6 +1,6 @@
 #include "report/investigation_story.h"
 
-#include "analysis/record/noise.h"
+#include "analysis/record/dataset.h"
 #include "figures/number.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/text.h"
@@ -63,8 +63,7 @@ void tell_foretold(Page& page, const ForetoldRun& foretold, const Diagnosis& d) 
             printed(foretold.base.chained_error, 3) + ".");
   page.paragraph("The prediction is `" + foretold.prediction + "`, the run that followed it `" +
                  foretold.recording.name + "`.");
-  std::vector<PreparedRun> record{prepare_run(foretold.recording.runs.front(), foretold.judge, Chaining::chained)};
-  weigh(record, estimate_noise(record, foretold.judge), foretold.judge);
+  const std::vector<Record> record = prepare(foretold.recording.runs, {}, foretold.judge, Chaining::chained).train;
   const std::vector<Overlay> found = overlays(record[0], d.final), given = overlays(record[0], d.base);
   for (std::size_t s = 0; s < found.size(); ++s) {
     NamedFigure figure = overlay_figure("the run that was foretold", found[s], given[s]);

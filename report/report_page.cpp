@@ -62,7 +62,7 @@ void overlay_section(Page& page, const ReportInput& in, const Diagnosis& d, cons
                                       : "The model is driven by the recorded current i_{a}.");
   std::size_t train = 0, held = 0;
   for (const ReportRun& r : in.runs) {
-    const PreparedRun& record = r.held_out ? data.held_out[held++] : data.train[train++];
+    const Record& record = r.held_out ? data.held_out[held++] : data.train[train++];
     const std::string name = short_name(r.run.name) + (r.held_out ? ", held out" : ", training");
     page.subsection(name);
     const std::vector<Overlay> after = overlays(record, d.final);

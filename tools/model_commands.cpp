@@ -9,6 +9,7 @@
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/diagnose.h"
 #include "analysis/diagnose/overlay.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/profile_likelihood.h"
@@ -152,7 +153,7 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
   if (shown.empty()) std::cout << "No signal is above its noise floor by more than a tenth.\n";
 }
 
-double error_on(std::span<const PreparedRun> runs, const Model& model) {
+double error_on(std::span<const Record> runs, const Model& model) {
   return error_of(mean_squares(residuals(runs, model, model.values(), {})));
 }
 
@@ -231,7 +232,7 @@ void plot_worst(std::span<const Run> runs, const Model& model) {
     const double floors = o.floors();
     return floors > 1.1 ? floors : o.signal == Signal::omega ? 1 : 0;  // within a tenth of the floor: not off
   };
-  for (const PreparedRun& record : data.train) {
+  for (const Record& record : data.train) {
     for (Overlay& o : overlays(record, model)) {
       if (worst && off(o) <= off(*worst)) continue;
       worst = std::move(o);

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
-#include "analysis/fit/turn.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -56,25 +54,11 @@ struct ScoreOptions {
 
 /// Scores each candidate on the records, at the values of the fitted model.
 /// @throws ModelError where a formula is not finite in a record.
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
-                         std::span<const std::size_t> candidates, const ScoreOptions& options = {});
+std::vector<Score> score(std::span<const Record> records, const Model& fitted, std::span<const std::size_t> candidates,
+                         const ScoreOptions& options = {});
 
 /// Those that pass the gate (Holm's step-down over all scores), or promise much, and could matter, largest predicted
 /// drop first.
 std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& options = {});
-
-/// Where a refit starts.
-struct RefitStart {
-  Model model;         ///< with the scored effect
-  double squares = 0;  ///< the sum of squares there, in units of sigma^2
-  Turns turns;         ///< of the records there
-};
-
-/// The model with the scored effect: the whole way that the score expects where that lowers the sum of squares, else as
-/// much of it as does; none where it cannot be simulated: a load heavier than the whole rotor.
-/// @param squares that sum for the fitted model
-/// @param turns of the records, where they are known: followed, not searched
-std::optional<RefitStart> with_effect(std::span<const PreparedRun> records, const Model& fitted, double squares,
-                                      std::size_t effect, const Score::Start& start, std::span<const Turn> turns = {});
 
 }  // namespace emtb

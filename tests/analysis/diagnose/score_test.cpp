@@ -1,3 +1,4 @@
+#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 
 #include <gmock/gmock.h>

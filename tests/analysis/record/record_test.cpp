@@ -1,4 +1,4 @@
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 
 #include <gmock/gmock.h>
 
@@ -18,14 +18,14 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-const Observation* observation(const PreparedRun& run, Signal signal) {
+const Observation* observation(const ObservedRun& run, Signal signal) {
   const auto o = std::ranges::find(run.observations, signal, &Observation::signal);
   return o == run.observations.end() ? nullptr : &*o;
 }
 
 std::string complaint_of_preparing(const emtb::Run& run, const Model& model = servo_model()) {
   try {
-    prepare_run(run, model);
+    observe_run(run, model);
   } catch (const ModelError& e) {
     return e.what();
   }
@@ -44,7 +44,7 @@ emtb::Run plain_run() {
 // ---- what is compared
 
 TEST(PrepareRun, AFastReadingIsAnInstant) {
-  const PreparedRun run = prepare_run(plain_run(), servo_model());
+  const ObservedRun run = observe_run(plain_run(), servo_model());
   const Observation* omega = observation(run, Signal::omega);
   ASSERT_TRUE(omega);
   EXPECT_FALSE(omega->slow);
@@ -57,7 +57,7 @@ TEST(PrepareRun, AMeterWithAWindowReadsTheMeanOverIt) {
   Series meter = series(0.5, 2, [](double) { return 1.0; });
   meter.window = 0.4;
   run.signals[Signal::i_a] = meter;
-  const PreparedRun prepared = prepare_run(run, servo_model());
+  const ObservedRun prepared = observe_run(run, servo_model());
   const Observation* i_a = observation(prepared, Signal::i_a);
   ASSERT_TRUE(i_a);
   EXPECT_TRUE(i_a->slow);
@@ -70,7 +70,7 @@ TEST(PrepareRun, AMeterWithoutAWindowReadsTheMeanSinceItsReadingBefore) {
   Series& meter = run.signals[Signal::i_a];
   meter.t = {0.3, 0.7, 1.25, 1.9};
   meter.value = {1, 2, 3, 4};
-  const PreparedRun prepared = prepare_run(run, servo_model());
+  const ObservedRun prepared = observe_run(run, servo_model());
   const Observation* i_a = observation(prepared, Signal::i_a);
   ASSERT_TRUE(i_a);
   EXPECT_THAT(i_a->first, ElementsAre(300, 700, 1250));
@@ -100,7 +100,7 @@ TEST(PrepareRun, ComparesWithTheSlopeOfTheAngleWhereThereIsNoSpeed) {
   emtb::Run run = plain_run();
   run.signals.erase(Signal::omega);
   run.signals[Signal::theta] = series(1e-3, 2, [](double t) { return 30 * t; });
-  const PreparedRun prepared = prepare_run(run, servo_model());
+  const ObservedRun prepared = observe_run(run, servo_model());
   const Observation* omega = observation(prepared, Signal::omega);
   ASSERT_TRUE(omega);
   for (std::size_t i = 0; i < omega->size(); ++i) {
@@ -116,9 +116,9 @@ TEST(PrepareRun, StartsAtTheSpeedThatTheFirstReadingsTell) {
   synthetic::Noise noise(4);
   emtb::Run run = plain_run();
   run.signals[Signal::omega] = series(1e-3, 2, [&](double t) { return 120 - 50 * t + noise(0.2); });
-  EXPECT_NEAR(prepare_run(run, servo_model()).excitation.initial.omega, 120, 0.3);
+  EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 120, 0.3);
   run.signals[Signal::omega] = series(1e-3, 2, [&](double) { return noise(0.2); });
-  EXPECT_EQ(prepare_run(run, servo_model()).excitation.initial.omega, 0) << "noise is no motion";
+  EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0) << "noise is no motion";
 }
 
 // ---- what drives the model
@@ -127,11 +127,11 @@ TEST(PrepareRun, AGaugeThatReadsZeroIsNoLoad) {
   synthetic::Noise noise(4);
   emtb::Run run = plain_run();
   run.signals[Signal::torque] = series(1e-3, 2, [&](double) { return noise(0.001); });
-  PreparedRun prepared = prepare_run(run, servo_model());
+  ObservedRun prepared = observe_run(run, servo_model());
   EXPECT_FALSE(prepared.measured_load);
   EXPECT_TRUE(observation(prepared, Signal::torque)) << "it is still compared with";
   run.signals[Signal::torque] = series(1e-3, 2, [&](double t) { return (t < 1 ? 0 : 0.01) + noise(0.001); });
-  prepared = prepare_run(run, servo_model());
+  prepared = observe_run(run, servo_model());
   EXPECT_TRUE(prepared.measured_load);
   EXPECT_TRUE(prepared.structure(servo_model()).measured_load);
   EXPECT_NEAR(prepared.excitation.load[1500], 0.01, 0.001);
@@ -144,7 +144,7 @@ TEST(PrepareRun, QuietsAMeasuredLoadButForWhatRepeatsWithTheAngle) {
   run.signals[Signal::omega] = series(1e-3, 20, [&](double) { return speed; });
   run.signals[Signal::u_ref] = series(1e-3, 20, [](double) { return 2.0; });
   run.signals[Signal::torque] = series(1e-3, 20, [&](double t) { return ripple * std::sin(speed * t) + noise(sigma); });
-  const PreparedRun prepared = prepare_run(run, servo_model());
+  const ObservedRun prepared = observe_run(run, servo_model());
   ASSERT_TRUE(prepared.measured_load);
   double squares = 0;
   for (std::size_t k = 0; k < prepared.length(); ++k) {
@@ -157,7 +157,7 @@ TEST(PrepareRun, QuietsTheMeasuredVoltageWithoutTouchingItsCorners) {
   const double sigma = 0.05;
   const std::vector<synthetic::Hold> plan{{0.7, 0}, {0.8, 3}, {0.8, -4}, {0.7, 1}};
   const emtb::Run clean = record({}, plan, 1e-3), noisy = record({}, plan, 1e-3, {.e_a = sigma});
-  const PreparedRun prepared = prepare_run(noisy, servo_model());
+  const ObservedRun prepared = observe_run(noisy, servo_model());
   ASSERT_TRUE(prepared.measured_voltage);
   const std::vector<double>& e = prepared.excitation.e_a;
   const std::vector<double>& exact = clean.at(Signal::e_a).value;
@@ -180,7 +180,7 @@ TEST(PrepareRun, QuietsTheMeasuredVoltageAlsoWhereTheDriverIsNotAsKnown) {
   other_gain.driver->gain = 2;
   other_slopes.driver->rise = other_slopes.driver->fall = 8000;
   for (const Model& model : {other_gain, other_slopes}) {
-    const std::vector<double> e = prepare_run(run, model).excitation.e_a;
+    const std::vector<double> e = observe_run(run, model).excitation.e_a;
     double squares = 0, worst = 0;
     for (std::size_t k = 0; k < e.size(); ++k) {
       squares += std::pow(e[k] - exact[k], 2);
@@ -193,8 +193,8 @@ TEST(PrepareRun, QuietsTheMeasuredVoltageAlsoWhereTheDriverIsNotAsKnown) {
 
 TEST(PrepareRun, ChainedDrivesTheMotorWithTheDriverOfTheModel) {
   const emtb::Run run = record({}, synthetic::steps, 1e-3);
-  EXPECT_TRUE(prepare_run(run, servo_model()).measured_voltage);
-  const PreparedRun chained = prepare_run(run, servo_model(), Chaining::chained);
+  EXPECT_TRUE(observe_run(run, servo_model()).measured_voltage);
+  const ObservedRun chained = observe_run(run, servo_model(), Chaining::chained);
   EXPECT_FALSE(chained.measured_voltage);
   EXPECT_TRUE(observation(chained, Signal::e_a)) << "still compared with";
 }
@@ -202,7 +202,7 @@ TEST(PrepareRun, ChainedDrivesTheMotorWithTheDriverOfTheModel) {
 TEST(PrepareRun, KnowsWhenTheArmatureIsOpen) {
   emtb::Run run = plain_run();
   run.signals[Signal::armature_open] = series(1e-3, 2, [](double t) { return t > 1.5 ? 1.0 : 0.0; });
-  const PreparedRun prepared = prepare_run(run, servo_model());
+  const ObservedRun prepared = observe_run(run, servo_model());
   EXPECT_EQ(prepared.excitation.armature_open[1400], 0);
   EXPECT_EQ(prepared.excitation.armature_open[1600], 1);
 }

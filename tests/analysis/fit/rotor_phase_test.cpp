@@ -1,11 +1,11 @@
-#include "analysis/fit/turn.h"
+#include "analysis/fit/rotor_phase.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/record/noise.h"
+#include "analysis/record/noise_floor.h"
 #include "tests/analysis/synthetic.h"
 
 namespace emtb {
@@ -17,7 +17,7 @@ constexpr double wander = 0.01;                         // [rad^2/s] of the meas
 /// A servo that cogs, and what of it was read: readings of the model itself, turned at the start.
 struct Cogging {
   Model model = synthetic::servo_model();
-  PreparedRun record;
+  Record record;
   std::vector<double> wandered;  ///< [rad] the measured angle less the shaft's, at each time
 
   /// @param parameters of cogging, which at a phase of -N turned starts between two teeth, and of an eccentric load
@@ -29,7 +29,7 @@ struct Cogging {
     std::ranges::copy(parameters, values.begin() + 5);
     for (std::size_t i = 0; i < values.size(); ++i) model.at(i).value = values[i];
     const Run run = synthetic::record({}, synthetic::steps, 1e-3, {.omega = sigma_omega});
-    record = prepare_run(run, model);
+    record = {observe_run(run, model)};
     record.measured_voltage = false;
     Excitation& x = record.excitation;
     std::vector<double> truth = values;
@@ -58,85 +58,85 @@ struct Cogging {
 
   std::vector<double> values() const { return model.values(); }
   ModelStructure structure() const { return record.structure(model); }
-  double error_at(const Turn& turn) const {
-    return error_of(mean_squares(residuals_at_turn(record, structure(), values(), {}, turn).residuals));
+  double error_at(const RotorPhase& phase) const {
+    return error_of(mean_squares(residuals_at_phase(record, structure(), values(), {}, phase).residuals));
   }
 };
 
 TEST(BestTurn, IsTheLowestOfAllValleysWhereTwoOrdersRepeat) {
   for (const double turned : {0.4, 2.0, 5.5}) {                      // [rad]
     const Cogging c({0.004, 24.0, 0.3, 0.003, 0.0}, turned, false);  // [N m], [1/turn], [rad], [N m], [rad]
-    const Turn turn = best_turn(c.record, c.structure(), c.values());
-    ASSERT_EQ(turn.at.size(), 1U) << "an angle that does not wander needs no more";
-    EXPECT_NEAR(turn.at.front(), turned, 2e-3);
+    const RotorPhase phase = best_phase(c.record, c.structure(), c.values());
+    ASSERT_EQ(phase.at.size(), 1U) << "an angle that does not wander needs no more";
+    EXPECT_NEAR(phase.at.front(), turned, 2e-3);
   }
 }
 
 TEST(BestTurn, IsNoneWhereNothingRepeats) {
   const Cogging c({0.004, 6.0, -2.4}, 0.4, true);
   const Model plain = synthetic::servo_model();
-  EXPECT_TRUE(best_turn(c.record, c.record.structure(plain), plain.values()).at.empty());
+  EXPECT_TRUE(best_phase(c.record, c.record.structure(plain), plain.values()).at.empty());
 }
 
 TEST(BestTurn, FollowsAnAngleThatWanders) {
   Cogging c({0.004, 6.0, -2.4}, 0.4, true);
-  const Turn turn = best_turn(c.record, c.structure(), c.values());
-  ASSERT_GT(turn.at.size(), 5U);
-  EXPECT_LT(c.error_at(turn), 1.05);
+  const RotorPhase phase = best_phase(c.record, c.structure(), c.values());
+  ASSERT_GT(phase.at.size(), 5U);
+  EXPECT_LT(c.error_at(phase), 1.05);
   // As likely as the wander that there was: about one square a knot.
-  EXPECT_LT(turn.unlikely, 4 * static_cast<double>(turn.at.size()));
-  EXPECT_GT(turn.unlikely, 0.1 * static_cast<double>(turn.at.size()));
+  EXPECT_LT(phase.unlikely, 4 * static_cast<double>(phase.at.size()));
+  EXPECT_GT(phase.unlikely, 0.1 * static_cast<double>(phase.at.size()));
   c.record.angle_wander = 0;
-  EXPECT_GT(c.error_at(best_turn(c.record, c.structure(), c.values())), 1.3) << "one turn for all of the run";
+  EXPECT_GT(c.error_at(best_phase(c.record, c.structure(), c.values())), 1.3) << "one phase for all of the run";
 }
 
 TEST(BestTurn, FromNearIsAsGoodAsASearch) {
   const Cogging c({0.004, 6.0, -2.4}, 0.4, true);
-  const Turn searched = best_turn(c.record, c.structure(), c.values());
-  Turn near = searched;
+  const RotorPhase searched = best_phase(c.record, c.structure(), c.values());
+  RotorPhase near = searched;
   for (double& at : near.at) at += 0.02;
-  const Turn followed = best_turn(c.record, c.structure(), c.values(), &near);
+  const RotorPhase followed = best_phase(c.record, c.structure(), c.values(), &near);
   EXPECT_LT(c.error_at(followed), c.error_at(searched) + 5e-3);
 }
 
-TEST(ResidualsAtBestTurns, FollowEachRecordFromWhereItsTurnIsKnown) {
+TEST(ResidualsAtBestPhases, FollowEachRecordFromWhereItsPhaseIsKnown) {
   const Cogging a({0.004, 6.0, -2.4}, 0.4, true), b({0.004, 6.0, -2.4}, 0.7, false);
-  const std::vector<PreparedRun> records{a.record, b.record};
-  const Turned searched = residuals_at_best_turns(records, a.model, a.values(), {});
-  ASSERT_EQ(searched.turns.size(), 2U);
-  EXPECT_NEAR(searched.turns[1].at.front(), 0.7, 5e-3);
-  Turns near = searched.turns;
-  for (Turn& turn : near) {
-    for (double& at : turn.at) at += 0.02;
+  const std::vector<Record> records{a.record, b.record};
+  const ResidualsAtPhases searched = residuals_at_best_phases(records, a.model, a.values(), {});
+  ASSERT_EQ(searched.phases.size(), 2U);
+  EXPECT_NEAR(searched.phases[1].at.front(), 0.7, 5e-3);
+  RotorPhases near = searched.phases;
+  for (RotorPhase& phase : near) {
+    for (double& at : phase.at) at += 0.02;
   }
-  const Turned followed = residuals_at_best_turns(records, a.model, a.values(), {}, near);
+  const ResidualsAtPhases followed = residuals_at_best_phases(records, a.model, a.values(), {}, near);
   EXPECT_NEAR(sum_of_squares(followed.residuals), sum_of_squares(searched.residuals),
               1e-2 * sum_of_squares(searched.residuals));
   EXPECT_EQ(followed.residuals.back().record, 1U);
 }
 
-TEST(ResidualsAtTurn, GiveAGradientOfTheirSquaresAndOfWhatIsUnlikely) {
+TEST(ResidualsAtPhase, GiveAGradientOfTheirSquaresAndOfWhatIsUnlikely) {
   const Cogging c({0.004, 6.0, -2.4}, 0.4, true);
   std::vector<double> values = c.values();
   values[5] *= 0.97;  // T_cog
   const std::vector<std::vector<std::size_t>> moved{{5}};
-  const auto cost = [&](double T_cog, const Turn& from) {
+  const auto cost = [&](double T_cog, const RotorPhase& from) {
     std::vector<double> there = values;
     there[5] = T_cog;
-    Turn turn = from;
-    for (int k = 0; k < 5; ++k) turn = best_turn(c.record, c.structure(), there, &turn);
-    return sum_of_squares(residuals_at_turn(c.record, c.structure(), there, {}, turn).residuals) + turn.unlikely;
+    RotorPhase phase = from;
+    for (int k = 0; k < 5; ++k) phase = best_phase(c.record, c.structure(), there, &phase);
+    return sum_of_squares(residuals_at_phase(c.record, c.structure(), there, {}, phase).residuals) + phase.unlikely;
   };
-  Turn turn = best_turn(c.record, c.structure(), values);
-  for (int k = 0; k < 5; ++k) turn = best_turn(c.record, c.structure(), values, &turn);
-  const auto [seen, prior] = residuals_at_turn(c.record, c.structure(), values, moved, turn);
+  RotorPhase phase = best_phase(c.record, c.structure(), values);
+  for (int k = 0; k < 5; ++k) phase = best_phase(c.record, c.structure(), values, &phase);
+  const auto [seen, prior] = residuals_at_phase(c.record, c.structure(), values, moved, phase);
   double downhill = prior.str[0];
   for (const Residuals& r : seen) {
     if (r.informed()) downhill += r.sensitivity.col(0).dot(r.value);
   }
   const double step = 0.01 * values[5];
-  const double slope = (cost(values[5] + step, turn) - cost(values[5] - step, turn)) / (2 * step);
-  // Not nearer: a turn at one knot is taken for the same turn throughout, as seen from around that knot.
+  const double slope = (cost(values[5] + step, phase) - cost(values[5] - step, phase)) / (2 * step);
+  // Not nearer: a phase at one knot is taken for the same phase throughout, as seen from around that knot.
   EXPECT_NEAR(-2 * downhill, slope, 0.2 * std::abs(slope));
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "hal/signal.h"
 
 namespace emtb {
@@ -25,11 +25,6 @@ using Noise = std::map<Signal, NoiseFloor>;
 /// differences. For a slow meter, scatter about a line through the fast signals beside it, where that is clearly less:
 /// what settles within a few readings may still relax. Never below LSB/sqrt(12). Settled stretches come before repeats,
 /// which also differ by what an effect adds to each anew: a ripple whose angle nobody set.
-Noise estimate_noise(std::span<const PreparedRun> records, const Model& model);
-
-/// Gives each reading its sigma: the floor, widened where timing (half a sample on a slope of e_a) or the noise of the
-/// measured input limit what any model could predict. Uses the model's start values only, so that it stays the same for
-/// all models that are compared on these records.
-void weigh(std::span<PreparedRun> records, const Noise& noise, const Model& model);
+Noise estimate_noise(std::span<const ObservedRun> records, const Model& model);
 
 }  // namespace emtb

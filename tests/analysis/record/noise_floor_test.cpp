@@ -1,5 +1,3 @@
-#include "analysis/record/noise.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <numbers>
 
 #include "analysis/fit/residuals.h"
+#include "analysis/record/dataset.h"
 #include "tests/analysis/synthetic.h"
 
 namespace emtb {
@@ -16,7 +15,7 @@ using synthetic::series;
 using synthetic::servo_model;
 
 /// A run of constant references, 4 s each, and a speed that has settled but for its noise.
-PreparedRun settled_run(const std::vector<double>& noise, double lsb = 0) {
+ObservedRun settled_run(const std::vector<double>& noise, double lsb = 0) {
   emtb::Run run;
   run.name = "settled";
   const double interval = 1e-3, seconds = static_cast<double>(noise.size()) * interval;
@@ -25,10 +24,10 @@ PreparedRun settled_run(const std::vector<double>& noise, double lsb = 0) {
   for (std::size_t k = 0; k < omega.value.size(); ++k) omega.value[k] = 80 * omega.value[k] + noise[k];
   omega.lsb = lsb;
   run.signals[Signal::omega] = omega;
-  return prepare_run(run, servo_model());
+  return observe_run(run, servo_model());
 }
 
-NoiseFloor floor_of_omega(const PreparedRun& run, const Model& model = servo_model()) {
+NoiseFloor floor_of_omega(const ObservedRun& run, const Model& model = servo_model()) {
   return estimate_noise(std::span(&run, 1), model).at(Signal::omega);
 }
 
@@ -48,7 +47,7 @@ emtb::Run slow_meter_run(double seconds, double interval, const OverTime& u_ref,
 }
 
 NoiseFloor floor_of_i_a(const emtb::Run& run) {
-  const PreparedRun prepared = prepare_run(run, servo_model());
+  const ObservedRun prepared = observe_run(run, servo_model());
   return estimate_noise(std::span(&prepared, 1), servo_model()).at(Signal::i_a);
 }
 
@@ -134,7 +133,7 @@ TEST(NoiseFloor, OfASlowMeterThatNeverSettlesIsToldByTheFastSignalsBesideIt) {
 }
 
 TEST(NoiseFloor, WhatTheModelDeclaresWins) {
-  const PreparedRun run = settled_run(scaled(synthetic::coloured(24'000, 0, 3), 0.1), 0.5);
+  const ObservedRun run = settled_run(scaled(synthetic::coloured(24'000, 0, 3), 0.1), 0.5);
   Model model = servo_model();
   model.noise[Signal::omega] = 0.7;
   EXPECT_EQ(floor_of_omega(run, model).sigma, 0.7);
@@ -156,7 +155,7 @@ TEST(NoiseFloor, FromDifferencesIsFlaggedAsALowerBound) {
   run.signals[Signal::u_ref] = series(1e-3, 8, [](double t) { return 0.5 * t; });  // never settles
   synthetic::Noise noise(5);
   run.signals[Signal::omega] = series(1e-3, 8, [&](double t) { return 40 * t + noise(0.2); });
-  const PreparedRun prepared = prepare_run(run, servo_model());
+  const ObservedRun prepared = observe_run(run, servo_model());
   const NoiseFloor floor = floor_of_omega(prepared);
   EXPECT_EQ(floor.from, "differences");
   EXPECT_TRUE(floor.lower_bound);
@@ -164,7 +163,7 @@ TEST(NoiseFloor, FromDifferencesIsFlaggedAsALowerBound) {
 }
 
 /// A reference that never rests, and noise of rho 0.9 that third differences take for a sixth of what it is.
-PreparedRun swinging_run(unsigned seed, double faster = 1, double drift = 0) {
+ObservedRun swinging_run(unsigned seed, double faster = 1, double drift = 0) {
   emtb::Run run;
   run.name = "swinging";
   run.signals[Signal::u_ref] =
@@ -175,11 +174,11 @@ PreparedRun swinging_run(unsigned seed, double faster = 1, double drift = 0) {
     omega.value[k] = 80 * omega.value[k] + 0.15 * noise[k] + drift * omega.t[k];
   }
   run.signals[Signal::omega] = omega;
-  return prepare_run(run, servo_model());
+  return observe_run(run, servo_model());
 }
 
 TEST(NoiseFloor, OfRunsThatNeverSettleIsToldByTheirRepeats) {
-  const std::vector<PreparedRun> runs{swinging_run(1), swinging_run(2), swinging_run(3)};
+  const std::vector<ObservedRun> runs{swinging_run(1), swinging_run(2), swinging_run(3)};
   const NoiseFloor floor = estimate_noise(runs, servo_model()).at(Signal::omega);
   EXPECT_NEAR(floor.sigma, 0.15, 0.015);
   EXPECT_NEAR(floor.autocorrelation, 0.9, 0.05);
@@ -188,21 +187,20 @@ TEST(NoiseFloor, OfRunsThatNeverSettleIsToldByTheirRepeats) {
 }
 
 TEST(NoiseFloor, WhatDriftsFromRepeatToRepeatIsNotNoise) {
-  const std::vector<PreparedRun> runs{swinging_run(1), swinging_run(2, 1, 0.2)};  // [rad/s2] it warms up
+  const std::vector<ObservedRun> runs{swinging_run(1), swinging_run(2, 1, 0.2)};  // [rad/s2] it warms up
   EXPECT_NEAR(estimate_noise(runs, servo_model()).at(Signal::omega).sigma, 0.15, 0.015);
 }
 
 TEST(NoiseFloor, RunsOfDifferentReferencesAreNoRepeats) {
-  const std::vector<PreparedRun> runs{swinging_run(1), swinging_run(2, 1.5)};
+  const std::vector<ObservedRun> runs{swinging_run(1), swinging_run(2, 1.5)};
   EXPECT_EQ(estimate_noise(runs, servo_model()).at(Signal::omega).from, "differences");
 }
 
 TEST(Weigh, WidensTheVoltageWhereItsEdgesAreAndNowhereElse) {
   emtb::Run run = synthetic::record({}, {{1, 0}, {1.5, 2}}, 1e-3, {.e_a = 0.05});
-  std::vector<PreparedRun> records{prepare_run(run, servo_model())};
   Model model = servo_model();
   model.noise = {{Signal::omega, 0.1}, {Signal::i_a, 0.01}, {Signal::e_a, 0.05}};
-  weigh(records, estimate_noise(records, model), model);
+  const std::vector<Record> records = prepare(std::vector{run}, {}, model).train;
   const auto e_a = std::ranges::find(records[0].observations, Signal::e_a, &Observation::signal);
   EXPECT_EQ(e_a->sigma[500], 0.05);
   EXPECT_GT(e_a->sigma[1002], 1);  // 2 V a sample, which half a sample of timing may shift
@@ -229,9 +227,8 @@ TEST(Weigh, CarriesTheNoiseOfTheGaugeIntoWhatTheModelPredicts) {
     const std::vector<double> noise = synthetic::coloured(torque.t.size(), rho, 5);
     for (std::size_t k = 0; k < noise.size(); ++k) torque.value[k] = 4e-5 * torque.value[k] + 1e-3 * noise[k];
     run.signals[Signal::torque] = torque;
-    std::vector<PreparedRun> records{prepare_run(run, truth)};
+    const std::vector<Record> records = prepare(std::vector{run}, {}, truth).train;
     ASSERT_TRUE(records[0].measured_load);
-    weigh(records, estimate_noise(records, truth), truth);
     const auto mean = mean_squares(residuals(records, truth, truth.values(), {}));
     EXPECT_NEAR(mean.at(Signal::omega), 1, 0.45) << rho;
     EXPECT_NEAR(mean.at(Signal::i_a), 1, 0.4) << rho;

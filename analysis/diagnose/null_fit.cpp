@@ -1,0 +1,101 @@
+#include "analysis/diagnose/null_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/numerics/parallel.h"
+#include "analysis/numerics/ringing.h"
+
+namespace emtb {
+namespace {
+
+WhitenedResiduals whitened(Residuals r) {
+  WhitenedResiduals base;
+  const Eigen::Index n = r.value.size();
+  const double squares = r.value.squaredNorm();
+  if (n > 2 && squares > 0) {
+    base.rho = std::clamp(r.value.head(n - 1).dot(r.value.tail(n - 1)) / squares, -0.9, 0.999);
+  }
+  base.white = whiten(r.value, base.rho, 1.0);
+  base.innovation =
+      std::max(1e-9, std::sqrt(base.white.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n))));
+  base.white /= base.innovation;
+  if (r.informed()) base.white_sensitivity = whiten(r.sensitivity, base.rho, base.innovation);
+  base.plain = std::move(r);
+  return base;
+}
+
+/// How far the fitted model went in the records.
+Ranges ranges_of(std::span<const Record> records, const Model& model) {
+  struct Extremes final : Reader<double> {
+    Ranges seen;
+    double heat = 0, resistance = 0;
+    const std::vector<double>* t = nullptr;
+    void read(std::size_t k, const SimulatedReadings<double>& y) override {
+      seen.voltage = std::max(seen.voltage, std::abs(y.e_a));
+      seen.current = std::max(seen.current, std::abs(y.i_a));
+      seen.speed = std::max(seen.speed, std::abs(y.omega));
+      if (k > 0) heat += resistance * y.i_a * y.i_a * ((*t)[k] - (*t)[k - 1]);
+    }
+  };
+  const std::vector<double> values = model.values();
+  Ranges seen;
+  seen.inertia = values[4];
+  seen.rise = model.structure().driver.rise;
+  seen.fall = model.structure().driver.fall;
+  for (const Record& record : records) {
+    const Excitation& x = record.excitation;
+    Extremes extremes;
+    extremes.resistance = values[0];
+    extremes.t = &x.t;
+    simulate<double>(record.structure(model), values, x, extremes);
+    for (const double u : x.u_ref) seen.reference = std::max(seen.reference, std::abs(u));
+    for (const double e : x.e_a) seen.voltage = std::max(seen.voltage, std::abs(e));
+    seen.voltage = std::max(seen.voltage, extremes.seen.voltage);
+    seen.current = std::max(seen.current, extremes.seen.current);
+    seen.speed = std::max(seen.speed, extremes.seen.speed);
+    seen.heat = std::max(seen.heat, extremes.heat);
+    seen.duration = std::max(seen.duration, x.t.back() - x.t.front());
+  }
+  return seen;
+}
+
+/// [rad/s] at which what is left of the speed rings.
+double ringing_of(const NullFit& fitted) {
+  std::vector<std::vector<double>> all;
+  double common = 0;  // [s] between the readings of the first record; others are left out
+  for_each_fast_speed(fitted, [&](const Record&, const Observation&, std::vector<double> left, double interval) {
+    if (common == 0) common = interval;
+    if (std::abs(interval - common) <= 0.01 * common) all.push_back(std::move(left));
+  });
+  return ringing_frequency(all, common);
+}
+
+}  // namespace
+
+NullFit null_fit(std::span<const Record> records, const Model& model) {
+  const FreeParameters free(model);
+  const auto p = static_cast<Eigen::Index>(free.size());
+  NullFit fit{records, model, std::vector<RotorPhase>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model),
+              p};
+  fit.bases.resize(records.size());
+  const std::vector<double> values = model.values();
+  const std::vector<std::vector<std::size_t>> moved = moved_by(free);
+  const auto simulate_one = [&](std::size_t i) {
+    const ModelStructure structure = records[i].structure(model);
+    fit.phases[i] = best_phase(records[i], structure, values);
+    std::vector<Residuals> all = residuals_at_phase(records[i], structure, values, moved, fit.phases[i]).residuals;
+    for (Residuals& r : all) fit.bases[i].push_back(whitened(std::move(r)));
+  };
+  parallel_for(records.size(), simulate_one, [&](std::size_t i) { return records[i].length(); });
+  for (const auto& bases : fit.bases) {
+    for (const WhitenedResiduals& base : bases) {
+      fit.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);
+      fit.white.add(base.white_sensitivity, base.white);
+    }
+  }
+  fit.seen.ringing = ringing_of(fit);
+  return fit;
+}
+
+}  // namespace emtb

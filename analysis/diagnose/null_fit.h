@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "analysis/diagnose/projection.h"
+#include "analysis/fit/residuals.h"
+#include "analysis/fit/rotor_phase.h"
+#include "analysis/record/record.h"
+#include "model/effect.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// One record's residuals of one signal and the fitted model's sensitivities, plain and whitened by a first-order
+/// autoregression.
+struct WhitenedResiduals {
+  Residuals plain;
+  double rho = 0;         ///< autocorrelation of the residuals from one reading to the next
+  double innovation = 1;  ///< standard deviation of the whitened residuals
+  Eigen::VectorXd white;
+  Eigen::MatrixXd white_sensitivity;
+};
+
+/// x[k] - rho x[k-1], in units of `innovation`.
+template <class Matrix>
+Matrix whiten(const Matrix& x, double rho, double innovation) {
+  const Eigen::Index n = x.rows();
+  Matrix y = x;
+  if (n > 1) y.bottomRows(n - 1) -= rho * x.topRows(n - 1);
+  if (n > 0) y.row(0) *= std::sqrt(1 - rho * rho);
+  y /= innovation;
+  return y;
+}
+
+/// The fitted model's side of the score test, shared by all candidates: each of them is absent, at its null value.
+struct NullFit {
+  std::span<const Record> records;
+  const Model& model;
+  std::vector<RotorPhase> phases;                     ///< of each record
+  std::vector<std::vector<WhitenedResiduals>> bases;  ///< of each record, one a signal
+  std::map<Signal, OwnSums> plain;
+  OwnSums white;
+  Ranges seen;
+  Eigen::Index parameters = 0;
+
+  OwnSums all() const {
+    OwnSums sum(parameters);
+    for (const auto& [signal, own] : plain) {
+      sum.ss += own.ss;
+      sum.sr += own.sr;
+      sum.readings += own.readings;
+    }
+    return sum;
+  }
+};
+
+/// Simulates the fitted model on all records, with sensitivities.
+NullFit null_fit(std::span<const Record> records, const Model& fitted);
+
+/// Calls visit(record, o, left, interval) for each speed that was read fast, with what is left of it and the [s]
+/// between its readings.
+template <class Visit>
+void for_each_fast_speed(const NullFit& fitted, const Visit& visit) {
+  for (std::size_t i = 0; i < fitted.records.size(); ++i) {
+    const Record& record = fitted.records[i];
+    const std::vector<double>& t = record.excitation.t;
+    for (std::size_t s = 0; s < record.observations.size(); ++s) {
+      const Observation& o = record.observations[s];
+      if (o.signal != Signal::omega || o.slow || o.size() < 2) continue;
+      const Eigen::VectorXd& left = fitted.bases[i][s].plain.value;
+      visit(record, o, std::vector<double>(left.begin(), left.end()),
+            (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1));
+    }
+  }
+}
+
+}  // namespace emtb

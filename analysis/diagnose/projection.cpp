@@ -1,0 +1,33 @@
+#include "analysis/diagnose/projection.h"
+
+#include "analysis/numerics/linear_algebra.h"
+
+namespace emtb {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+void OwnSums::add(const MatrixXd& s, const VectorXd& r) {
+  readings += static_cast<double>(r.size());
+  if (s.size() == 0) return;
+  ss += gram(s);
+  sr += transposed_product(s, r);
+}
+
+void CrossSums::add(const MatrixXd& s, const MatrixXd& c, const VectorXd& r) {
+  cc += gram(c);
+  cr += transposed_product(c, r);
+  if (s.size() > 0) sc += transposed_product(s, c);
+}
+
+MatrixXd imitation(const OwnSums& own, const CrossSums& cross) {
+  return own.ss.rows() == 0 ? cross.sc : solve_normal(own.ss, cross.sc);
+}
+
+Projected project(const OwnSums& own, const CrossSums& cross, const MatrixXd& imitation) {
+  const MatrixXd lost = transposed_product(cross.sc, imitation);
+  return {cross.cc - lost - lost.transpose() + transposed_product(imitation, product(own.ss, imitation)),
+          cross.cr - transposed_product(imitation, own.sr)};
+}
+
+}  // namespace emtb

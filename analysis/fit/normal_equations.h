@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "analysis/fit/calibrate.h"
+#include "analysis/fit/rotor_phase.h"
+#include "analysis/record/record.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// The normal equations of one model on all records: SᵀS, Sᵀr, rᵀr, and for judging what they say the gradient of each
+/// block, and by how much Sᵀr would change were the simulation exact.
+struct NormalEquations {
+  Eigen::MatrixXd sts;
+  Eigen::VectorXd str;
+  double rtr = 0;
+  std::array<std::vector<Eigen::VectorXd>, 2> block_gradients;  ///< of short and of long blocks
+  Eigen::VectorXd str_of_step;
+};
+
+/// A model, its free parameters and the records that it is fitted to: what a descent asks for its normal equations. The
+/// rotor phases of the records are followed from one call to the next.
+class FitProblem {
+ public:
+  FitProblem(std::span<const Record> records, const Model& model, const CalibrationOptions& options);
+
+  const FreeParameters& free() const { return free_; }
+  bool quick_errors() const { return options_.quick_errors; }
+
+  /// Where in a turn the records start is searched anew, in all of the turn, unless it is given; else it is followed
+  /// from one call to the next.
+  void search_phases() const {
+    phases_ = options_.phases;
+    least_ = std::numeric_limits<double>::infinity();
+  }
+
+  /// Whether the phases change in the course of a record.
+  bool phases_wander() const {
+    return model_.periodic() && std::ranges::any_of(records_, [](const Record& r) { return r.angle_wander > 0; });
+  }
+
+  /// As far as they have been followed.
+  const RotorPhases& phases() const { return phases_; }
+
+  /// Searches the phases anew where they have been followed to. @return whether that lowers the cost by a share
+  bool finds_better_phases(std::span<const double> x, double share) const;
+
+  /// @param to_judge with what tells how good an optimum is
+  NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const;
+
+ private:
+  /// Of one record at these values; its rotor phase as it was found is written to `phase`.
+  NormalEquations of_record(std::size_t i, std::span<const double> values, bool with_sensitivities, bool to_judge,
+                            RotorPhase& phase) const;
+
+  std::span<const Record> records_;
+  const Model& model_;
+  const CalibrationOptions& options_;
+  FreeParameters free_;
+  std::vector<std::vector<std::size_t>> moved_;
+  std::vector<std::pair<Eigen::Index, Prior>> priors_;
+  mutable RotorPhases phases_;  // of each record, where the cost was least; empty: to be searched
+  mutable double least_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace emtb

@@ -1,0 +1,260 @@
+#include "analysis/fit/rotor_phase.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "analysis/fit/phase_equations.h"
+#include "analysis/fit/phase_knots.h"
+#include "analysis/fit/phase_search.h"
+#include "analysis/numerics/linear_algebra.h"
+#include "analysis/numerics/parallel.h"
+
+namespace emtb {
+namespace {
+
+/// The residuals with the rotor turned; a column that moves the place after the values is the phase's, the same
+/// throughout.
+std::vector<Residuals> residuals_turned_by(const Record& record, const ModelStructure& structure,
+                                           std::span<const double> values,
+                                           std::span<const std::vector<std::size_t>> columns, const Knots& knots,
+                                           const RotorPhase& phase, Variation variation = {}) {
+  std::vector<double> all(values.begin(), values.end());
+  all.push_back(knots.count() == 1 ? phase.at.front() : 0);
+  if (knots.count() == 1) return simulated_residuals(record, structure, all, columns, variation);
+  const Excitation& x = record.excitation;
+  std::vector<double> angle = x.angle;
+  for (std::size_t k = 0; k < x.t.size(); ++k) {
+    const auto [knot, share] = knots.of(x.t[k]);
+    angle[k] += phase.at[knot] + share * (phase.at[knot + 1] - phase.at[knot]);
+  }
+  variation.angle = angle;
+  return simulated_residuals(record, structure, all, columns, variation);
+}
+
+/// The residuals with the sensitivity to one more column: the phase.
+std::vector<Residuals> with_phase(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                                  std::span<const std::vector<std::size_t>> moved, const Knots& knots,
+                                  const RotorPhase& phase) {
+  std::vector<std::vector<std::size_t>> columns(moved.begin(), moved.end());
+  columns.push_back({values.size()});
+  return residuals_turned_by(record, structure, values, columns, knots, phase);
+}
+
+/// Takes out of the other columns what the last one, the phase, does instead, and drops it.
+PhasePrior project_off_phase(std::vector<Residuals>& out, const Knots& knots, const RotorPhase& phase) {
+  const std::span<const double> at = phase.at;
+  PhaseEquations equations(knots, at);
+  Eigen::Index parameters = 0;
+  std::vector<std::vector<Knots::Place>> places(out.size());
+  for (std::size_t s = 0; s < out.size(); ++s) {
+    if (!out[s].informed()) continue;
+    parameters = out[s].sensitivity.cols() - 1;
+    places[s] = knots.of(out[s]);
+    equations.add(out[s], places[s]);
+  }
+  const bool many = at.size() > 1;
+  const auto changes = static_cast<Eigen::Index>(at.size()) - 1;  // from knot to knot
+  Eigen::MatrixXd changed = Eigen::MatrixXd::Zero(changes, parameters);
+  for (Eigen::Index j = 0; equations.informed() && j < parameters; ++j) {
+    std::vector<double> shared(at.size(), 0.0);
+    for (std::size_t s = 0; s < out.size(); ++s) {
+      if (!out[s].informed()) continue;
+      const double* column = out[s].sensitivity.col(j).data();
+      const double* of_phase = out[s].sensitivity.col(parameters).data();
+      for (std::size_t i = 0; i < places[s].size(); ++i) {
+        const auto [knot, share] = places[s][i];
+        shared[knot] += (1 - share) * of_phase[i] * column[i];
+        if (many) shared[knot + 1] += share * of_phase[i] * column[i];
+      }
+    }
+    const std::vector<double> instead = equations.solved(std::move(shared));
+    for (std::size_t s = 0; s < out.size(); ++s) {
+      if (!out[s].informed()) continue;
+      double* column = out[s].sensitivity.col(j).data();
+      const double* of_phase = out[s].sensitivity.col(parameters).data();
+      for (std::size_t i = 0; i < places[s].size(); ++i) {
+        const auto [knot, share] = places[s][i];
+        column[i] -= of_phase[i] * (many ? (1 - share) * instead[knot] + share * instead[knot + 1] : instead[knot]);
+      }
+    }
+    for (Eigen::Index k = 0; k < changes; ++k) {
+      changed(k, j) = instead[static_cast<std::size_t>(k) + 1] - instead[static_cast<std::size_t>(k)];
+    }
+  }
+  for (Residuals& r : out) {
+    if (r.informed()) r.sensitivity.conservativeResize(Eigen::NoChange, parameters);
+  }
+  if (!many) return {};
+  Eigen::VectorXd change(changes);
+  for (Eigen::Index k = 0; k < changes; ++k) {
+    change[k] = at[static_cast<std::size_t>(k) + 1] - at[static_cast<std::size_t>(k)];
+  }
+  return {knots.stiffness() * gram(changed), knots.stiffness() * transposed_product(changed, change)};
+}
+
+/// A phase on its way to where the record fits best, a simulation at a time: Gauss and Newton, a step that does not
+/// help halved.
+class Follower {
+ public:
+  /// @param longest [rad] of a step
+  Follower(const Record& record, const ModelStructure& structure, std::span<const double> values, const Knots& knots,
+           RotorPhase start, double longest)
+      : record_(record),
+        structure_(structure),
+        values_(values),
+        knots_(knots),
+        longest_(longest),
+        phase_(std::move(start)),
+        step_(phase_.at.size(), 0.0) {}
+
+  /// Simulates the next step, at first the start.
+  void look() {
+    if (done_) return;
+    const RotorPhase tried = stepped();
+    const std::vector<Residuals> seen = with_phase(record_, structure_, values_, {}, knots_, tried);
+    const double cost = sum_of_squares(seen) + tried.unlikely;
+    if (cost > cost_) {
+      for (double& s : step_) s *= 0.5;
+      promised_ *= 0.5;
+      return;
+    }
+    cost_ = cost;
+    phase_ = tried;
+    const PhaseEquations equations = equations_of(seen, knots_, phase_.at);
+    step_ = equations.informed() ? equations.step() : std::vector<double>(step_.size(), 0.0);
+    double largest = 0;
+    for (double& s : step_) {
+      s = std::clamp(s, -longest_, longest_);
+      largest = std::max(largest, std::abs(s));
+    }
+    promised_ = equations.gain(step_);
+    constexpr double sure = 0.2;  // of the longest: what is linear holds, and the step needs no proof
+    done_ = largest < sure * longest_;
+  }
+  void look(int times) {
+    for (int k = 0; k < times; ++k) look();
+  }
+
+  double expected() const { return cost_ - promised_; }  ///< cost after the next step
+  RotorPhase phase() const { return done_ ? stepped() : phase_; }
+
+ private:
+  RotorPhase stepped() const {
+    RotorPhase there = phase_;
+    for (std::size_t i = 0; i < step_.size(); ++i) there.at[i] += step_[i];
+    there.unlikely = knots_.unlikely(there.at);
+    return there;
+  }
+
+  const Record& record_;
+  const ModelStructure& structure_;
+  std::span<const double> values_;
+  const Knots& knots_;
+  double longest_;
+  RotorPhase phase_;
+  std::vector<double> step_;
+  double cost_ = std::numeric_limits<double>::infinity(), promised_ = 0;
+  bool done_ = false;
+};
+
+/// The one of some phases from which the record fits best in the end. All are looked at, two of them more closely.
+RotorPhase best_followed(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                         const Knots& knots, const std::vector<RotorPhase>& from, double longest) {
+  constexpr std::size_t closely = 2;
+  constexpr int looks = 2, to_the_end = 8;
+  std::vector<Follower> ways;
+  for (const RotorPhase& phase : from) ways.emplace_back(record, structure, values, knots, phase, longest).look();
+  std::vector<std::size_t> order(ways.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return ways[k].expected(); });
+  if (order.size() > closely) order.resize(closely);
+  for (const std::size_t k : order) ways[k].look(looks);
+  Follower& best = ways[*std::ranges::min_element(order, {}, [&](std::size_t k) { return ways[k].expected(); })];
+  best.look(to_the_end);
+  return best.phase();
+}
+
+/// The same of phases that do not change in the course of the record: nearly linear, so no step needs to be proved.
+RotorPhase stepped_to(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                      const Knots& knots, RotorPhase phase, int steps, double longest) {
+  for (int k = 0; k < steps; ++k) {
+    const PhaseEquations equations =
+        equations_of(with_phase(record, structure, values, {}, knots, phase), knots, phase.at);
+    if (!equations.informed()) break;
+    phase.at.front() += std::clamp(equations.step().front(), -longest, longest);
+  }
+  return phase;
+}
+
+}  // namespace
+
+RotorPhase best_phase(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                      const RotorPhase* near) {
+  if (near != nullptr && near->at.empty()) near = nullptr;
+  const std::vector<PeriodicPart> parts = periodic_parts(structure, values);
+  if (parts.empty()) return {};
+  const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
+  const Knots knots(record, near != nullptr ? near->at.size() : Knots::wanted(record, fastest.order));
+  const double period = 2 * std::numbers::pi / slowest.order;
+  const int steps = 8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)));
+  const double longest = period / steps;
+  const bool many = knots.count() > 1;
+  if (near != nullptr && many) {
+    constexpr int looks = 2;
+    Follower follower(record, structure, values, knots, *near, longest);
+    follower.look(looks);
+    return follower.phase();
+  }
+  if (near != nullptr) return stepped_to(record, structure, values, knots, *near, 1, longest);
+  // There is a valley for each period of the fastest; what is linear tells the lowest of them, near enough. Where the
+  // shaft stops it tells little: there a phase that hardly changes may be the better one.
+  constexpr double hardly = 100;
+  const WavesOfPhase waves(record, structure, values, parts, knots);
+  std::vector<RotorPhase> phases = likely_phases(waves, knots, period, steps, 1);
+  if (many) {
+    for (RotorPhase& stiffer : likely_phases(waves, knots, period, steps, hardly)) {
+      if (std::ranges::find(phases, stiffer.at, &RotorPhase::at) == phases.end()) phases.push_back(std::move(stiffer));
+    }
+    return best_followed(record, structure, values, knots, phases, longest);
+  }
+  std::pair<double, RotorPhase> best{std::numeric_limits<double>::infinity(), phases.front()};
+  for (RotorPhase& phase : phases) {
+    const double cost = sum_of_squares(residuals_turned_by(record, structure, values, {}, knots, phase));
+    if (cost < best.first) best = {cost, std::move(phase)};
+  }
+  return stepped_to(record, structure, values, knots, std::move(best.second), 2, longest);
+}
+
+ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& structure,
+                                    std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
+                                    const RotorPhase& phase, StepLength steps) {
+  const Variation variation{.angle = {}, .half_steps = steps == StepLength::half};
+  if (phase.at.empty()) return {simulated_residuals(record, structure, values, moved, variation), {}};
+  const Knots knots(record, phase.at.size());
+  if (moved.empty()) return {residuals_turned_by(record, structure, values, {}, knots, phase, variation), {}};
+  std::vector<Residuals> out = with_phase(record, structure, values, moved, knots, phase);
+  PhasePrior prior = project_off_phase(out, knots, phase);
+  return {std::move(out), std::move(prior)};
+}
+
+ResidualsAtPhases residuals_at_best_phases(std::span<const Record> records, const Model& model,
+                                           std::span<const double> values,
+                                           std::span<const std::vector<std::size_t>> moved,
+                                           std::span<const RotorPhase> near) {
+  ResidualsAtPhases out{RotorPhases(records.size()), {}};
+  std::vector<std::vector<Residuals>> each(records.size());
+  const auto one = [&](std::size_t i) {
+    const ModelStructure structure = records[i].structure(model);
+    out.phases[i] = best_phase(records[i], structure, values, near.empty() ? nullptr : &near[i]);
+    each[i] = residuals_at_phase(records[i], structure, values, moved, out.phases[i]).residuals;
+    for (Residuals& r : each[i]) r.record = i;
+  };
+  parallel_for(records.size(), one, [&](std::size_t i) { return records[i].length(); });
+  for (auto& of_one : each) std::ranges::move(of_one, std::back_inserter(out.residuals));
+  return out;
+}
+
+}  // namespace emtb

@@ -1,0 +1,134 @@
+#include "analysis/fit/standard_errors.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "analysis/fit/at_bound.h"
+#include "analysis/numerics/linear_algebra.h"
+
+namespace emtb {
+namespace {
+
+/// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its
+/// range.
+double size_of(const Parameter& p) { return std::max(std::abs(p.value), 1e-3 * (p.max - p.min)); }
+
+Identifiability identifiability_of(const NormalEquations& n, const Model& model, const FreeParameters& free) {
+  Identifiability result;
+  const std::vector<std::string> names = model.names();
+  Eigen::VectorXd size(n.str.size());
+  for (Eigen::Index i = 0; i < size.size(); ++i)
+    size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
+  const Eigen::MatrixXd scaled = size.asDiagonal() * n.sts * size.asDiagonal();
+  const Eigensystem eigen = eigensystem(scaled);
+  result.singular_values = eigen.values.cwiseMax(0).cwiseSqrt().reverse();
+  for (Eigen::Index i = 0; i < size.size(); ++i) {
+    const double singular = std::sqrt(std::max(0.0, eigen.values[i]));
+    const double error = singular > 0 ? 1 / singular : std::numeric_limits<double>::infinity();
+    // Also what is lost in rounding: a direction 10^7 times weaker than the strongest is noise of the arithmetic.
+    if (error < 0.3 && singular > 1e-7 * result.singular_values[0]) continue;
+    const Eigen::VectorXd direction = eigen.vectors.col(i);
+    std::string words;
+    for (Eigen::Index j = 0; j < size.size(); ++j) {
+      if (std::abs(direction[j]) < 0.1) continue;
+      char text[32];
+      std::snprintf(text, sizeof text, "%+.2f ",
+                    direction[j] * (direction.cwiseAbs().maxCoeff() == -direction.minCoeff() ? -1 : 1));
+      words += (words.empty() ? "" : " ") + std::string(text) + names[free.places()[static_cast<std::size_t>(j)]];
+    }
+    result.undetermined.push_back({words, error});
+  }
+  return result;
+}
+
+/// Writes down which parameters rest on a bound. @return the others that the data see, in the order of the free ones
+std::vector<Eigen::Index> split_off_bounds(Calibration& result, const NormalEquations& n, const FreeParameters& free) {
+  const std::vector<std::string> names = result.model.names();
+  std::vector<Eigen::Index> inner;
+  for (Eigen::Index i = 0; i < n.str.size(); ++i) {
+    const std::size_t place = free.places()[static_cast<std::size_t>(i)];
+    Parameter& parameter = result.model.at(place);
+    parameter.std_error.reset();
+    if (rests_on_bound(parameter, n.str[i], result.alone[i])) {
+      result.at_bound.push_back(names[place]);
+    } else if (n.sts(i, i) > 0) {
+      inner.push_back(i);
+    }
+  }
+  return inner;
+}
+
+/// By how much the scatter of the blocks' gradients exceeds what white residuals would make of it; 0: not seen.
+Eigen::VectorXd inflation_of(const NormalEquations& n) {
+  Eigen::VectorXd inflation = Eigen::VectorXd::Zero(n.str.size());
+  for (Eigen::Index i = 0; i < inflation.size(); ++i) {
+    if (!(n.sts(i, i) > 0)) continue;
+    inflation[i] = 1;
+    for (const auto& gradients : n.block_gradients) {
+      double scatter = 0;
+      for (const Eigen::VectorXd& g : gradients) scatter += g[i] * g[i];
+      inflation[i] = std::max(inflation[i], scatter / n.sts(i, i));
+    }
+  }
+  return inflation;
+}
+
+/// (SᵀS)⁻¹, scaled first. A direction that the data do not determine has a huge variance, not none as in a
+/// pseudo-inverse.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& sts) {
+  const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigensystem eigen = eigensystem(inverse_size.asDiagonal() * sts * inverse_size.asDiagonal());
+  const double rounding = 1e-13 * eigen.values.maxCoeff();
+  const Eigen::VectorXd variances = eigen.values.cwiseMax(rounding).cwiseInverse();
+  const Eigen::MatrixXd root = inverse_size.asDiagonal() * eigen.vectors * variances.cwiseSqrt().asDiagonal();
+  return product(root, root.transpose());
+}
+
+/// (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ of the gradients of blocks, of some of the parameters.
+Eigen::MatrixXd sandwich_of(const Eigen::MatrixXd& inverse, const std::vector<Eigen::VectorXd>& gradients,
+                            const std::vector<Eigen::Index>& parameters) {
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  for (const Eigen::VectorXd& g : gradients) {
+    const Eigen::VectorXd part = g(parameters);
+    meat.noalias() += part * part.transpose();
+  }
+  const double blocks = static_cast<double>(gradients.size());
+  meat *= blocks / std::max(1.0, blocks - static_cast<double>(parameters.size()));
+  return product(product(inverse, meat), inverse);
+}
+
+}  // namespace
+
+void judge_optimum(Calibration& result, const FitProblem& problem, std::span<const double> x) {
+  const FreeParameters& free = problem.free();
+  problem.search_phases();
+  const NormalEquations n = problem.normal_equations(x, true, true);
+  result.alone = n.sts.diagonal().cwiseSqrt().cwiseInverse();
+  result.inflation = inflation_of(n);
+  result.identifiability = identifiability_of(n, result.model, free);
+  result.covariance.setZero(n.str.size(), n.str.size());
+  const std::vector<Eigen::Index> inner = split_off_bounds(result, n, free);
+  if (inner.empty()) return;
+  const Eigen::MatrixXd inverse = inverse_of(n.sts(inner, inner));
+  constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
+  const auto& [of_one, of_five] = n.block_gradients;
+  const bool long_ones_tell =
+      !problem.quick_errors() && static_cast<double>(of_five.size()) >= enough + static_cast<double>(inner.size());
+  const Eigen::MatrixXd sandwich = sandwich_of(inverse, of_one, inner),
+                        of_long = long_ones_tell ? sandwich_of(inverse, of_five, inner) : sandwich;
+  const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
+  result.covariance(inner, inner) = sandwich;
+  for (std::size_t k = 0; k < inner.size(); ++k) {
+    const auto a = static_cast<Eigen::Index>(k);
+    const double variance = std::max({sandwich(a, a), of_long(a, a), inverse(a, a)}) + off[a] * off[a];
+    result.covariance(inner[k], inner[k]) = variance;
+    result.inflation[inner[k]] = variance / inverse(a, a);
+    Parameter& parameter = result.model.at(free.places()[static_cast<std::size_t>(inner[k])]);
+    if (const double error = std::sqrt(variance); error < parameter.max - parameter.min) parameter.std_error = error;
+  }
+}
+
+}  // namespace emtb

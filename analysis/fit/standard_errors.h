@@ -1,0 +1,14 @@
+#pragma once
+
+#include <span>
+
+#include "analysis/fit/calibrate.h"
+#include "analysis/fit/normal_equations.h"
+
+namespace emtb {
+
+/// Standard errors and identifiability at the optimum; parameters on a bound are left out of the covariance.
+/// @param result its model holds the fitted values; gets all that is said of them
+void judge_optimum(Calibration& result, const FitProblem& problem, std::span<const double> x);
+
+}  // namespace emtb
