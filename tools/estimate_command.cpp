@@ -17,9 +17,9 @@
 #include "session/spec.h"
 #include "session/text.h"
 #include "tools/commands.h"
-#include "tools/result_json.h"
-#include "tools/symbols.h"
-#include "tools/text.h"
+#include "report/result_json.h"
+#include "report/symbols.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {

@@ -23,11 +23,11 @@
 #include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/report_figures.h"
-#include "tools/result_json.h"
-#include "tools/symbols.h"
-#include "tools/text.h"
-#include "tools/verdict.h"
+#include "report/figures_of_diagnosis.h"
+#include "report/result_json.h"
+#include "report/symbols.h"
+#include "report/text.h"
+#include "report/verdict.h"
 
 namespace emtb {
 namespace {

@@ -25,9 +25,6 @@ class Table {
 /// A word as a shell takes it.
 std::string shell_quoted(const std::string& word);
 
-/// The command line as somebody would type it again.
-std::string as_called(int argc, const char* const* argv);
-
 /// A bar of at most `width` characters: to the right for positive shares (of 1), to the left of the middle for
 /// negative.
 std::string bar(double share, int width);

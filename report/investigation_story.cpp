@@ -1,8 +1,8 @@
-#include "tools/investigation_story.h"
+#include "report/investigation_story.h"
 
 #include "analysis/record/dataset.h"
 #include "figures/number.h"
-#include "tools/report_figures.h"
+#include "report/figures_of_diagnosis.h"
 
 namespace emtb {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/symbols.h"
+#include "report/symbols.h"
 
 #include <algorithm>
 #include <cctype>

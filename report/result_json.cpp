@@ -1,4 +1,4 @@
-#include "tools/result_json.h"
+#include "report/result_json.h"
 
 #include <algorithm>
 #include <cmath>

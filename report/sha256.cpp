@@ -1,4 +1,4 @@
-#include "tools/sha256.h"
+#include "report/sha256.h"
 
 #include <openssl/evp.h>
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "analysis/diagnose/diagnose.h"
 #include "config/mapping.h"
+#include "model/model.h"
+#include "report/investigation_story.h"
 #include "report/page.h"
 #include "session/session.h"
-#include "tools/investigation_story.h"
 
 namespace emtb {
 
@@ -42,19 +42,9 @@ struct ReportInput {
   /// Adds the runs of a session, as it is named on the command line.
   void add(const std::string& spec, bool as_held_out, const Mapping& mapping = {});
   std::vector<Run> part(bool held_out) const;
+
+  bool every_run_has(Signal signal) const;
+  bool some_run_has(Signal signal) const;
 };
-
-/// The whole report of a diagnosis.
-Page report_page(const ReportInput& input, const Diagnosis& diagnosis);
-
-/// The report where the analysis refused: why, what is lacking, and the recordings as they are.
-Page refusal_page(const ReportInput& input, const std::string& why);
-
-/// @param option that named the file
-/// @throws Error where it cannot be written.
-void write_page(const std::string& file, const Page& page, const std::string& option = "--out");
-
-/// The verdict in a sentence or two, with numbers.
-std::string verdict_in_words(const Diagnosis& diagnosis);
 
 }  // namespace emtb

@@ -1,8 +1,8 @@
-#include "tools/estimates_table.h"
+#include "report/estimates_table.h"
 
 #include <nlohmann/json.hpp>
 
-#include "tools/text.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {

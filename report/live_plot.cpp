@@ -1,4 +1,4 @@
-#include "tools/live_plot.h"
+#include "report/live_plot.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tools/text.h"
+#include "report/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,12 +55,6 @@ std::string shell_quoted(const std::string& word) {
   std::string out = "'";
   for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
-}
-
-std::string as_called(int argc, const char* const* argv) {
-  std::string command = "emtb";
-  for (int i = 1; i < argc; ++i) command += " " + shell_quoted(argv[i]);
-  return command;
 }
 
 std::string bar(double share, int width) {

@@ -1,4 +1,4 @@
-#include "tools/report_figures.h"
+#include "report/figures_of_diagnosis.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "figures/number.h"
 #include "model/catalogue.h"
-#include "tools/symbols.h"
+#include "report/symbols.h"
 
 namespace emtb {
 namespace {
