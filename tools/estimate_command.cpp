@@ -17,9 +17,9 @@
 #include "session/spec.h"
 #include "session/text.h"
 #include "tools/commands.h"
-#include "tools/result_json.h"
-#include "tools/symbols.h"
-#include "tools/text.h"
+#include "report/result_json.h"
+#include "report/symbols.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {
@@ -119,7 +119,7 @@ StaticEstimate whole_run(const std::vector<Run>& runs, const Model& model) {
       const Parameter& p = fit.model.at(i);
       if (p.std_error) result.quantities.push_back({names[i], values[i], *p.std_error, p.unit});
     }
-    for (const PreparedRun& run : data.train) {
+    for (const Record& run : data.train) {
       result.used.push_back({run.name, run.excitation.t.front(), run.excitation.t.back()});
       for (const Observation& o : run.observations) result.points += o.size();
     }

@@ -14,7 +14,7 @@ namespace {
 std::vector<Order> orders_left(const NullFit& fitted) {
   std::vector<TurningStretch> stretches;
   for_each_fast_speed(fitted,
-                      [&](const PreparedRun& record, const Observation& o, std::vector<double> left, double interval) {
+                      [&](const Record& record, const Observation& o, std::vector<double> left, double interval) {
                         const Excitation& x = record.excitation;
                         if (x.angle.empty()) return;
                         TurningStretch stretch{{}, without_slow_changes(std::move(left), interval)};

@@ -191,7 +191,7 @@ Score score_of_order(const NullFit& fitted, const Hypothesis& h, const std::vect
 /// Evidence of all batches on all records, each batch on one record by itself: [batch * records + record].
 std::vector<std::vector<std::vector<Evidence>>> evidence_of_all(const NullFit& fitted,
                                                                 const std::vector<Batch>& batches) {
-  const std::span<const PreparedRun> records = fitted.records;
+  const std::span<const Record> records = fitted.records;
   std::vector<std::vector<std::vector<Evidence>>> evidence(batches.size() * records.size());
   parallel_for(
       evidence.size(),
@@ -255,8 +255,8 @@ Score best_of(const EffectInfo& about, const std::vector<Score>& tried) {
 
 }  // namespace
 
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& model,
-                         std::span<const std::size_t> candidates, const ScoreOptions& options) {
+std::vector<Score> score(std::span<const Record> records, const Model& model, std::span<const std::size_t> candidates,
+                         const ScoreOptions& options) {
   const NullFit fitted = null_fit(records, model);
   const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates, options.whole_orders));
   std::map<std::size_t, std::vector<Score>> tried = scores_of_hypotheses(fitted, batches, candidates.size(), options);

@@ -24,7 +24,7 @@ std::vector<PeriodicPart> periodic_parts(const ModelStructure& structure, std::s
   return parts;
 }
 
-WavesOfPhase::WavesOfPhase(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+WavesOfPhase::WavesOfPhase(const Record& record, const ModelStructure& structure, std::span<const double> values,
                            std::span<const PeriodicPart> parts, const Knots& knots)
     : parts_(parts.begin(), parts.end()) {
   ModelStructure doubled = structure;

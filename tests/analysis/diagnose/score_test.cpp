@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/refit_start.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
