@@ -12,6 +12,7 @@
 #include "config/profile.h"
 #include "hal/error.h"
 #include "report/investigation_story.h"
+#include "report/progress.h"
 #include "report/report_page.h"
 #include "report/result_json.h"
 #include "report/text.h"
@@ -21,7 +22,6 @@
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/prediction.h"
-#include "report/progress.h"
 
 namespace emtb {
 namespace {
