@@ -14,12 +14,12 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "paper/estimate_figure.h"
-#include "session/spec.h"
-#include "session/text.h"
-#include "tools/commands.h"
 #include "report/result_json.h"
 #include "report/symbols.h"
 #include "report/text.h"
+#include "session/spec.h"
+#include "session/text.h"
+#include "tools/commands.h"
 
 namespace emtb {
 namespace {

@@ -1,10 +1,10 @@
-#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
 #include "model/catalogue.h"

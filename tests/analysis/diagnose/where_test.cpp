@@ -24,7 +24,7 @@ TEST(ResidualMaps, LeaveOutTheMetersOfAHandfulOfReadings) {
   const std::vector<ResidualMap> maps = residual_maps(data.train, bench.model);
   EXPECT_TRUE(std::ranges::any_of(maps, [](const ResidualMap& m) { return m.signal == Signal::omega; }));
   for (const ResidualMap& m : maps) {
-    EXPECT_THAT(m.bins, testing::Not(testing::IsEmpty())) << info(m.signal).name << " against " << m.against;
+    EXPECT_THAT(m.bins, testing::Not(testing::IsEmpty())) << info(m.signal).name << " against " << name_of(m.against);
     EXPECT_EQ(m.ratio.size(), m.bins.size());
   }
 }
