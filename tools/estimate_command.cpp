@@ -94,12 +94,12 @@ KnownParameters known_from(const Model& model, const std::string& file) {
     const Parameter& p = model.at(static_cast<std::size_t>(leader - names.begin()));
     const Quantity q{names[i], values[i], p.std_error.value_or(0), model.at(i).unit};
     const bool measured = p.fixed || p.std_error;
-    if (names[i] == "K_m") {
+    if (i == base::K_m) {
       known.K_m = q;
       known.K_m_is_guess = !measured;
       known.K_m_from = (measured ? "the one of " : "the start value, a guess, of ") + file;
     }
-    if (names[i] == "B" && measured) known.B = q;
+    if (i == base::B && measured) known.B = q;
     if (names[i] == full_name(*dry_friction) && measured) known.T_c = q;
   }
   if (!known.T_c) known.B.reset();  // a B that stands for dry friction is no B beside it
