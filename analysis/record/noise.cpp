@@ -11,6 +11,7 @@
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/regression.h"
 #include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
 
 namespace emtb {
 namespace {
