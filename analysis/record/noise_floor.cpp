@@ -9,6 +9,7 @@
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/regression.h"
 #include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
 #include "analysis/record/settled_pieces.h"
 
 namespace emtb {
