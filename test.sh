@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds and tests. Without arguments all of it; or any of:
 #   format    clang-format agrees with every source file
+#   headers   every header of a room compiles alone
 #   release   all tests, as shipped
 #   asan      the tests of the rooms under AddressSanitizer and UndefinedBehaviorSanitizer; not those of whole programs
 #   tsan      the tests of what has threads, under ThreadSanitizer
@@ -31,15 +32,19 @@ longest='^diagnose:Diagnose\.(NamesTwo|NamesDryFriction|NamesAConstantLoad|Names
 most_to_compute='^daemon:EstimatorTest\.'
 
 tools/install_packages.sh
-[ $# -gt 0 ] || set -- format release asan tsan
+[ $# -gt 0 ] || set -- format headers release asan tsan
 for what in "$@"; do
   case "$what" in
     format) echo "== format" && sources | xargs clang-format --dry-run -Werror ;;
+    headers)
+      echo "== headers"
+      cmake --preset release >/dev/null
+      cmake --build --preset release --target all_verify_interface_header_sets ;;
     release) build_and_test release "^$" ;;
     numbers) build_and_test asan "$longest" model numerics record fit estimate live diagnose ;;
     asan) build_and_test asan "^$" hal experiment session config drivers usb comedi figures report server daemon ;;
     tsan) build_and_test tsan "$most_to_compute" hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
-    *) echo "test.sh: unknown \`$what\`. Known: format, release, asan, tsan, numbers, tidy" >&2; exit 2 ;;
+    *) echo "test.sh: unknown \`$what\`. Known: format, headers, release, asan, tsan, numbers, tidy" >&2; exit 2 ;;
   esac
 done

@@ -46,6 +46,27 @@ function(emtb_sees target visibility)
   file(MAKE_DIRECTORY ${path}/${above})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${path}/${room} SYMBOLIC)
   target_include_directories(${target} ${visibility} ${path})
+  if(NOT visibility STREQUAL "PRIVATE")
+    emtb_headers_stand_alone(${target} ${visibility} ${path} ${room})
+  endif()
+endfunction()
+
+# Each header of a room stands alone: the target all_verify_interface_header_sets compiles each by itself. Where sources are
+# compiled one by one, that of a header does so by including it before all else: such headers are left out, to save time.
+function(emtb_headers_stand_alone target visibility path room)
+  file(GLOB_RECURSE headers RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.h)
+  foreach(header IN LISTS headers)
+    set(source ${CMAKE_CURRENT_SOURCE_DIR}/${header})
+    string(REGEX REPLACE "h$" "cpp" source ${source})
+    set(first "")
+    if(NOT EMTB_AT_ONCE AND EXISTS ${source})
+      file(STRINGS ${source} first REGEX "^#include" LIMIT_COUNT 1)
+    endif()
+    if(NOT first STREQUAL "#include \"${room}/${header}\"")
+      target_sources(${target} ${visibility} FILE_SET HEADERS BASE_DIRS ${path} FILES ${path}/${room}/${header})
+      set_target_properties(${target} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+    endif()
+  endforeach()
 endfunction()
 
 # emtb_room(NAME [SOURCES ...] [APART ...] [USES ...]): one room of the house, the static library emtb_NAME. Without sources:
