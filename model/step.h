@@ -254,7 +254,7 @@ class Machine {
     std::size_t place = ModelStructure::base_count;
     for (const std::size_t effect : structure_.effects) {
       const EffectInfo& info = effect_catalogue()[effect];
-      const auto order = info.order_place();
+      const auto order = info.place_of(Role::order);
       if (info.periodic) most = std::max({most, 1.0, order ? value_of(p_[place + *order]) : 1.0});
       place += info.parameter_count;
     }

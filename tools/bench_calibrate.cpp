@@ -12,7 +12,7 @@
 #include "hal/error.h"
 #include "session/replace.h"
 #include "tools/bench_inputs.h"
-#include "tools/text.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {

@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "tools/bench_inputs.h"
-#include "tools/text.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "hal/signal.h"
 #include "tools/progress.h"
-#include "tools/text.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {

@@ -15,8 +15,8 @@
 #include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/prediction.h"
-#include "tools/result_json.h"
-#include "tools/text.h"
+#include "report/result_json.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {

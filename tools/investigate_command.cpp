@@ -23,10 +23,10 @@
 #include "tools/commands.h"
 #include "tools/prediction.h"
 #include "tools/progress.h"
-#include "tools/report_page.h"
-#include "tools/result_json.h"
-#include "tools/text.h"
-#include "tools/verdict.h"
+#include "report/report_page.h"
+#include "report/result_json.h"
+#include "report/text.h"
+#include "report/verdict.h"
 
 namespace emtb {
 namespace {

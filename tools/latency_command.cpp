@@ -10,7 +10,7 @@
 #include "tools/commands.h"
 #include "tools/own_daemon.h"
 #include "tools/progress.h"
-#include "tools/result_json.h"
+#include "report/result_json.h"
 
 namespace emtb {
 namespace {

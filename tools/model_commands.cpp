@@ -9,7 +9,7 @@
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/diagnose.h"
 #include "analysis/diagnose/overlay.h"
-#include "analysis/diagnose/refit_start.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/profile_likelihood.h"
@@ -23,11 +23,11 @@
 #include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/report_figures.h"
-#include "tools/result_json.h"
-#include "tools/symbols.h"
-#include "tools/text.h"
-#include "tools/verdict.h"
+#include "report/figures_of_diagnosis.h"
+#include "report/result_json.h"
+#include "report/symbols.h"
+#include "report/text.h"
+#include "report/verdict.h"
 
 namespace emtb {
 namespace {
@@ -153,7 +153,7 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
   if (shown.empty()) std::cout << "No signal is above its noise floor by more than a tenth.\n";
 }
 
-double error_on(std::span<const PreparedRun> runs, const Model& model) {
+double error_on(std::span<const Record> runs, const Model& model) {
   return error_of(mean_squares(residuals(runs, model, model.values(), {})));
 }
 
@@ -232,7 +232,7 @@ void plot_worst(std::span<const Run> runs, const Model& model) {
     const double floors = o.floors();
     return floors > 1.1 ? floors : o.signal == Signal::omega ? 1 : 0;  // within a tenth of the floor: not off
   };
-  for (const PreparedRun& record : data.train) {
+  for (const Record& record : data.train) {
     for (Overlay& o : overlays(record, model)) {
       if (worst && off(o) <= off(*worst)) continue;
       worst = std::move(o);

@@ -8,7 +8,7 @@
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/own_daemon.h"
-#include "tools/result_json.h"
+#include "report/result_json.h"
 
 namespace emtb {
 namespace {

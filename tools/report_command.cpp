@@ -8,9 +8,9 @@
 #include "hal/error.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/report_page.h"
-#include "tools/result_json.h"
-#include "tools/text.h"
+#include "report/report_page.h"
+#include "report/result_json.h"
+#include "report/text.h"
 
 namespace emtb {
 namespace {

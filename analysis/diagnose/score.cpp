@@ -11,6 +11,7 @@
 #include "analysis/diagnose/hypotheses.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
+#include "model/catalogue.h"
 
 namespace emtb {
 namespace {
@@ -135,10 +136,11 @@ Score score_of(const NullFit& fitted, const Hypothesis& h, const Evidence& evide
   if (h.whole) {
     // `size` is a share of this effect; its parameter lies between where it is absent and where it was tried, about
     // evenly, or where it is absent at infinity evenly in the inverse.
-    const EffectParameter& first = about.parameter_list[0];
     const double absent = about.clips ? 1 / fitted.seen.voltage : 0;
-    if (about.sudden || about.edges) {
-      size *= std::abs(h.at[0] - (first.known ? fitted.seen.rise : first.null));
+    if (about.at_null == AtNull::small) {  // the first of its starts is its null
+      size *= std::abs(h.at[0] - starts_of(h.effect, fitted.seen).front()[0]);
+    } else if (about.at_null == AtNull::nothing) {
+      size *= std::abs(h.at[0] - about.parameter_list[0].null);
     } else {
       size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
     }
@@ -189,7 +191,7 @@ Score score_of_order(const NullFit& fitted, const Hypothesis& h, const std::vect
 /// Evidence of all batches on all records, each batch on one record by itself: [batch * records + record].
 std::vector<std::vector<std::vector<Evidence>>> evidence_of_all(const NullFit& fitted,
                                                                 const std::vector<Batch>& batches) {
-  const std::span<const PreparedRun> records = fitted.records;
+  const std::span<const Record> records = fitted.records;
   std::vector<std::vector<std::vector<Evidence>>> evidence(batches.size() * records.size());
   parallel_for(
       evidence.size(),
@@ -236,14 +238,14 @@ Score score_of_nothing(const Model& model, std::size_t effect) {
 /// The best of a candidate's hypotheses; the more there are, the less its p-value is worth.
 Score best_of(const EffectInfo& about, const std::vector<Score>& tried) {
   Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
-  const bool shaped = std::ranges::any_of(about.parameters(), &EffectParameter::shape);
-  const bool several = (about.fades() && shaped) || about.sudden || about.periodic;
+  const bool shaped = std::ranges::any_of(about.parameters(), &EffectParameter::is_shape);
+  const bool several = (about.fades() && shaped) || about.at_null == AtNull::nothing || about.periodic;
   if (several) {
     for (const Score& other : tried) {
       if (other.expected() != best.expected()) best.starts.push_back(other.starts.front());
     }
   }
-  if (about.edges) {
+  if (about.at_null == AtNull::small) {
     best.detectable_size = std::ranges::min_element(tried, {}, &Score::detectable_size)->detectable_size;
   }
   best.p_value =
@@ -253,8 +255,8 @@ Score best_of(const EffectInfo& about, const std::vector<Score>& tried) {
 
 }  // namespace
 
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& model,
-                         std::span<const std::size_t> candidates, const ScoreOptions& options) {
+std::vector<Score> score(std::span<const Record> records, const Model& model, std::span<const std::size_t> candidates,
+                         const ScoreOptions& options) {
   const NullFit fitted = null_fit(records, model);
   const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates, options.whole_orders));
   std::map<std::size_t, std::vector<Score>> tried = scores_of_hypotheses(fitted, batches, candidates.size(), options);

@@ -64,7 +64,7 @@ ResidualMap map_of(Signal signal, const std::string& against, const std::vector<
 
 }  // namespace
 
-std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model) {
+std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model) {
   std::map<Signal, std::array<std::vector<Point>, conditions.size()>> points;
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
@@ -74,7 +74,7 @@ std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, con
   }
   const std::vector<double> machine_values = machine.values();
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const PreparedRun& record = records[i];
+    const Record& record = records[i];
     const Excitation& x = record.excitation;
     Trajectory<double> y;
     simulate<double>(record.structure(machine), machine_values, x, y);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "analysis/fit/residuals.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "hal/signal.h"
 
 namespace emtb {
@@ -25,6 +25,6 @@ struct ResidualMap {
 /// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own
 /// simulation, which is free of noise. The most telling map of each signal first; none that would be empty, of a meter
 /// with a handful of readings.
-std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model);
+std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model);
 
 }  // namespace emtb

@@ -32,13 +32,9 @@ SensitivityCase case_of(const TestBench& bench, const std::vector<std::pair<std:
     c.structure.effects.push_back(effect);
     for (const EffectParameter& p : effect_catalogue()[effect].parameters()) {
       const std::string name = std::string(effect_catalogue()[effect].id) + "." + std::string(p.symbol);
-      const auto typical = bench.typical.find(name);
-      if (typical == bench.typical.end()) {
-        ADD_FAILURE() << name << " has no typical size for the " << bench.name << " bench: give it one in benches.h";
-        continue;
-      }
-      const double value = size == Size::null ? std::min(p.null, p.max) : typical->second;
-      c.parameters.push_back({name, value, std::abs(typical->second), p.min, p.max});
+      const double typical = bench.typical.at(name);
+      const double value = size == Size::null ? std::min(p.null, p.max) : typical;
+      c.parameters.push_back({name, value, std::abs(typical), p.min, p.max});
     }
   }
   return c;

@@ -13,7 +13,7 @@ class Losses : public testing::Test {
   static constexpr int n = 20000;
 
   Losses() {
-    PreparedRun run;
+    Record run;
     Observation o;
     o.signal = Signal::omega;
     for (int k = 0; k < n; ++k) {
@@ -44,7 +44,7 @@ class Losses : public testing::Test {
     return result;
   }
 
-  std::vector<PreparedRun> runs_;
+  std::vector<Record> runs_;
   Noise noise_;
 };
 

@@ -1,4 +1,4 @@
-#include "analysis/diagnose/refit_start.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 
 #include <gmock/gmock.h>
