@@ -34,7 +34,7 @@ namespace emtb {
 /// Divisions and the exponential depend on R_a, L_a, K_b, K_m, B, J and h only; they are kept until one of these
 /// changes.
 template <class Scalar>
-class Machine {
+class Machine : public Motion<Scalar> {
  public:
   /// @param p all parameters of the structure, in its order, and optionally one more: an angle to add to that of the
   /// rotor at the start; must outlive the machine
@@ -70,19 +70,19 @@ class Machine {
   /// Puts the machine into its state at the start of a run, and takes the first readings.
   void start(const InitialState& initial, const StepInput& in) {
     field_on_ = initial.field_on;
-    motion.omega = motion.omega_before = Scalar(initial.omega);
+    omega = omega_before = Scalar(initial.omega);
     angle_.start(initial.theta, shortest_period(), in);
-    motion.i_a = motion.i_a_before = Scalar(initial.i_a);
+    i_a = i_a_before = Scalar(initial.i_a);
     driver_.start(in.u_ref, initial.e_driver, equations_);
-    e_a_reading = driver_.voltage() - equations_.terms.output_resistance * motion.i_a;
+    e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
     equations_.middle = {
-        .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = motion.i_a, .omega = motion.omega, .theta = angle_.theta()};
+        .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
     if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
     read_sensors(0, 0, in);
     if (!initial.as_read) return;
-    if (initial.omega != 0) motion.omega = motion.omega_before = initial.omega - (omega_reading - motion.omega);
-    if (initial.i_a != 0) motion.i_a = motion.i_a_before = initial.i_a - (i_a_reading - motion.i_a);
+    if (initial.omega != 0) omega = omega_before = initial.omega - (omega_reading - omega);
+    if (initial.i_a != 0) i_a = i_a_before = initial.i_a - (i_a_reading - i_a);
     read_sensors(0, 0, in);
   }
 
@@ -97,28 +97,29 @@ class Machine {
     const Circuit circuit = close_circuit(in, h, driven, e);
 
     // Both voltages across R and L, but for what the speed at the end takes; then the speed; then the current.
-    const Scalar v0 = e.start - armature_.k_b() * motion.omega;
-    const Scalar mean_current = circuit == Circuit::closed ? armature_.mean_current(v0, e.end, motion.i_a)
+    const Scalar v0 = e.start - armature_.k_b() * omega;
+    const Scalar mean_current = circuit == Circuit::closed ? armature_.mean_current(v0, e.end, i_a)
                                                            : Scalar(circuit == Circuit::driven ? in.i_a : 0.0);
-    const Scalar omega_end = shaft_.speed_after(motion.omega, torque_on_shaft(in, mean_current, circuit, e));
+    const Scalar omega_end = shaft_.speed_after(omega, torque_on_shaft(in, mean_current, circuit, e));
 
-    motion.i_a_before = motion.i_a;
+    i_a_before = i_a;
     if (circuit == Circuit::closed) {
-      motion.i_a = armature_.end_current(v0, e.end - armature_.k_b() * omega_end, motion.i_a);
+      i_a = armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
     } else {
-      motion.i_a = mean_current;
+      i_a = mean_current;
     }
-    e_a_reading = circuit == Circuit::blocked ? armature_.k_b() * omega_end
-                                              : driver_.terminal_voltage(equations_.terms, motion.i_a);
-    angle_.advance(in, h, 0.5 * h * (motion.omega + omega_end));
-    motion.omega_before = motion.omega;
-    motion.omega = omega_end;
+    e_a_reading =
+        circuit == Circuit::blocked ? armature_.k_b() * omega_end : driver_.terminal_voltage(equations_.terms, i_a);
+    angle_.advance(in, h, 0.5 * h * (omega + omega_end));
+    omega_before = omega;
+    omega = omega_end;
 
     look_at_load(in, t + h);
     read_sensors(t + h, h, in);
   }
 
-  Motion<Scalar> motion;
+  using Motion<Scalar>::i_a;
+  using Motion<Scalar>::omega;
   Scalar e_a_reading{};  ///< [V] terminal voltage, as predicted from the reference
   Scalar omega_reading{};
   Scalar i_a_reading{};
@@ -130,6 +131,11 @@ class Machine {
   }
 
  private:
+  using Motion<Scalar>::i_a_before;
+  using Motion<Scalar>::omega_before;
+  using Motion<Scalar>::i_a_in_middle;
+  using Motion<Scalar>::omega_in_middle;
+
   enum class Circuit {
     closed,  ///< the voltage drives a current
     driven,  ///< a current drive does
@@ -144,10 +150,10 @@ class Machine {
     equations_.middle.h = h;
     equations_.middle.u_ref = in.u_ref;
     equations_.middle.e_a = driver_.voltage();
-    equations_.middle.i_a = motion.i_a_in_middle();
-    equations_.middle.omega = motion.omega_in_middle();
-    equations_.middle.omega_start = motion.omega;
-    equations_.middle.theta = angle_.in_middle(in, h, motion.omega);
+    equations_.middle.i_a = i_a_in_middle();
+    equations_.middle.omega = omega_in_middle();
+    equations_.middle.omega_start = omega;
+    equations_.middle.theta = angle_.in_middle(in, h, omega);
     equations_.middle.temperature = in.temperature;
   }
 
@@ -202,23 +208,23 @@ class Machine {
     const bool conducts = circuit == Circuit::closed;
     solve_for(h, conducts);
     if (conducts && !structure_.measured_voltage && any(differs(equations_.terms.light_load_rise, Scalar(0.0)))) {
-      e += armature_.light_load_rise(e.mean() + user_.voltage(), motion, equations_.terms);
+      e += armature_.light_load_rise(e.mean() + user_.voltage(), *this, equations_.terms);
     }
     // A measured voltage is the motor's own while the driver blocks, give or take noise: what the driver would do
     // tells.
     const bool follows_driver = structure_.input == Signal::u_ref;
     const Scalar source = follows_driver ? Scalar(driven) : e.mean();
     if (conducts && equations_.terms.one_quadrant &&
-        value_of(armature_.stopping_voltage(source + user_.voltage(), motion)) <= 0) {
+        value_of(armature_.stopping_voltage(source + user_.voltage(), *this)) <= 0) {
       solve_for(h, false);
       user_.set_voltage(Scalar(0.0));
       return Circuit::blocked;
     }
     if (conducts && any(differs(equations_.terms.contact_drop, Scalar(0.0)))) {
-      e -= armature_.contact_drop(e.mean() + user_.voltage(), motion, equations_.terms);
+      e -= armature_.contact_drop(e.mean() + user_.voltage(), *this, equations_.terms);
     }
     if (user_.any_voltage()) {
-      user_.set_voltage(conducts ? user_.voltage_for(e.mean(), armature_, motion, equations_) : Scalar(0.0));
+      user_.set_voltage(conducts ? user_.voltage_for(e.mean(), armature_, *this, equations_) : Scalar(0.0));
       e += user_.voltage();
     }
     return circuit;
@@ -245,7 +251,7 @@ class Machine {
                                equations_.terms.dry_friction};
     if (circuit == Circuit::closed) torque.pull += shaft_.late() * (e.end - e.start);
     if (structure_.measured_load) {
-      torque.take_load(in.load - equations_.terms.load_offset, equations_.terms.load_torque, motion.omega);
+      torque.take_load(in.load - equations_.terms.load_offset, equations_.terms.load_torque, omega);
     } else {
       torque.pull -= equations_.terms.load_torque;
     }
@@ -262,29 +268,29 @@ class Machine {
                  .h = 0,
                  .u_ref = in.u_ref,
                  .e_a = driver_.voltage(),
-                 .i_a = motion.i_a,
-                 .omega = structure_.measured_load ? Scalar(in.omega_end) : motion.omega,
+                 .i_a = i_a,
+                 .omega = structure_.measured_load ? Scalar(in.omega_end) : omega,
                  .theta = angle_.at_end(in)},
                 equations_);
   }
 
   void read_sensors(double t, double h, const StepInput& in) {
     if (sensors_.empty()) {
-      omega_reading = motion.omega;
-      i_a_reading = motion.i_a;
+      omega_reading = omega;
+      i_a_reading = i_a;
       torque_reading = equations_.terms.load_torque;
       return;
     }
-    equations_.terms.omega_reading = motion.omega;
-    equations_.terms.i_a_reading = motion.i_a;
+    equations_.terms.omega_reading = omega;
+    equations_.terms.i_a_reading = i_a;
     equations_.terms.torque_reading = equations_.terms.load_torque;
     equations_.terms.load_offset = equations_.terms.angle_behind = Scalar(0.0);
     sensors_.apply({.t = t,
                     .h = h,
                     .u_ref = in.u_ref,
                     .e_a = driver_.voltage(),
-                    .i_a = motion.i_a,
-                    .omega = motion.omega,
+                    .i_a = i_a,
+                    .omega = omega,
                     .theta = angle_.at_end(in)},
                    equations_);
     omega_reading = equations_.terms.omega_reading;

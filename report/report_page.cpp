@@ -165,7 +165,7 @@ void missing_section(Page& page, const Diagnosis& d) {
 }  // namespace
 
 Page report_page(const ReportInput& in, const Diagnosis& d) {
-  const Dataset data = prepare(in.part(false), in.part(true), in.model);
+  const Dataset& data = *d.data;
   Page page("What the model `" + in.model.name + "` is missing", summary_of(in), in.on_figure);
   verdict_section(page, in, d);
   if (in.investigation != nullptr) tell(page, *in.investigation);

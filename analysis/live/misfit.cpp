@@ -193,8 +193,8 @@ LiveMisfit::LiveMisfit(Setup setup)
   ring_.assign(ring_slots, Slot{.sums = none});
   const auto dry_friction = std::ranges::find(effect_catalogue(), true, &EffectInfo::dry_friction);
   for (std::size_t j = 0; j < directions_.size(); ++j) {
-    if (directions_[j].at == base::K_b) flux_ = j;
-    if (directions_[j].at == base::J) inertia_ = j;
+    if (directions_[j].name == "K_b") flux_ = j;
+    if (directions_[j].name == "J") inertia_ = j;
     if (directions_[j].name == full_name(*dry_friction)) drag_ = j;
     if (j >= plan_.moved.size() && plan_.direct[j - plan_.moved.size()] == Signal::torque) gauge_ = j;
   }
@@ -387,8 +387,7 @@ double LiveMisfit::belief(const Direction& d) const {
 /// By how much an unknown may differ from one time to another without being worth a word.
 double LiveMisfit::slack_of(std::size_t j) const {
   const Direction& d = directions_[j];
-  if (d.in_model)
-    return (d.at == base::K_b || d.at == base::K_m ? flux_drift : drift_share) * std::abs(value_of_direction(j));
+  if (d.in_model) return (d.name.starts_with("K") ? flux_drift : drift_share) * std::abs(value_of_direction(j));
   double digit = 0;
   if (j >= plan_.moved.size()) {
     const Signal signal = plan_.direct[j - plan_.moved.size()];
@@ -685,9 +684,9 @@ void LiveMisfit::learn(std::span<const double> values) {
     if (!directions_[j].in_model) continue;
     const double from = value_of_direction(j), to = values[*directions_[j].at];
     d[static_cast<Eigen::Index>(j)] = to - from;
-    const std::size_t at = *directions_[j].at;
-    const bool of_base = at < ModelStructure::base_count && at != base::B;
-    far = far || (of_base && std::abs(to - from) > gross_share * std::abs(from));
+    const std::string& name = directions_[j].name;
+    far = far || ((name == "R_a" || name == "K_b" || name == "K_m" || name == "J") &&
+                  std::abs(to - from) > gross_share * std::abs(from));
   }
   move_point(d);
   if (far) {

@@ -229,7 +229,7 @@ void LivePass::bridge_gap(std::span<const LiveTick> ahead) {
   held.temperature = before_.temperature;
   if (until > before_.t) step_to(held);
   const FirstSpeed speed = first_speed(ahead);
-  for (auto& machine : machines_) machine.motion.omega = machine.omega_reading = WideSensitive(speed.value);
+  for (auto& machine : machines_) machine.omega = machine.omega_reading = WideSensitive(speed.value);
   interrupt();
   e_a_ = std::isfinite(ahead.front().drive) ? ahead.front().drive : e_a_;
   valid_from_ = until + plan_.settling;
@@ -252,9 +252,9 @@ void LivePass::step_to(const LiveTick& now) {
   const int steps = std::max(1, static_cast<int>(std::ceil(interval / plan_.longest_step - 1e-6)));
   const double h = interval / steps;
   StepInput in{.u_ref = before_.u_ref, .angle_middle = {}, .angle_end = {}, .angle_pull = {}};
-  in.i_a = std::isfinite(before_.i_a) ? before_.i_a : value_of(machines_.front().motion.i_a);
+  in.i_a = std::isfinite(before_.i_a) ? before_.i_a : value_of(machines_.front().i_a);
   in.load = 0.5 * (before_.load + now.load);
-  const double a = std::isfinite(before_.omega) ? before_.omega : value_of(machines_.front().motion.omega);
+  const double a = std::isfinite(before_.omega) ? before_.omega : value_of(machines_.front().omega);
   in.omega_end = std::isfinite(now.omega) ? now.omega : a;
   in.omega = 0.5 * (a + in.omega_end);
   in.temperature = before_.temperature;

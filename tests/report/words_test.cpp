@@ -9,25 +9,27 @@ namespace {
 using testing::HasSubstr;
 
 TEST(SourceInWords, ExplainsEverySourceOfANoiseFloor) {
-  for (const char* source : {"declared", "settled", "repeats", "regression", "differences", "resolution"}) {
+  for (const FloorSource source :
+       {FloorSource::declared, FloorSource::settled, FloorSource::repeats, FloorSource::regression,
+        FloorSource::differences, FloorSource::resolution, FloorSource::assumed}) {
     NoiseFloor floor;
     floor.from = source;
     const std::string words = source_in_words(floor);
-    EXPECT_NE(words, source) << "a name of the program's, not an explanation";
+    EXPECT_NE(words, name_of(source)) << "a name of the program's, not an explanation";
     EXPECT_GE(words.size(), 20U) << words;
   }
 }
 
 TEST(SourceInWords, SaysThatAFloorFromDifferencesIsALowerBound) {
   NoiseFloor floor;
-  floor.from = "differences";
+  floor.from = FloorSource::differences;
   floor.lower_bound = true;
   EXPECT_THAT(source_in_words(floor), HasSubstr("lower bound"));
 }
 
 TEST(SourceInWords, SaysOfASlowMeterThatItWasHeldAgainstTheFastSignals) {
   NoiseFloor floor;
-  floor.from = "regression";
+  floor.from = FloorSource::regression;
   EXPECT_THAT(source_in_words(floor), HasSubstr("fast signals"));
 }
 
