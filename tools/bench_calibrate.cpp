@@ -116,7 +116,7 @@ ChannelSeen seen_on(BenchInputs& inputs, Signal signal, double seconds) {
 }
 
 /// Asks for references until an empty line, and reads the channel at each. What cannot be taken is said, and goes on.
-std::vector<SensorPoint> ask_for_points(BenchInputs& inputs, Signal signal, const std::string& raw_unit,
+std::vector<SensorPoint> ask_for_points(BenchInputs& inputs, Signal signal, std::string_view raw_unit,
                                         const CalibrateOptions& o) {
   const auto& hold = inputs.devices.front().hold;
   const std::string unit(info(signal).unit);
