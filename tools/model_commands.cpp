@@ -21,13 +21,13 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/figures_of_diagnosis.h"
+#include "report/progress.h"
 #include "report/result_json.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/verdict.h"
 #include "session/spec.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
 
 namespace emtb {
 namespace {
