@@ -5,9 +5,11 @@
 #include <cmath>
 #include <span>
 
+#include "analysis/estimate/acceleration.h"
+#include "analysis/estimate/coast_down.h"
 #include "analysis/estimate/driver_steps.h"
 #include "analysis/estimate/electrical.h"
-#include "analysis/estimate/inertia.h"
+#include "analysis/estimate/switch_on.h"
 #include "analysis/estimate/torque.h"
 #include "paper/switch_on.h"
 

@@ -5,7 +5,6 @@
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/refit.h"
-#include "analysis/diagnose/refit_start.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
 #include "model/catalogue.h"
