@@ -57,7 +57,7 @@ std::vector<std::vector<std::string>> parameter_rows(const Diagnosis& d) {
   const std::vector<std::string> names = d.final.names();
   const std::vector<double> values = d.final.values();
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (d.final.input == Signal::i_a && (names[i] == "R_a" || names[i] == "K_b")) continue;  // not in its equations
+    if (d.final.input == Signal::i_a && (i == base::R_a || i == base::K_b)) continue;  // not in its equations
     const Parameter& p = d.final.at(i);
     std::string interval = "–";
     if (p.std_error && !d.final.tie.contains(names[i]))
