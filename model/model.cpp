@@ -21,7 +21,7 @@ std::vector<double> Model::values() const { return FreeParameters(*this).spread(
 
 double Model::mechanical_time_constant() const {
   const std::vector<double> p = values();
-  const auto [R_a, K_b, K_m, B, J] = std::array{p[0], p[1], p[2], p[3], p[4]};
+  const double R_a = p[base::R_a], K_b = p[base::K_b], K_m = p[base::K_m], B = p[base::B], J = p[base::J];
   return input == Signal::i_a ? J / std::max(B, 1e-12) : J * R_a / (K_b * K_m);
 }
 

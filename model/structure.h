@@ -51,6 +51,12 @@ inline constexpr std::array<BaseParameter, 5> base_parameters{
       "inertia",
       {"the inertia is", "was something added to the shaft?", "was something taken from the shaft?"}}}};
 
+/// Their places: the first ones in every vector of parameters.
+namespace base {
+enum : std::size_t { R_a, K_b, K_m, B, J };
+}
+static_assert(base_parameters[base::R_a].symbol == "R_a" && base_parameters[base::J].symbol == "J");
+
 /// Which equations a simulation solves; the numbers in them come apart from it, as a vector in the order
 /// R_a, K_b, K_m, B, J, then the parameters of each effect, then those of each added term.
 struct ModelStructure {

@@ -92,12 +92,26 @@ std::string step_name(const Step& step) {
   return step.action.starts_with("added ") ? "+ " + step.action.substr(6) : step.action;
 }
 
-Axis condition_axis(const std::string& against) {
-  if (against == "t") return {"time", "s"};
-  if (against == "sign(omega)") return {"sign of ω", ""};
-  if (against == "acceleration") return {"acceleration", "rad/s²"};
-  if (const auto signal = signal_named(against)) return axis_of(*signal);
-  return {against, ""};
+Axis condition_axis(Condition against) {
+  switch (against) {
+    case Condition::time:
+      return {"time", "s"};
+    case Condition::direction:
+      return {"sign of ω", ""};
+    case Condition::acceleration:
+      return {"acceleration", "rad/s²"};
+    case Condition::angle:
+      return {"angle within a turn", "rad"};
+    case Condition::heat:
+      return {"heat lost in R_a so far", "J"};
+    case Condition::current:
+      return axis_of(Signal::i_a);
+    case Condition::speed:
+      return axis_of(Signal::omega);
+    case Condition::reference:
+      return axis_of(Signal::u_ref);
+  }
+  return {std::string(name_of(against)), std::string(unit_of(against))};
 }
 
 NamedFigure overlay_figure(const std::string& run, const Overlay& model, const std::optional<Overlay>& before) {
@@ -155,7 +169,7 @@ std::vector<NamedFigure> residual_map_figures(Signal signal, const Diagnosis& d)
       p.band("", {base.bins.front() - room, base.bins.back() + room}, {-s, -s}, {s, s});
     }
     p.reference(0, "", {Ink::grey, 0.7, Dash::solid});
-    const bool joined = base.against != "sign(omega)";  // its places are apart
+    const bool joined = base.against != Condition::direction;  // its places are apart
     const auto draw = [&](const ResidualMap& m, const std::string& name, const Pen& pen) {
       if (joined) p.line(name, m.bins, m.mean, pen);
       p.points(name, m.bins, m.mean, pen);
@@ -166,7 +180,8 @@ std::vector<NamedFigure> residual_map_figures(Signal signal, const Diagnosis& d)
       draw(after, "final", final_pen);
     }
     figures.push_back(
-        {file_name("residual_" + std::string(info(signal).name) + "_against_" + base.against), std::move(f), ""});
+        {file_name("residual_" + std::string(info(signal).name) + "_against_" + std::string(name_of(base.against))),
+         std::move(f), ""});
   }
   return figures;
 }
@@ -296,7 +311,7 @@ NamedFigure staircase_figure(const Diagnosis& d) {
 }
 
 NamedFigure missing_figure(const MissingCurve& base, const std::optional<MissingCurve>& after) {
-  const Axis condition = condition_axis(base.against);
+  const Axis condition = axis_of(*signal_named(base.against));
   Figure f("Missing " + base.quantity + " against " + condition.label,
            "The " + base.quantity + " that the equations lack, with its 95 % band.");
   f.wide(600).x({condition.label, printed_unit(base.against_unit)});

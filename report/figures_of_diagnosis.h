@@ -49,7 +49,7 @@ struct UsedSpan {
 NamedFigure raw_figure(const Run& whole, std::span<const UsedSpan> spans);
 
 /// The condition of a residual map as an axis.
-Axis condition_axis(const std::string& against);
+Axis condition_axis(Condition against);
 
 /// `base model`, `+ coulomb_friction`, `dropped windage`.
 std::string step_name(const Step& step);

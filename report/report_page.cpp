@@ -124,15 +124,15 @@ std::string value_in(const Model& model, const std::string& name) {
 }
 
 /// Between which values it was free to move, and what else kept it: a tie, a bound, a prior.
-std::string bounds_of(const Model& model, const std::string& name, const Parameter& p) {
-  const double margin = 1e-7 * (p.max - p.min);  // as calibrate() judges
+std::string bounds_of(const Diagnosis& d, const std::string& name, const Parameter& p) {
+  const Model& model = d.final;
   const auto tie = model.tie.find(name);
   std::string remark;
   if (tie != model.tie.end()) {
     remark = "= " + symbol_of(tie->second) + " (tied)";
   } else if (p.fixed) {
     remark = "fixed";
-  } else if (p.value <= p.min + margin || p.value >= p.max - margin) {
+  } else if (std::ranges::find(d.at_bound, name) != d.at_bound.end()) {
     remark = "rests on its bound";
   } else if (p.prior) {
     remark = "prior " + printed(p.prior->value, p.prior->std);
@@ -156,7 +156,7 @@ std::vector<std::vector<std::string>> parameter_rows(const Diagnosis& d) {
     const std::size_t dot = names[i].find('.');
     rows.push_back({symbol_of(names[i].substr(dot == std::string::npos ? 0 : dot + 1)), meaning_of(names[i]),
                     value_in(d.base, names[i]), with_error(values[i], p), interval, printed_unit(p.unit),
-                    bounds_of(d.final, names[i], p)});
+                    bounds_of(d, names[i], p)});
   }
   return rows;
 }
@@ -241,7 +241,7 @@ void missing_section(Page& page, const Diagnosis& d) {
 }  // namespace
 
 Page report_page(const ReportInput& in, const Diagnosis& d) {
-  const Dataset data = prepare(in.part(false), in.part(true), in.model);
+  const Dataset& data = *d.data;
   Page page("What the model `" + in.model.name + "` is missing", summary_of(in), in.on_figure);
   verdict_section(page, in, d);
   if (in.story) tell(page, *in.story, d);

@@ -27,7 +27,7 @@ json maps_json(const std::vector<ResidualMap>& maps) {
   json list = json::array();
   for (const ResidualMap& m : maps) {
     list.push_back({{"signal", name(m.signal)},
-                    {"against", m.against},
+                    {"against", name_of(m.against)},
                     {"bins", m.bins},
                     {"mean", m.mean},
                     {"rmse", m.rmse},
@@ -64,7 +64,7 @@ json to_json(const std::map<Signal, SignalFit>& signals) {
   json out = json::object();
   for (const auto& [signal, fit] : signals) {
     out[name(signal)] = {{"sigma", fit.noise.sigma},
-                         {"sigma_from", fit.noise.from},
+                         {"sigma_from", name_of(fit.noise.from)},
                          {"lower_bound", fit.noise.lower_bound},
                          {"rmse", fit.rmse},
                          {"floors", fit.ratio},
@@ -156,6 +156,7 @@ json to_json(const Diagnosis& d) {
   out["where"] = maps_json(d.where);
   out["where_final"] = maps_json(d.where_final);
   out["missing_curves"] = {{"base", curves_json(d.missing_base)}, {"final", curves_json(d.missing_final)}};
+  out["at_bound"] = d.at_bound;
   out["undetermined"] = undetermined_json(d.undetermined);
   out["held_out"] = d.judged_on_training ? "none" : d.left_one_out ? "each run in turn" : "named";
   out["next_experiment"] = next_json(d);
@@ -167,7 +168,7 @@ json to_json(const Comparison& c) {
   out["error"] = {{"staged", c.error}, {"chained", c.chained_error}};
   out["signals"] = to_json(c.signals);
   for (const auto& [signal, floors] : c.chained) out["signals"][name(signal)]["chained_floors"] = floors;
-  out["failing_unit"] = c.failing_unit.empty() ? json(nullptr) : json(c.failing_unit);
+  out["failing_unit"] = c.failing_unit ? json(name_of(*c.failing_unit)) : json(nullptr);
   out["where"] = maps_json(c.where);
   return out;
 }

@@ -28,14 +28,14 @@ std::string judged_on(const Diagnosis& d) {
 std::string floors(double error) { return printed(error, 3) + " noise floors"; }
 
 std::string source_in_words(const NoiseFloor& noise) {
-  if (noise.from == "declared") return "declared in the model file";
-  if (noise.from == "settled") return "scatter about a straight line in settled stretches";
-  if (noise.from == "repeats") return "what repeated runs differ by";
-  if (noise.from == "resolution") return "the instrument's resolution, LSB/√12";
-  if (noise.from == "differences")
+  if (noise.from == FloorSource::declared) return "declared in the model file";
+  if (noise.from == FloorSource::settled) return "scatter about a straight line in settled stretches";
+  if (noise.from == FloorSource::repeats) return "what repeated runs differ by";
+  if (noise.from == FloorSource::resolution) return "the instrument's resolution, LSB/√12";
+  if (noise.from == FloorSource::differences)
     return noise.lower_bound ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
                              : "differences of readings";
-  return noise.from;
+  return std::string(name_of(noise.from));
 }
 
 }  // namespace emtb

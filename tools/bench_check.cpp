@@ -2,8 +2,8 @@
 #include <cmath>
 #include <iostream>
 
-#include "tools/bench_inputs.h"
 #include "report/text.h"
+#include "tools/bench_inputs.h"
 
 namespace emtb {
 namespace {

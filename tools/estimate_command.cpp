@@ -14,12 +14,12 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "paper/estimate_figure.h"
-#include "session/spec.h"
-#include "session/text.h"
-#include "tools/commands.h"
 #include "report/result_json.h"
 #include "report/symbols.h"
 #include "report/text.h"
+#include "session/spec.h"
+#include "session/text.h"
+#include "tools/commands.h"
 
 namespace emtb {
 namespace {
@@ -38,25 +38,23 @@ struct EstimateOptions {
   }
 };
 
-constexpr std::string_view by_inverse_dynamics = "inverse-dynamics";
-
-/// What is to be found: names of experiments; `inverse-dynamics` among them or not.
-std::vector<std::string_view> wanted(const EstimateOptions& o) {
+/// What is to be found.
+std::vector<StaticExperiment> wanted(const EstimateOptions& o) {
+  const bool model = !o.model.empty();
   std::vector<std::string> names = o.what;
-  if (names.empty()) names.emplace_back(o.model.empty() ? "all" : by_inverse_dynamics);
-  std::vector<std::string_view> all;
-  for (const std::string& name : names) {
-    const auto known = std::ranges::find(static_experiments, name);
-    if (name == "all") {
+  if (names.empty()) names.emplace_back(model ? name(StaticExperiment::inverse_dynamics) : "all");
+  std::vector<StaticExperiment> all;
+  for (const std::string& text : names) {
+    const auto known = std::ranges::find(static_experiments, text, [](StaticExperiment e) { return name(e); });
+    if (text == "all") {
       all.assign(static_experiments.begin(), static_experiments.end());
-      if (!o.model.empty()) all.push_back(by_inverse_dynamics);
-    } else if (name == by_inverse_dynamics) {
-      all.push_back(by_inverse_dynamics);
+      if (!model) std::erase(all, StaticExperiment::inverse_dynamics);
     } else if (known != static_experiments.end()) {
       all.push_back(*known);
     } else {
-      throw Error("--what " + shown(name) + ": no such experiment. Known: " + listed(static_experiments) +
-                  ", inverse-dynamics, all");
+      std::vector<std::string_view> choice;
+      for (const StaticExperiment e : static_experiments) choice.push_back(name(e));
+      throw Error("--what " + shown(text) + ": no such experiment. Known: " + listed(choice) + ", all");
     }
   }
   return all;
@@ -94,12 +92,12 @@ KnownParameters known_from(const Model& model, const std::string& file) {
     const Parameter& p = model.at(static_cast<std::size_t>(leader - names.begin()));
     const Quantity q{names[i], values[i], p.std_error.value_or(0), model.at(i).unit};
     const bool measured = p.fixed || p.std_error;
-    if (names[i] == "K_m") {
+    if (i == base::K_m) {
       known.K_m = q;
       known.K_m_is_guess = !measured;
       known.K_m_from = (measured ? "the one of " : "the start value, a guess, of ") + file;
     }
-    if (names[i] == "B" && measured) known.B = q;
+    if (i == base::B && measured) known.B = q;
     if (names[i] == full_name(*dry_friction) && measured) known.T_c = q;
   }
   if (!known.T_c) known.B.reset();  // a B that stands for dry friction is no B beside it
@@ -109,7 +107,7 @@ KnownParameters known_from(const Model& model, const std::string& file) {
 
 /// J by a fit of the whole runs, for comparison.
 StaticEstimate whole_run(const std::vector<Run>& runs, const Model& model) {
-  StaticEstimate result{.what = "inertia", .method = "whole_run", .title = "J by a fit of the model to the whole runs"};
+  StaticEstimate result{.method = StaticMethod::whole_run, .title = "J by a fit of the model to the whole runs"};
   try {
     const Dataset data = prepare(runs, {}, model);
     const Calibration fit = calibrate(data.train, model);
@@ -137,8 +135,7 @@ StaticEstimate whole_run(const std::vector<Run>& runs, const Model& model) {
 }
 
 StaticEstimate as_estimate(const InverseDynamics& dynamics) {
-  StaticEstimate result{.what = std::string(by_inverse_dynamics),
-                        .method = "inverse_dynamics",
+  StaticEstimate result{.method = StaticMethod::inverse_dynamics,
                         .title = "K_m i_a = J dω/dt + B ω + T_c sign(ω) + T_L"};
   for (const auto& v : dynamics.values) result.quantities.push_back({v.symbol, v.value, v.std_error, v.unit});
   result.r_squared = dynamics.r_squared;
@@ -149,7 +146,7 @@ StaticEstimate as_estimate(const InverseDynamics& dynamics) {
 std::string times(const Stretch& s) { return pretty(s.from, 6) + ":" + pretty(s.to, 6); }
 
 void print(const StaticEstimate& e) {
-  std::cout << e.what << ": " << e.title << "\n";
+  std::cout << name(experiment_of(e.method)) << ": " << e.title << "\n";
   if (!e.lacking.empty()) std::cout << "  no result: " << e.lacking << "\n";
   Table table({"", "value", "+- std error", "unit"});
   for (const Quantity& q : e.quantities) table.row({q.symbol, pretty(q.value, 5), pretty(q.std_error, 2), q.unit});
@@ -171,7 +168,7 @@ void print(const StaticEstimate& e) {
 }
 
 json to_json(const StaticEstimate& e) {
-  json out{{"what", e.what}, {"method", e.method}, {"title", e.title}};
+  json out{{"what", name(experiment_of(e.method))}, {"method", name(e.method)}, {"title", e.title}};
   out["lacking"] = e.lacking.empty() ? json(nullptr) : json(e.lacking);
   out["parameters"] = json::object();
   for (const Quantity& q : e.quantities) {
@@ -195,7 +192,7 @@ void draw(const std::vector<StaticEstimate>& all, const std::string& folder, boo
   if (error) throw Error(folder + ": cannot be made (" + error.message() + "). Give another folder");
   for (const StaticEstimate& e : all) {
     if (!has_points(e)) continue;
-    const auto file = std::filesystem::path(folder) / (e.method + (png ? ".png" : ".svg"));
+    const auto file = std::filesystem::path(folder) / (std::string(name(e.method)) + (png ? ".png" : ".svg"));
     png ? write_png(figure_of(e), file) : write_svg(figure_of(e), file);
     std::cout << file.string() << "\n";
   }
@@ -220,22 +217,22 @@ int inverse_dynamics_alone(const EstimateOptions& o) {
 }
 
 int estimate_command(const EstimateOptions& o) {
-  std::vector<std::string_view> what = wanted(o);
-  if (what == std::vector{by_inverse_dynamics}) return inverse_dynamics_alone(o);
+  const std::vector<StaticExperiment> experiments = wanted(o);
+  const auto is_wanted = [&](StaticExperiment e) { return std::ranges::find(experiments, e) != experiments.end(); };
+  if (experiments == std::vector{StaticExperiment::inverse_dynamics}) return inverse_dynamics_alone(o);
   const std::vector<Run> measured = o.runs(), runs = with_speed(measured);
   std::optional<Model> model;
   if (!o.model.empty()) model = read_model(o.model);
   const Settled settled = settled_points(runs, settled_options(o));
   std::vector<StaticEstimate> all =
-      evaluate(what, runs, settled, model ? known_from(*model, o.model) : KnownParameters{});
-  if (model && std::ranges::find(what, "inertia") != what.end()) all.push_back(whole_run(measured, *model));
-  if (std::ranges::find(what, by_inverse_dynamics) != what.end()) {
+      evaluate(experiments, runs, settled, model ? known_from(*model, o.model) : KnownParameters{});
+  if (model && is_wanted(StaticExperiment::inertia)) all.push_back(whole_run(measured, *model));
+  if (is_wanted(StaticExperiment::inverse_dynamics)) {
     if (!model) throw Error("inverse dynamics need --model FILE: its K_m turns the current into torque");
     try {
       all.push_back(as_estimate(inverse_dynamics(measured, model->values()[2])));
     } catch (const SessionError& e) {
-      all.push_back({.what = std::string(by_inverse_dynamics),
-                     .method = "inverse_dynamics",
+      all.push_back({.method = StaticMethod::inverse_dynamics,
                      .title = "K_m i_a = J dω/dt + B ω + T_c sign(ω) + T_L",
                      .lacking = e.what()});
     }

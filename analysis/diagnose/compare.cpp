@@ -8,6 +8,18 @@
 
 namespace emtb {
 
+std::string_view name_of(Unit unit) noexcept {
+  switch (unit) {
+    case Unit::driver:
+      return "driver";
+    case Unit::motor:
+      return "motor";
+    case Unit::load:
+      return "load";
+  }
+  return "motor";
+}
+
 std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model& model, const Noise& noise) {
   struct Sums {
     double squares = 0, scaled = 0, value = 0, value_squares = 0, count = 0;
@@ -53,7 +65,7 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   for (const auto& [signal, square] : staged_squares) {
     if (std::sqrt(square) <= worst) continue;
     worst = std::sqrt(square);
-    result.failing_unit = signal == Signal::e_a ? "driver" : signal == Signal::torque ? "load" : "motor";
+    result.failing_unit = signal == Signal::e_a ? Unit::driver : signal == Signal::torque ? Unit::load : Unit::motor;
   }
   result.where = residual_maps(staged.train, model);
   return result;

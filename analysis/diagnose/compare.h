@@ -3,7 +3,7 @@
 #include <map>
 #include <optional>
 #include <span>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/diagnose/where.h"
@@ -13,6 +13,10 @@
 #include "session/session.h"
 
 namespace emtb {
+
+/// A part of the bench that a model describes.
+enum class Unit { driver, motor, load };
+std::string_view name_of(Unit unit) noexcept;  ///< as in JSON
 
 /// How well one signal is predicted.
 struct SignalFit {
@@ -28,7 +32,7 @@ struct Comparison {
   double chained_error = 0;  ///< all units in a row, from the reference alone
   std::map<Signal, SignalFit> signals;
   std::map<Signal, double> chained;  ///< RMSE/sigma of each signal when chained
-  std::string failing_unit;          ///< driver, motor, load; empty: none is above its floor
+  std::optional<Unit> failing_unit;  ///< none is above its floor where absent
   std::vector<ResidualMap> where;
 };
 

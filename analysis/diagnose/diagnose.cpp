@@ -107,10 +107,12 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const auto progress = [&](double share, const std::string& doing) {
     if (options.progress) options.progress(share, doing);
   };
-  const Dataset data = prepare(train, held_out, model);
+  const auto prepared = std::make_shared<const Dataset>(prepare(train, held_out, model));
+  const Dataset& data = *prepared;
   const MaterialityCriterion by_materiality(options.materiality);
   const Criterion& criterion = options.criterion ? *options.criterion : by_materiality;
   Diagnosis d;
+  d.data = prepared;
   say_what_judges(d, train, held_out);
 
   progress(0.02, "fitting the model as given");

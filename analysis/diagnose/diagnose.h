@@ -38,9 +38,10 @@ struct MissingEffect {
 
 struct Diagnosis {
   Verdict verdict = Verdict::cannot_tell;
-  std::vector<MissingEffect> missing;  ///< in the order found
-  std::vector<Candidate> candidates;   ///< best first
-  Model base, final;                   ///< both fitted to the training runs
+  std::vector<MissingEffect> missing;   ///< in the order found
+  std::vector<Candidate> candidates;    ///< best first
+  std::shared_ptr<const Dataset> data;  ///< the records on which all of this was found
+  Model base, final;                    ///< both fitted to the training runs
   double base_train = 0, base_held_out = 0, final_train = 0, final_held_out = 0;
   std::map<Signal, SignalFit> signals;  ///< of the final model, on held-out runs
   std::vector<Step> steps;

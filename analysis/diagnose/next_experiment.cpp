@@ -113,7 +113,7 @@ Noise completed(Noise noise, const Run& run) {
     double largest = 0;
     for (const double v : series.value) largest = std::max(largest, std::abs(v));
     noise[signal] = {.sigma = std::max(share_of_range * largest, 1e-9),
-                     .from = "assumed",
+                     .from = FloorSource::assumed,
                      .lower_bound = false,
                      .autocorrelation = 0};
   }

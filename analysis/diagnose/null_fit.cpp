@@ -40,13 +40,13 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
   };
   const std::vector<double> values = model.values();
   Ranges seen;
-  seen.inertia = values[4];
+  seen.inertia = values[base::J];
   seen.rise = model.structure().driver.rise;
   seen.fall = model.structure().driver.fall;
   for (const Record& record : records) {
     const Excitation& x = record.excitation;
     Extremes extremes;
-    extremes.resistance = values[0];
+    extremes.resistance = values[base::R_a];
     extremes.t = &x.t;
     simulate<double>(record.structure(model), values, x, extremes);
     for (const double u : x.u_ref) seen.reference = std::max(seen.reference, std::abs(u));
@@ -57,6 +57,7 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.heat = std::max(seen.heat, extremes.heat);
     seen.duration = std::max(seen.duration, x.t.back() - x.t.front());
   }
+  seen.torque = values[base::K_m] * seen.current;
   return seen;
 }
 

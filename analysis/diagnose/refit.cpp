@@ -123,4 +123,16 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
   return BegunAtWholeOrders{std::move(best), std::move(started)};
 }
 
+Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::size_t effect,
+                     const ScoreOptions& options) {
+  const ResidualsAtPhases left =
+      residuals_at_best_phases(records, fitted.model, fitted.model.values(), {}, fitted.phases);
+  const double squares = sum_of_squares(left.residuals);
+  const std::vector<Score> scores = score(records, fitted.model, std::vector{effect}, options);
+  Fit best = begun_refit(records, fitted, squares, scores.front());
+  if (!fitted.model.about(effect).is_detent()) return best;
+  auto whole = begun_at_whole_orders(records, fitted, squares, std::vector{effect}, options);
+  return whole && whole->fit.cost < best.cost ? std::move(whole->fit) : best;
+}
+
 }  // namespace emtb

@@ -53,6 +53,12 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
                                                         double squares, std::span<const std::size_t> effects,
                                                         const ScoreOptions& options, const Valleys& valleys = {});
 
+/// The refit of a fitted model with an effect that somebody names, begun wherever the diagnosis would begin it: from
+/// all starts of its score, and for what pulls at a shaft with an order also at all whole orders. At infinite cost
+/// where none can be simulated.
+Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::size_t effect,
+                     const ScoreOptions& options = {});
+
 /// Do the rotor phases of a fit hold with an effect more or less? Unless that repeats with the angle itself, or moves
 /// an angle that is the integral of the speed's reading.
 bool keeps_phases(std::size_t effect, const Model& model);

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "analysis/diagnose/evidence.h"
 #include "analysis/diagnose/hypotheses.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
+#include "analysis/numerics/statistics.h"
 #include "model/catalogue.h"
 
 namespace emtb {
@@ -18,29 +18,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// P(chi-squared with q degrees of freedom > x), by recurrence over q.
-double chi_squared_tail(double x, Eigen::Index q) {
-  if (x <= 0) return 1;
-  const bool odd = q % 2 == 1;
-  double tail = odd ? std::erfc(std::sqrt(x / 2)) : std::exp(-x / 2);
-  double term = odd ? std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2) : x / 2 * std::exp(-x / 2);
-  for (Eigen::Index k = odd ? 3 : 4; k <= q; k += 2) {
-    tail += term;
-    term *= x / static_cast<double>(k);
-  }
-  return tail;
-}
-
-/// The x at which a one-sided normal test has this probability of a false alarm.
-double normal_quantile(double tail) {
-  double low = 0, high = 40;
-  for (int i = 0; i < 80; ++i) {
-    const double middle = 0.5 * (low + high);
-    (0.5 * std::erfc(middle / std::sqrt(2.0)) > tail ? low : high) = middle;
-  }
-  return low;
-}
 
 /// The step a = H⁻¹ g, with parameters that would leave their bounds held where they are.
 /// @param full diagonal of CᵀC, before projection

@@ -35,6 +35,7 @@ Finding Search::run() {
   try_fewer();
   swap();
   prune();
+  if (rivals_are_stale_) renew_rivals();
   return std::move(found_);
 }
 
@@ -208,14 +209,11 @@ void Search::swap() {
 void Search::try_rivals_of(std::size_t place) {
   Trial& current = found_.current;
   const std::size_t member = found_.effects[place];
-  std::vector<std::size_t> others = found_.effects;
-  others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
-  const Round* reduced = round(others, [&] { return fit_without(member); });
+  const Round* reduced = round_without(place);
   if (reduced == nullptr) return;
   for (const Addition& a : reduced->refits) {
     const Trial& trial = a.trial;
-    if (a.effect() == member || !criterion_.material(reduced->fitted.held_out, trial.held_out)) continue;
-    if (!trials_.determined(trial.model(), a.effect())) continue;
+    if (!is_rival(*reduced, a, member)) continue;
     if (trial.held_out.error() < current.held_out.error() && !criterion_.tied(trial.held_out, current.held_out)) {
       found_.steps.push_back(
           {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out.error()});
@@ -223,11 +221,41 @@ void Search::try_rivals_of(std::size_t place) {
       found_.effects[place] = a.effect();
       found_.before.insert_or_assign(a.effect(), found_.before.at(member));
       found_.rivals.erase(member);
+      rivals_are_stale_ = true;
     } else if (criterion_.tied(current.held_out, trial.held_out)) {
       found_.rivals[found_.effects[place]].push_back({a.effect(), trial.model()});
     }
     remember(a.score, trial.held_out.error());
   }
+}
+
+/// Rivals that were collected beside a member that has gone since say nothing of the members that stayed.
+void Search::renew_rivals() {
+  tell(0.88, "trying rivals again");
+  found_.rivals.clear();
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    const std::size_t member = found_.effects[i];
+    if (needed(member, found_.current.model())) continue;
+    const Round* reduced = round_without(i);
+    if (reduced == nullptr) continue;
+    for (const Addition& a : reduced->refits) {
+      if (!is_rival(*reduced, a, member) || !criterion_.tied(found_.current.held_out, a.trial.held_out)) continue;
+      found_.rivals[member].push_back({a.effect(), a.trial.model()});
+    }
+  }
+}
+
+/// The round of the model without one of its members; null where it has no fit.
+const Search::Round* Search::round_without(std::size_t place) {
+  std::vector<std::size_t> others = found_.effects;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
+  return round(others, [&] { return fit_without(found_.effects[place]); });
+}
+
+/// Is an addition to the model without a member something material of its own?
+bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t member) {
+  return a.effect() != member && criterion_.material(reduced.fitted.held_out, a.trial.held_out) &&
+         trials_.determined(a.trial.model(), a.effect());
 }
 
 /// What the others have made superfluous goes.
@@ -243,6 +271,7 @@ void Search::prune() {
     found_.steps.push_back({"dropped " + id(effect), {}, without->train, without->held_out.error()});
     found_.current = std::move(*without);
     found_.rivals.erase(effect);
+    rivals_are_stale_ = true;
     found_.effects.erase(found_.effects.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }

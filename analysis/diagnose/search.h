@@ -79,6 +79,9 @@ class Search {
   void swap();
   void try_rivals_of(std::size_t place);
   void prune();
+  void renew_rivals();
+  const Round* round_without(std::size_t place);
+  bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
   bool superfluous(std::size_t effect, std::optional<Trial>& without);
 
   const Round* round(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted);
@@ -98,6 +101,7 @@ class Search {
   std::size_t longest_list_;
   Progress progress_;
   Finding found_;
+  bool rivals_are_stale_ = false;                     // the members have changed since they were collected
   std::map<std::vector<std::size_t>, Round> rounds_;  // by the effects added to the model as given
 };
 

@@ -4,17 +4,30 @@
 #include <array>
 #include <cmath>
 
-#include "analysis/estimate/stretches.h"
 #include "session/text.h"
 
 namespace emtb {
 namespace {
 
+// By hand, each held by the tests Driver.* and by figure 8 of docs/paper.md.
 constexpr double a_step = 0.02;             // of the largest reference
 constexpr double a_transition = 0.05;       // of the largest voltage
-constexpr double shortest_hold = 0.3;       // [s]
+constexpr double shortest_hold = 0.3;       // [s] between steps: three means of 0.1 s
+constexpr double beside_a_step = 0.1;       // [s] whose mean is the voltage before it
+constexpr double just_before = 1e-6;        // [s] not the reading of the step itself
+constexpr double still_moves = 0.02;        // of a transition, within that mean
+constexpr double low = 0.1, high = 0.9;     // of the way, as a rise time is defined
+constexpr std::size_t fewest = 4;           // readings of a transition: twice what its line fits
 constexpr std::size_t enough_to_bend = 20;  // readings: the ends of a transition fall between two
 constexpr double bent = 0.15;               // difference of the two halves' slopes that a slew limit does not show
+constexpr double clearly_bent = 3;          // standard errors beyond that
+
+// Of the static characteristic, by hand; Driver.ItsGainDeadZoneAndSlopesAreFound holds them.
+constexpr double no_voltage = 0.005;  // of the largest: in the dead zone
+constexpr double same_input = 1e-3;   // of the reference: the same level again
+constexpr double same_output = 0.01;  // of the voltage: at the driver's upper end
+constexpr double least_spread = 0.1;  // of the largest reference: less is one level measured several times
+constexpr double least_dead = 0.005;  // of the largest reference: less is no dead zone
 
 /// A change of e_a that a step of u_ref causes.
 struct Transition {
@@ -27,8 +40,7 @@ struct Transition {
 
 /// The times at which the reference jumps, and the end of the run.
 std::vector<double> jumps(const Series& u) {
-  double largest = 0;
-  for (const double x : u.value) largest = std::max(largest, std::abs(x));
+  const double largest = largest_size(u);
   std::vector<double> times;
   for (std::size_t k = 1; k < u.t.size(); ++k) {
     if (std::abs(u.value[k] - u.value[k - 1]) > a_step * largest) times.push_back(u.t[k]);
@@ -43,48 +55,58 @@ double passes(const Series& e, double from, double level, bool up) {
   return e.t[k];
 }
 
+/// Do the halves of a transition differ as those of a lag do?
+bool bends(const Series& e, const Transition& t) {
+  if (t.line.readings < enough_to_bend) return false;
+  const double middle = (t.where.from + t.where.to) / 2;
+  const LocalLine first = local_line(e, t.where.from, middle), second = local_line(e, middle, t.where.to);
+  return std::abs(second.slope) + clearly_bent * second.slope_error < (1 - bent) * std::abs(first.slope);
+}
+
+/// What the voltage does between two steps of the reference.
+struct Answer {
+  std::optional<Transition> transition = {};
+  const char* left_out = nullptr;  ///< why it is none; null: the voltage hardly changes
+};
+
+/// @param step the reference's, and the next one
+Answer answer_to(const Stretch& step, const Series& e, std::span<const Stretch> open) {
+  const double t0 = step.from, t1 = step.to;
+  if (t1 - t0 < shortest_hold) return {.left_out = "the next step comes too soon"};
+  const double before = mean_over(e, t0 - beside_a_step, t0 - just_before).value;
+  const double after = mean_over(e, t1 - beside_a_step, t1 - just_before).value;
+  const bool up = after > before;
+  if (std::ranges::any_of(open, [&](const Stretch& s) { return t0 < s.to && t1 > s.from; })) {
+    return {.left_out = "the armature is open: e_a is not the driver's"};
+  }
+  if (std::abs(after - before) < a_transition * largest_size(e)) return {};
+  Transition t{.where = {step.run, passes(e, t0, before + low * (after - before), up),
+                         passes(e, t0, before + high * (after - before), up)},
+               .from = before,
+               .to = after,
+               .step = t0,
+               .line = {}};
+  const LocalLine end = local_line(e, t1 - beside_a_step, t1 - just_before);
+  if (std::abs(end.slope) > clear_of_zero * end.slope_error &&
+      std::abs(end.slope) * beside_a_step > still_moves * std::abs(after - before)) {
+    return {.left_out = "the voltage still moves when the next step comes"};
+  }
+  t.line = local_line(e, t.where.from, t.where.to);
+  if (t.line.readings < fewest) return {.left_out = "faster than e_a is read"};
+  t.bends = bends(e, t);
+  return {.transition = std::move(t)};
+}
+
 std::vector<Transition> transitions(const Run& run, StaticEstimate& result) {
   const Series& e = run.at(Signal::e_a);
   const std::vector<double> times = jumps(run.at(Signal::u_ref));
-  double largest = 0;
-  for (const double x : e.value) largest = std::max(largest, std::abs(x));
   const std::vector<Stretch> open = open_armature(run);
   std::vector<Transition> found;
   for (std::size_t k = 0; k + 1 < times.size(); ++k) {
-    const double t0 = times[k], t1 = times[k + 1];
-    if (t1 - t0 < shortest_hold) {
-      result.left_out.push_back({{run.name, t0, t1}, "the next step comes too soon"});
-      continue;
-    }
-    const double before = mean_over(e, t0 - 0.1, t0 - 1e-6).value;
-    const double after = mean_over(e, t1 - 0.1, t1 - 1e-6).value;
-    const bool up = after > before;
-    if (std::ranges::any_of(open, [&](const Stretch& s) { return t0 < s.to && t1 > s.from; })) {
-      result.left_out.push_back({{run.name, t0, t1}, "the armature is open: e_a is not the driver's"});
-      continue;
-    }
-    if (std::abs(after - before) < a_transition * largest) continue;
-    const LocalLine end = local_line(e, t1 - 0.1, t1 - 1e-6);
-    Transition t{.where = {run.name, passes(e, t0, before + 0.1 * (after - before), up),
-                           passes(e, t0, before + 0.9 * (after - before), up)},
-                 .from = before,
-                 .to = after,
-                 .step = t0,
-                 .line = {}};
-    if (std::abs(end.slope) > 5 * end.slope_error && std::abs(end.slope) * 0.1 > 0.02 * std::abs(after - before)) {
-      result.left_out.push_back({{run.name, t0, t1}, "the voltage still moves when the next step comes"});
-      continue;
-    }
-    t.line = local_line(e, t.where.from, t.where.to);
-    if (t.line.readings < 4) {
-      result.left_out.push_back({{run.name, t0, t1}, "faster than e_a is read"});
-      continue;
-    }
-    const double middle = (t.where.from + t.where.to) / 2;
-    const LocalLine first = local_line(e, t.where.from, middle), second = local_line(e, middle, t.where.to);
-    t.bends = t.line.readings >= enough_to_bend &&
-              std::abs(second.slope) + 3 * second.slope_error < (1 - bent) * std::abs(first.slope);
-    found.push_back(t);
+    const Stretch step{run.name, times[k], times[k + 1]};
+    Answer answer = answer_to(step, e, open);
+    if (answer.left_out) result.left_out.push_back({step, answer.left_out});
+    if (answer.transition) found.push_back(std::move(*answer.transition));
   }
   return found;
 }
@@ -108,45 +130,71 @@ Quantity slope_of(const char* symbol, const std::vector<LocalLine>& lines) {
   return q;
 }
 
-}  // namespace
-
-StaticEstimate estimate_driver_gain(const Settled& settled) {
-  StaticEstimate result{.what = "driver", .method = "driver_gain", .title = "e_a = gain u_ref + offset, settled"};
-  result.x_label = "u_{ref}";
-  result.x_unit = "V";
-  result.y_label = "e_{a}";
-  result.y_unit = "V";
-  static constexpr std::array needed{Signal::u_ref, Signal::e_a};
+/// The settled points of the driver, by rising reference.
+struct Characteristic {
   std::vector<LinePoint> points;
-  std::vector<const SettledPoint*> candidates = points_with(settled, needed, result);
+  double dead_until = 0;  ///< [V] the largest reference that gives no voltage
+};
+
+Characteristic characteristic_of(const Settled& settled, StaticEstimate& result) {
+  static constexpr std::array needed{Signal::u_ref, Signal::e_a};
+  std::vector<const SettledPoint*> candidates = points_with(settled, needed, result.left_out);
   std::ranges::sort(candidates, {}, [](const SettledPoint* p) { return p->at(Signal::u_ref); });
+  Characteristic found;
   EstimateSeries shown{.name = "settled points"};
   const double top = candidates.empty() ? 0 : std::abs(candidates.back()->at(Signal::e_a));
-  // In the dead zone the driver gives nothing, whatever the reference.
-  double dead_until = 0;
   for (const SettledPoint* p : candidates) {
-    const double u = p->at(Signal::u_ref), e = p->at(Signal::e_a);
-    shown.x.push_back(u);
-    shown.y.push_back(e);
-    shown.y_error.push_back(p->error(Signal::e_a));
-    if (std::abs(e) < 0.005 * top) {
-      if (u > 0) dead_until = std::max(dead_until, u);
-      continue;  // at zero, or in the dead zone: no point of the line
+    const LinePoint point{p->at(Signal::u_ref), p->at(Signal::e_a), 0, p->error(Signal::e_a), 0};
+    shown.add(point);
+    if (std::abs(point.y) < no_voltage * top) {  // at zero, or in the dead zone: no point of the line
+      if (point.x > 0) found.dead_until = std::max(found.dead_until, point.x);
+      continue;
     }
     result.used.push_back(p->where);
-    points.push_back({u, e, 0, p->error(Signal::e_a), 0});
+    found.points.push_back(point);
   }
   result.series.push_back(std::move(shown));
-  // Saturated: several references, one voltage at the upper end.
+  return found;
+}
+
+/// Takes away what is saturated: several references, one voltage at the upper end.
+void leave_out_upper_end(std::vector<LinePoint>& points, StaticEstimate& result) {
   while (points.size() > 3) {
     const LinePoint &last = points.back(), &before = points[points.size() - 2];
-    if (last.x - before.x < 1e-3 * last.x || last.y - before.y > 0.01 * last.y) break;
+    if (last.x - before.x < same_input * last.x || last.y - before.y > same_output * last.y) break;
     points.pop_back();
     result.left_out.push_back({result.used.back(), "the driver's upper end"});
     result.used.pop_back();
   }
+}
+
+void tell_dead_zone(StaticEstimate& result, const LineFit& line, double largest_input, double dead_until) {
+  const double dead = -line.intercept / line.slope;
+  const bool clear = -line.intercept > clear_of_zero * line.intercept_error;
+  if (!(dead > 0 && clear && dead > least_dead * largest_input)) {
+    result.remarks.emplace_back("no dead zone seen");
+    return;
+  }
+  result.quantities.push_back({"dead_zone", dead, line.intercept_error / line.slope, "V"});
+  if (dead_until > 0)
+    result.remarks.push_back("no voltage at u_ref = " + shortest(std::round(1000 * dead_until) / 1000) + " V");
+}
+
+std::string whole_volts(double value) { return shortest(std::round(value) + 0.0); }  // + 0: no minus before a zero
+
+}  // namespace
+
+StaticEstimate estimate_driver_gain(const Settled& settled) {
+  StaticEstimate result{.method = StaticMethod::driver_gain,
+                        .title = "e_a = gain u_ref + offset, settled",
+                        .x_label = "u_{ref}",
+                        .x_unit = "V",
+                        .y_label = "e_{a}",
+                        .y_unit = "V"};
+  auto [points, dead_until] = characteristic_of(settled, result);
+  leave_out_upper_end(points, result);
   result.points = points.size();
-  const bool spread = !points.empty() && points.back().x - points.front().x > 0.1 * std::abs(points.back().x);
+  const bool spread = !points.empty() && points.back().x - points.front().x > least_spread * std::abs(points.back().x);
   if (points.size() < 3 || !spread) {
     result.lacking = "needs three or more settled voltages with u_ref and e_a, here are " +
                      std::to_string(points.size()) +
@@ -157,50 +205,33 @@ StaticEstimate estimate_driver_gain(const Settled& settled) {
   result.r_squared = result.line->r_squared;
   result.quantities = {{"gain", result.line->slope, result.line->slope_error, "V/V"},
                        {"offset", result.line->intercept, result.line->intercept_error, "V"}};
-  const double dead = -result.line->intercept / result.line->slope;
-  if (dead > 0 && -result.line->intercept > 5 * result.line->intercept_error && dead > 0.005 * points.back().x) {
-    result.quantities.push_back({"dead_zone", dead, result.line->intercept_error / result.line->slope, "V"});
-    if (dead_until > 0)
-      result.remarks.push_back("no voltage at u_ref = " + shortest(std::round(1000 * dead_until) / 1000) + " V");
-  } else {
-    result.remarks.emplace_back("no dead zone seen");
-  }
+  tell_dead_zone(result, *result.line, points.back().x, dead_until);
   return result;
 }
 
 StaticEstimate estimate_driver_slopes(std::span<const Run> runs) {
-  StaticEstimate result{
-      .what = "driver", .method = "driver_slopes", .title = "rise and fall of e_a after steps of u_ref, as figure 8"};
-  result.x_label = "t after the step";
-  result.x_unit = "s";
-  result.y_label = "e_{a}";
-  result.y_unit = "V";
+  constexpr double shown_before = 0.2;  // [s] of the step, for the eye
+  constexpr double shown_after = 0.3;   // of the transition, for the eye
+  StaticEstimate result{.method = StaticMethod::driver_slopes,
+                        .title = "rise and fall of e_a after steps of u_ref, as figure 8",
+                        .x_label = "t after the step",
+                        .x_unit = "s",
+                        .y_label = "e_{a}",
+                        .y_unit = "V"};
   std::vector<LocalLine> up, down;
-  bool bends = false;
+  bool any_bends = false;
   for (const Run& run : runs) {
     if (!run.has(Signal::u_ref) || !run.has(Signal::e_a) || is_sparse(run, Signal::e_a)) {
       result.left_out.push_back({{run.name, 0, run.duration()}, "needs u_ref and a fast e_a"});
       continue;
     }
-    const Series& e = run.at(Signal::e_a);
     for (const Transition& t : transitions(run, result)) {
       (t.to > t.from ? up : down).push_back(t.line);
-      bends = bends || t.bends;
+      any_bends = any_bends || t.bends;
       result.used.push_back(t.where);
-      const double show_to = t.where.to + 0.3 * (t.where.to - t.where.from);
-      EstimateSeries shown{
-          .name = shortest(std::round(t.from) + 0.0) + " to " + shortest(std::round(t.to) + 0.0) + " V",
-          .x = {},
-          .y = {},
-          .y_error = {},
-          .joined = true};
-      const auto every = std::max<std::size_t>(1, e.t.size() / 4000);
-      for (std::size_t k = 0; k < e.t.size() && e.t[k] <= show_to; k += every) {
-        if (e.t[k] < t.step - 0.2) continue;
-        shown.x.push_back(e.t[k] - t.step);
-        shown.y.push_back(e.value[k]);
-      }
-      result.series.push_back(std::move(shown));
+      const double shown_to = t.where.to + shown_after * (t.where.to - t.where.from);
+      result.series.push_back(curve_of(run.at(Signal::e_a), {{}, t.step - shown_before, shown_to}, t.step));
+      result.series.back().name = whole_volts(t.from) + " to " + whole_volts(t.to) + " V";
     }
   }
   result.points = up.size() + down.size();
@@ -213,7 +244,7 @@ StaticEstimate estimate_driver_slopes(std::span<const Run> runs) {
   result.r_squared = 1;
   if (!up.empty()) result.quantities.push_back(slope_of("rise", up));
   if (!down.empty()) result.quantities.push_back(slope_of("fall", down));
-  if (bends) result.remarks.emplace_back("the transitions bend: more a lag than a limit of slope");
+  if (any_bends) result.remarks.emplace_back("the transitions bend: more a lag than a limit of slope");
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "analysis/estimate/settled.h"
 #include "analysis/estimate/static_estimate.h"
 
 namespace emtb {

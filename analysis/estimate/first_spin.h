@@ -15,7 +15,8 @@ struct SpinExpectation {
   std::optional<double> R_a{};          ///< [ohm]
   std::optional<double> K_b{};          ///< [V s/rad]
   std::optional<double> driver_gain{};  ///< [V/V]
-  double tolerance = 0.25;              ///< by which voltage and speed may differ
+  /// Relative, by which voltage and speed may differ. By hand: a nameplate's R_a and K_b are off by as much.
+  double tolerance = 0.25;
 };
 
 /// What a first spin showed.

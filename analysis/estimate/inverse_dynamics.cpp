@@ -4,15 +4,18 @@
 #include <array>
 #include <cmath>
 
+#include "analysis/estimate/static_estimate.h"
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/regression.h"
 #include "hal/error.h"
 
 namespace emtb {
 namespace {
 
+// By hand, held by the tests of inverse dynamics and by docs/data/emps.md.
 constexpr double half_width = 0.02;  ///< [s] short against any shaft here, long against the steps of an encoder
-
-double interval_of(const Series& s) { return (s.t.back() - s.t.front()) / static_cast<double>(s.t.size() - 1); }
+constexpr std::size_t fewest = 20;   ///< rows: five for each unknown
+constexpr std::size_t kernels = 4;   ///< whole kernels in a run: less is all ends
 
 /// Slope of the least-squares line over +-m samples; m fewer samples at both ends.
 std::vector<double> slope(const std::vector<double>& x, std::size_t m, double interval) {
@@ -65,9 +68,9 @@ void append(const Run& run, double k_m, Rows& rows) {
                        ": i_a_A is not read as often as the motion. Inverse dynamics need a fast current; use emtb "
                        "calibrate, which models a slow meter");
   }
-  const double interval = interval_of(motion);
+  const double interval = mean_interval(motion.t);
   const auto m = static_cast<std::size_t>(std::max(2.0, std::round(half_width / interval)));
-  if (motion.t.size() < 8 * m) throw SessionError(run.name + " is too short for inverse dynamics");
+  if (motion.t.size() < kernels * 2 * m) throw SessionError(run.name + " is too short for inverse dynamics");
   std::vector<double> i_a = current.value, omega = motion.value;
   if (from_angle) {
     omega = slope(motion.value, m, interval);
@@ -79,7 +82,7 @@ void append(const Run& run, double k_m, Rows& rows) {
   const std::vector<double> smooth_sign = smooth(sign, m), raw = trimmed(omega, m);
   const double fastest = std::abs(*std::ranges::max_element(omega, {}, [](double w) { return std::abs(w); }));
   for (std::size_t k = 0; k < speed.size(); k += 2 * m) {
-    if (std::abs(smooth_sign[k]) < 1 || std::abs(raw[k]) <= 0.02 * fastest) continue;  // near standstill
+    if (std::abs(smooth_sign[k]) < 1 || std::abs(raw[k]) <= turning * fastest) continue;  // near standstill
     rows.torque.push_back(k_m * torque[k]);
     rows.acceleration.push_back(acceleration[k]);
     rows.speed.push_back(speed[k]);
@@ -93,7 +96,7 @@ InverseDynamics inverse_dynamics(std::span<const Run> runs, double k_m) {
   Rows rows;
   for (const Run& run : runs) append(run, k_m, rows);
   const std::size_t n = rows.torque.size();
-  if (n < 20) throw SessionError("too few readings in motion for inverse dynamics: " + std::to_string(n) + " rows");
+  if (n < fewest) throw SessionError("too few readings in motion for inverse dynamics: " + std::to_string(n) + " rows");
   const std::vector<double> ones(rows.torque.size(), 1.0);
   const Regression fit = regress(std::array{rows.acceleration, rows.speed, rows.sign, ones}, rows.torque);
   InverseDynamics result;

@@ -25,9 +25,8 @@ struct InverseDynamics {
 /// Solves  K_m i_a = J dω/dt + B ω + T_c sign(ω) + T_L  for J, B, T_c and T_L by least squares, without a simulation.
 ///
 /// Everything in the equation passes the same smoothing: speed is the slope of a least-squares line through the angle
-/// over
-/// +-20 ms, acceleration the slope of a line through the speed, and i_a, ω and sign(ω) are weighed by the kernels of
-/// those slopes, so that smoothing biases nothing. Rows are thinned to one a kernel length. Readings near standstill
+/// over +-20 ms, acceleration the slope of a line through the speed, and i_a, ω and sign(ω) are weighed by the kernels
+/// of those slopes, so that smoothing biases nothing. Rows are thinned to one a kernel length. Readings near standstill
 /// are left out: dry friction is not T_c there. Independent of output error: it needs a fast current, and noise in the
 /// speed biases it (errors in variables).
 /// @param k_m [N m/A]; @throws SessionError where i_a or both of omega and theta are missing or too slow.

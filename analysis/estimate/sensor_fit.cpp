@@ -4,12 +4,13 @@
 #include <cmath>
 #include <sstream>
 
+#include "analysis/numerics/moments.h"
 #include "hal/error.h"
 
 namespace emtb {
 namespace {
 
-constexpr double told_apart = 10;  // standard errors, and steps of the converter: 10 % of the scale at worst
+constexpr double told_apart = 10;  // standard errors, and steps of the converter: by hand, 10 % of the scale at worst
 
 std::string in_words(double value) {
   std::ostringstream text;
@@ -38,22 +39,9 @@ SensorFit fit_sensor(std::span<const SensorPoint> points, double lsb, double sha
                        " at the input. Is it wired, and to this channel? Then take references further apart");
   }
 
-  const auto n = static_cast<double>(points.size());
-  double raw = 0;
-  double value = 0;
-  for (const SensorPoint& p : points) {
-    raw += p.raw / n;
-    value += p.value / n;
-  }
-  double xx = 0;
-  double xy = 0;
-  for (const SensorPoint& p : points) {
-    xx += (p.raw - raw) * (p.raw - raw);
-    xy += (p.raw - raw) * (p.value - value);
-  }
-  SensorFit fit;
-  fit.scale = xy / xx;
-  fit.offset = value - fit.scale * raw;
+  const Moments m = moments_of(
+      points.size(), [&](std::size_t k) { return points[k].raw; }, [&](std::size_t k) { return points[k].value; });
+  SensorFit fit{.scale = m.slope(), .offset = m.intercept()};
   double squares = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const double off = std::abs(fit.scale * points[k].raw + fit.offset - points[k].value);
@@ -63,7 +51,7 @@ SensorFit fit_sensor(std::span<const SensorPoint> points, double lsb, double sha
       fit.worst_at = k;
     }
   }
-  if (points.size() > 2) fit.residual = std::sqrt(squares / (n - 2));
+  if (points.size() > 2) fit.residual = std::sqrt(squares / static_cast<double>(points.size() - 2));
   if (points.size() > 2 && fit.worst > share * values) {
     throw SessionError("point " + std::to_string(fit.worst_at + 1) + " (" + in_words(points[fit.worst_at].value) +
                        ") is " + in_words(fit.worst) + " off the line, more than " + in_words(100 * share) +

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "analysis/estimate/stretches.h"
-
 namespace emtb {
 namespace {
 
+// By hand, held by the printed lines of figures 5 and 6 in the tests, and by docs/paper.md.
 constexpr double one_voltage = 0.02;  // of the largest: what an unregulated supply sags
+constexpr double load_spread = 0.05;  // of the largest speed, of a brake's line: it sags little at one voltage
+constexpr double least_spread = 0.1;  // of the largest x otherwise: less is one point measured several times
+constexpr std::size_t fewest = 3;     // points: one more than are fitted
 
 double largest(const std::vector<const SettledPoint*>& points, Signal signal) {
   double most = 0;
@@ -23,14 +24,12 @@ struct Line {
 
   void add(StaticEstimate& result, const Stretch& where, const LinePoint& p) {
     points.push_back(p);
-    shown.x.push_back(p.x);
-    shown.y.push_back(p.y);
-    shown.y_error.push_back(p.sigma_y);
+    shown.add(p);
     result.used.push_back(where);
   }
 
   /// @return whether there is a line to be had; the points are drawn in any case
-  bool fit(StaticEstimate& result, double least_spread) {
+  bool fit(StaticEstimate& result, double spread) {
     result.points = points.size();
     double low = 0, high = 0;
     if (!shown.x.empty()) {
@@ -39,7 +38,7 @@ struct Line {
       high = most;
     }
     result.series.push_back(shown);
-    if (points.size() < 3 || !(high - low >= least_spread * std::max(std::abs(low), std::abs(high)))) return false;
+    if (points.size() < fewest || !(high - low >= spread * std::max(std::abs(low), std::abs(high)))) return false;
     result.line = fit_line(points);
     result.r_squared = result.line->r_squared;
     return true;
@@ -49,14 +48,14 @@ struct Line {
 }  // namespace
 
 StaticEstimate estimate_load_line(const Settled& settled) {
-  StaticEstimate result{
-      .what = "friction", .method = "load_line", .title = "torque = slope ω + intercept, as section 3.2"};
-  result.x_label = "ω";
-  result.x_unit = "rad/s";
-  result.y_label = "torque";
-  result.y_unit = "N m";
+  StaticEstimate result{.method = StaticMethod::load_line,
+                        .title = "torque = slope ω + intercept, as section 3.2",
+                        .x_label = "ω",
+                        .x_unit = "rad/s",
+                        .y_label = "torque",
+                        .y_unit = "N m"};
   static constexpr std::array needed{Signal::torque, Signal::omega};
-  const auto points = points_with(settled, needed, result);
+  const auto points = points_with(settled, needed, result.left_out);
   const double fastest = largest(points, Signal::omega);
   Line line;
   double lowest = 0, highest = 0;
@@ -74,7 +73,7 @@ StaticEstimate estimate_load_line(const Settled& settled) {
       }
     }
   }
-  if (!line.fit(result, 0.05)) {
+  if (!line.fit(result, load_spread)) {
     result.lacking =
         "needs three or more settled points under load at different speeds, with torque and omega, here are " +
         std::to_string(line.points.size()) + ". Set the brake, then lower the voltage in steps of some seconds each";
@@ -92,13 +91,14 @@ StaticEstimate estimate_load_line(const Settled& settled) {
 }
 
 StaticEstimate estimate_friction(const Settled& settled, const KnownParameters& known) {
-  StaticEstimate result{.what = "friction", .method = "friction", .title = "K_m i_a - torque = B ω + T_c"};
-  result.x_label = "ω";
-  result.x_unit = "rad/s";
-  result.y_label = "K_{m} i_{a} - torque";
-  result.y_unit = "N m";
+  StaticEstimate result{.method = StaticMethod::friction,
+                        .title = "K_m i_a - torque = B ω + T_c",
+                        .x_label = "ω",
+                        .x_unit = "rad/s",
+                        .y_label = "K_{m} i_{a} - torque",
+                        .y_unit = "N m"};
   static constexpr std::array needed{Signal::i_a, Signal::omega};
-  const auto points = points_with(settled, needed, result);
+  const auto points = points_with(settled, needed, result.left_out);
   const double fastest = largest(points, Signal::omega);
   const double K_m = known.K_m ? known.K_m->value : 1;
   bool gauge = false;
@@ -123,7 +123,7 @@ StaticEstimate estimate_friction(const Settled& settled, const KnownParameters& 
     result.y_label = "i_{a}";
     result.y_unit = "A";
   }
-  const bool enough = line.fit(result, 0.1);
+  const bool enough = line.fit(result, least_spread);
   if (!known.K_m) {
     result.line.reset();
     result.lacking =
@@ -144,14 +144,14 @@ StaticEstimate estimate_friction(const Settled& settled, const KnownParameters& 
 }
 
 StaticEstimate estimate_torque_constant(const Settled& settled) {
-  StaticEstimate result{
-      .what = "torque-constant", .method = "torque_constant", .title = "torque = K_m i_a - T_0, as section 3.3"};
-  result.x_label = "i_{a}";
-  result.x_unit = "A";
-  result.y_label = "torque";
-  result.y_unit = "N m";
+  StaticEstimate result{.method = StaticMethod::torque_constant,
+                        .title = "torque = K_m i_a - T_0, as section 3.3",
+                        .x_label = "i_{a}",
+                        .x_unit = "A",
+                        .y_label = "torque",
+                        .y_unit = "N m"};
   static constexpr std::array needed{Signal::i_a, Signal::torque, Signal::omega};
-  const auto points = points_with(settled, needed, result);
+  const auto points = points_with(settled, needed, result.left_out);
   const double fastest = largest(points, Signal::omega);
   Line line;
   for (const SettledPoint* p : points) {
@@ -164,7 +164,7 @@ StaticEstimate estimate_torque_constant(const Settled& settled) {
   }
   const bool loaded =
       std::ranges::any_of(line.points, [](const LinePoint& p) { return std::abs(p.y) > clear_of_zero * p.sigma_y; });
-  if (!line.fit(result, 0.1) || !loaded) {
+  if (!line.fit(result, least_spread) || !loaded) {
     result.line.reset();
     result.lacking = "needs three or more settled points with i_a, torque and omega under different loads, here are " +
                      std::to_string(line.points.size()) + (loaded || line.points.empty() ? "" : " without load") +

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "analysis/estimate/settled.h"
 #include "analysis/estimate/static_estimate.h"
 
 namespace emtb {

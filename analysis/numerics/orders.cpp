@@ -9,7 +9,7 @@
 #include <optional>
 #include <unsupported/Eigen/FFT>
 
-#include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
 
 namespace emtb {
 namespace {

@@ -50,4 +50,12 @@ void parallel_for(std::size_t n, const Function& f, const Length& length_of) {
   parallel_for(n, [&](std::size_t k) { f(order[k]); });
 }
 
+/// Calls f(i) for the place of each item, the longest items first.
+/// @param items have a length(), to which the work is in proportion
+template <class Items, class Function>
+requires requires(const Items& items) { items[0].length(); }
+void parallel_for(const Items& items, const Function& f) {
+  parallel_for(items.size(), f, [&](std::size_t i) { return items[i].length(); });
+}
+
 }  // namespace emtb

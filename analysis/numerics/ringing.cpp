@@ -7,7 +7,7 @@
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
-#include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
 
 namespace emtb {
 namespace {

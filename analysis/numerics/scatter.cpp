@@ -2,18 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
+#include "analysis/numerics/statistics.h"
+
 namespace emtb {
-double median(std::vector<double> x) {
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::ranges::nth_element(x, middle);
-  return *middle;
-}
-
-double robust_sigma(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
-
 namespace {
 
 /// The standard deviation of normal deviations, by the mean square of those within three of them: what lies beyond is

@@ -5,12 +5,6 @@
 
 namespace emtb {
 
-/// The median, of an even number the upper of the two in the middle; not of nothing.
-double median(std::vector<double> x);
-
-/// The standard deviation of normal deviations, by their median size: 1.4826 median|x|. Not of nothing.
-double robust_sigma(std::vector<double> sizes);
-
 /// The noise of a series that also moves: a first-order autoregression.
 struct ColouredNoise {
   double sigma = 0;            ///< standard deviation of one sample

@@ -9,6 +9,7 @@
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/regression.h"
 #include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
 #include "analysis/record/settled_pieces.h"
 
 namespace emtb {
@@ -161,7 +162,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   };
   for (const TurningStretch& piece : settled.fast) take(piece.value);
   for (const auto& piece : settled.slow) take(piece);
-  const auto pooled = [&](const char* from) {
+  const auto pooled = [&](FloorSource from) {
     floor.sigma = std::sqrt(median(variances));
     floor.from = from;
     if (!correlations.empty()) floor.autocorrelation = std::clamp(median(correlations), -0.99, 0.999);
@@ -176,17 +177,17 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
     return variances.size() >= 2;
   };
   if (variances.size() >= 2) {
-    pooled("settled");
+    pooled(FloorSource::settled);
   } else if (const double scatter = scatter_of_neighbours(settled.short_slow); scatter >= 0) {
     floor.sigma = scatter;
-    floor.from = "settled";
+    floor.from = FloorSource::settled;
   } else if (take_repeats()) {
-    pooled("repeats");
+    pooled(FloorSource::repeats);
   } else {
     std::vector<double> differences;
     for (const Observation* o : observed) differences.push_back(third_difference_scatter(o->value));
     floor.sigma = median(std::move(differences));
-    floor.from = "differences";
+    floor.from = FloorSource::differences;
     floor.lower_bound = true;
   }
   if (slow) {
@@ -197,18 +198,38 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
     if (beside >= 0 && beside < (floor.lower_bound ? 1 : clearly) * floor.sigma) {
       floor = {};
       floor.sigma = beside;
-      floor.from = "regression";
+      floor.from = FloorSource::regression;
     }
   }
   if (const double resolution = lsb / std::sqrt(12.0); floor.sigma < resolution) {
     floor.sigma = resolution;
-    floor.from = "resolution";
+    floor.from = FloorSource::resolution;
     floor.lower_bound = false;
   }
   return floor;
 }
 
 }  // namespace
+
+std::string_view name_of(FloorSource source) noexcept {
+  switch (source) {
+    case FloorSource::declared:
+      return "declared";
+    case FloorSource::settled:
+      return "settled";
+    case FloorSource::repeats:
+      return "repeats";
+    case FloorSource::regression:
+      return "regression";
+    case FloorSource::differences:
+      return "differences";
+    case FloorSource::resolution:
+      return "resolution";
+    case FloorSource::assumed:
+      return "assumed";
+  }
+  return "differences";
+}
 
 Noise estimate_noise(std::span<const ObservedRun> records, const Model& model) {
   std::map<Signal, const Observation*> first;
@@ -222,7 +243,7 @@ Noise estimate_noise(std::span<const ObservedRun> records, const Model& model) {
     floors[i] = floor_of(signal, records);
     if (const auto declared = model.noise.find(signal); declared != model.noise.end()) {
       floors[i].sigma = std::max(declared->second, o->lsb / std::sqrt(12.0));
-      floors[i].from = "declared";
+      floors[i].from = FloorSource::declared;
       floors[i].lower_bound = false;
     }
     if (floors[i].sigma <= 0) floors[i].sigma = 1e-9;  // a signal without any scatter at all: nothing to weigh by

@@ -2,7 +2,7 @@
 
 #include <map>
 #include <span>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/record/record.h"
@@ -10,10 +10,14 @@
 
 namespace emtb {
 
+/// What tells a noise floor.
+enum class FloorSource { declared, settled, repeats, regression, differences, resolution, assumed };
+std::string_view name_of(FloorSource source) noexcept;  ///< as in JSON
+
 /// The noise of one signal: what even a perfect model would leave.
 struct NoiseFloor {
-  double sigma = 0;            ///< SI
-  std::string from;            ///< `declared`, `settled`, `repeats`, `regression`, `differences`, `resolution`
+  double sigma = 0;  ///< SI
+  FloorSource from = FloorSource::differences;
   bool lower_bound = false;    ///< true: taken from differences, which coloured noise makes 3-4 times too small
   double autocorrelation = 0;  ///< from one reading to the next, in settled stretches
 };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
 
 namespace emtb {
 

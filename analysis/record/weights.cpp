@@ -12,10 +12,14 @@ namespace {
 class CarriedNoise {
  public:
   CarriedNoise(const ObservedRun& record, std::span<const double> values, bool driven_by_current)
-      : record_(record), R_a_(values[0]), K_b_(values[1]), K_m_(values[2]), driven_by_current_(driven_by_current) {
-    const double damping = values[3] + (driven_by_current ? 0 : K_b_ * K_m_ / R_a_);  // [N m s/rad]
+      : record_(record),
+        R_a_(values[base::R_a]),
+        K_b_(values[base::K_b]),
+        K_m_(values[base::K_m]),
+        driven_by_current_(driven_by_current) {
+    const double damping = values[base::B] + (driven_by_current ? 0 : K_b_ * K_m_ / R_a_);  // [N m s/rad]
     speed_per_torque_ = 1 / std::max(damping, 1e-12);
-    time_constant_ = values[4] * speed_per_torque_;
+    time_constant_ = values[base::J] * speed_per_torque_;
   }
 
   /// Variance of a reading's prediction around grid point k.

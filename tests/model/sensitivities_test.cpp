@@ -53,7 +53,7 @@ SensitivityCase staged(SensitivityCase c, bool voltage, bool load, double voltme
   if (load) {
     c.structure.measured_load = true;
     const double fastest = *std::ranges::max_element(y.omega);
-    const double stall = values[2] / values[0] * *std::ranges::max_element(y.e_a);
+    const double stall = values[base::K_m] / values[base::R_a] * *std::ranges::max_element(y.e_a);
     for (std::size_t k = 0; k < y.omega.size(); ++k) {
       // A brake in the middle of the run; at the end something pulls in the direction of the motion.
       const double share = c.excitation.t[k] / c.excitation.t.back();

@@ -8,8 +8,7 @@ namespace {
 using testing::HasSubstr;
 
 StaticEstimate points() {
-  return {.what = "resistance",
-          .title = "e_a = R_a i_a",
+  return {.title = "e_a = R_a i_a",
           .x_label = "i_{a}",
           .x_unit = "A",
           .y_label = "e_{a}",

@@ -25,7 +25,7 @@ class Losses : public testing::Test {
     }
     run.observations.push_back(o);
     runs_.push_back(run);
-    noise_[Signal::omega] = {.sigma = 1, .from = "declared", .lower_bound = false, .autocorrelation = 0};
+    noise_[Signal::omega] = {.sigma = 1, .from = FloorSource::declared, .lower_bound = false, .autocorrelation = 0};
   }
 
   /// Noise of sigma 1 that is the same in every model, and a systematic part.

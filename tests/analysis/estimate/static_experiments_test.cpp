@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 
+#include "analysis/estimate/acceleration.h"
+#include "analysis/estimate/coast_down.h"
 #include "analysis/estimate/driver_steps.h"
 #include "analysis/estimate/electrical.h"
-#include "analysis/estimate/inertia.h"
+#include "analysis/estimate/switch_on.h"
 #include "analysis/estimate/torque.h"
 #include "hal/error.h"
 #include "tests/analysis/synthetic.h"
@@ -35,8 +37,8 @@ TEST(PrintedLines, Figure4GivesArmatureResistanceAndBackEmf) {
         point({{Signal::i_a, i}, {Signal::omega, omega}, {Signal::e_a, 0.6739 * omega + 31.825 * i}}));
   }
   for (const StaticEstimate& e : {estimate_equation_6(settled), estimate_armature(settled)}) {
-    EXPECT_NEAR(e.at("R_a").value, 31.825, 1e-9) << e.method;
-    EXPECT_NEAR(e.at("K_b").value, 0.6739, 1e-12) << e.method;
+    EXPECT_NEAR(e.at("R_a").value, 31.825, 1e-9) << name(e.method);
+    EXPECT_NEAR(e.at("K_b").value, 0.6739, 1e-12) << name(e.method);
     EXPECT_NEAR(e.r_squared, 1, 1e-9);
     EXPECT_EQ(e.points, 4U);
   }
@@ -248,9 +250,9 @@ TEST(StaticEstimates, SayWhatIsLackingAndWhichExperimentWouldGiveIt) {
   const emtb::Run run = synthetic::record({}, {{3, 0}}, 1e-2);
   const Settled settled = settled_points(std::span(&run, 1));
   for (const StaticEstimate& e : evaluate(static_experiments, std::span(&run, 1), settled)) {
-    EXPECT_FALSE(e.lacking.empty()) << e.method;
-    EXPECT_THAT(e.lacking, HasSubstr("need")) << e.method;
-    EXPECT_TRUE(e.quantities.empty()) << e.method;
+    EXPECT_FALSE(e.lacking.empty()) << name(e.method);
+    EXPECT_THAT(e.lacking, HasSubstr("need")) << name(e.method);
+    EXPECT_TRUE(e.quantities.empty()) << name(e.method);
   }
 }
 
@@ -260,7 +262,7 @@ TEST(StaticEstimates, AGuessOfKmGivesWayToTheData) {
     const double i = (0.05 + 1e-4 * omega) / 0.67;
     settled.points.push_back(point({{Signal::i_a, i}, {Signal::omega, omega}, {Signal::e_a, 30 * i + 0.67 * omega}}));
   }
-  constexpr std::array<std::string_view, 1> friction{"friction"};
+  constexpr std::array friction{StaticExperiment::friction};
   KnownParameters known{.K_m = Quantity{"K_m", 0.5, 0, "N m/A"}, .K_m_is_guess = true};
   EXPECT_NEAR(evaluate(friction, {}, settled, known)[1].at("T_c").value, 0.05, 1e-9);
   known.K_m_is_guess = false;

@@ -9,7 +9,11 @@ namespace {
 
 /// Windage as the library bounds it: five orders above a small motor's.
 Parameter windage(double value) {
-  return {.symbol = "c_w", .unit = "N m s2/rad2", .value = value, .min = 0, .max = 1e-2};
+  Parameter p;
+  p.value = value;
+  p.min = 0;
+  p.max = 1e-2;
+  return p;
 }
 
 constexpr double scale = 1e-9;  // [N m s2/rad2] a standard error of it

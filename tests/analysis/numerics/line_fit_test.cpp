@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
-#include "analysis/numerics/regression.h"
 #include "hal/error.h"
 #include "tests/analysis/synthetic.h"
 
@@ -75,30 +75,6 @@ TEST(FitLine, StatesErrorsThatCoverWhereBothCoordinatesErrTogether) {
 TEST(FitLine, RefusesWhatIsNoLine) {
   EXPECT_THROW(fit_line(std::vector<LinePoint>{{.x = 1, .y = 1}, {.x = 2, .y = 2}}), SessionError);
   EXPECT_THROW(fit_line(std::vector<LinePoint>{{.x = 1, .y = 1}, {.x = 1, .y = 2}, {.x = 1, .y = 3}}), SessionError);
-}
-
-TEST(Regression, StatesErrorsThatCover) {
-  int inside = 0, all = 0;
-  for (unsigned seed = 1; seed <= 300; ++seed) {
-    synthetic::Noise noise(seed);
-    std::vector<double> a, b, y, sigma;
-    for (int k = 0; k < 20; ++k) {
-      a.push_back(std::sin(k));
-      b.push_back(k % 3);
-      sigma.push_back(0.1 * (1 + k % 2));
-      y.push_back(2 * a.back() - 3 * b.back() + noise(sigma.back()));
-    }
-    const Regression fit = regress(std::array{a, b}, y, sigma);
-    inside += std::abs(fit.value[0] - 2) < 1.96 * fit.std_error[0];
-    inside += std::abs(fit.value[1] + 3) < 1.96 * fit.std_error[1];
-    all += 2;
-  }
-  EXPECT_GT(inside, 0.92 * all);
-  EXPECT_LT(inside, 0.99 * all);
-}
-
-TEST(Regression, NeedsMoreRowsThanColumns) {
-  EXPECT_THROW(regress(std::array{std::vector{1.0, 2.0}, std::vector{1.0, 1.0}}, {1, 2}), SessionError);
 }
 
 }  // namespace

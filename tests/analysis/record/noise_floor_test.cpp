@@ -61,7 +61,7 @@ TEST(NoiseFloor, IsTheScatterOfSettledReadingsAlsoWhereItIsColoured) {
     const NoiseFloor floor = floor_of_omega(settled_run(scaled(synthetic::coloured(24'000, rho, 7), 0.15)));
     EXPECT_NEAR(floor.sigma, 0.15, 0.015) << rho;
     EXPECT_NEAR(floor.autocorrelation, rho, 0.05) << rho;
-    EXPECT_EQ(floor.from, "settled");
+    EXPECT_EQ(floor.from, FloorSource::settled);
     EXPECT_FALSE(floor.lower_bound);
   }
 }
@@ -84,7 +84,7 @@ TEST(NoiseFloor, OfASlowMeterIsToldByAFewReadingsInEachOfManyStretches) {
   synthetic::Noise noise(4);
   const NoiseFloor floor = floor_of_i_a(slow_meter_run(
       64, 0.5, level, [&](double t) { return 80 * level(t); }, [&](double t) { return level(t - 0.5) + noise(0.01); }));
-  EXPECT_EQ(floor.from, "settled");
+  EXPECT_EQ(floor.from, FloorSource::settled);
   EXPECT_NEAR(floor.sigma, 0.01, 0.003);
 }
 
@@ -107,7 +107,7 @@ TEST(NoiseFloor, OfASlowMeterLeavesOutTheBeginningOfAPlateauWhereTheCurrentStill
   const NoiseFloor floor = floor_of_i_a(slow_meter_run(
       120, 0.4, level, [&](double t) { return 80 * level(t) + noise(0.1); },
       [&](double t) { return 0.2 + 0.1 * left(t - 0.2) + noise(0.002); }));
-  EXPECT_EQ(floor.from, "settled");
+  EXPECT_EQ(floor.from, FloorSource::settled);
   EXPECT_NEAR(floor.sigma, 0.002, 0.0004);
 }
 
@@ -128,7 +128,7 @@ TEST(NoiseFloor, OfASlowMeterThatNeverSettlesIsToldByTheFastSignalsBesideIt) {
   }
   run.signals[Signal::i_a] = slow;
   const NoiseFloor floor = floor_of_i_a(run);
-  EXPECT_EQ(floor.from, "regression");
+  EXPECT_EQ(floor.from, FloorSource::regression);
   EXPECT_NEAR(floor.sigma, 0.01, 0.006);
 }
 
@@ -137,7 +137,7 @@ TEST(NoiseFloor, WhatTheModelDeclaresWins) {
   Model model = servo_model();
   model.noise[Signal::omega] = 0.7;
   EXPECT_EQ(floor_of_omega(run, model).sigma, 0.7);
-  EXPECT_EQ(floor_of_omega(run, model).from, "declared");
+  EXPECT_EQ(floor_of_omega(run, model).from, FloorSource::declared);
   model.noise[Signal::omega] = 0.01;
   EXPECT_NEAR(floor_of_omega(run, model).sigma, 0.5 / std::sqrt(12.0), 1e-12)
       << "but no instrument is better than its steps";
@@ -146,7 +146,7 @@ TEST(NoiseFloor, WhatTheModelDeclaresWins) {
 TEST(NoiseFloor, IsNeverBelowTheResolution) {
   const NoiseFloor floor = floor_of_omega(settled_run(std::vector<double>(24'000, 0.0), 0.6));
   EXPECT_NEAR(floor.sigma, 0.6 / std::sqrt(12.0), 1e-12);
-  EXPECT_EQ(floor.from, "resolution");
+  EXPECT_EQ(floor.from, FloorSource::resolution);
 }
 
 TEST(NoiseFloor, FromDifferencesIsFlaggedAsALowerBound) {
@@ -157,7 +157,7 @@ TEST(NoiseFloor, FromDifferencesIsFlaggedAsALowerBound) {
   run.signals[Signal::omega] = series(1e-3, 8, [&](double t) { return 40 * t + noise(0.2); });
   const ObservedRun prepared = observe_run(run, servo_model());
   const NoiseFloor floor = floor_of_omega(prepared);
-  EXPECT_EQ(floor.from, "differences");
+  EXPECT_EQ(floor.from, FloorSource::differences);
   EXPECT_TRUE(floor.lower_bound);
   EXPECT_NEAR(floor.sigma, 0.2, 0.02);  // white: as it should be
 }
@@ -182,7 +182,7 @@ TEST(NoiseFloor, OfRunsThatNeverSettleIsToldByTheirRepeats) {
   const NoiseFloor floor = estimate_noise(runs, servo_model()).at(Signal::omega);
   EXPECT_NEAR(floor.sigma, 0.15, 0.015);
   EXPECT_NEAR(floor.autocorrelation, 0.9, 0.05);
-  EXPECT_EQ(floor.from, "repeats");
+  EXPECT_EQ(floor.from, FloorSource::repeats);
   EXPECT_FALSE(floor.lower_bound);
 }
 
@@ -193,7 +193,7 @@ TEST(NoiseFloor, WhatDriftsFromRepeatToRepeatIsNotNoise) {
 
 TEST(NoiseFloor, RunsOfDifferentReferencesAreNoRepeats) {
   const std::vector<ObservedRun> runs{swinging_run(1), swinging_run(2, 1.5)};
-  EXPECT_EQ(estimate_noise(runs, servo_model()).at(Signal::omega).from, "differences");
+  EXPECT_EQ(estimate_noise(runs, servo_model()).at(Signal::omega).from, FloorSource::differences);
 }
 
 TEST(Weigh, WidensTheVoltageWhereItsEdgesAreAndNowhereElse) {

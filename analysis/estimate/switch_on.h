@@ -14,13 +14,4 @@ namespace emtb {
 /// driver's, e_a' / K_b. Such a run is refused, with the acceleration that its driver allows.
 StaticEstimate estimate_switch_on(std::span<const Run> runs, const KnownParameters& known);
 
-/// Inertia from any acceleration: K_m ī - torque = J Δω/Δt + B ω̄ + T_c, where a bar is a mean over Δt: exact for a
-/// meter that averages. The windows are the meter's own, or 0.1 s where the current is fast. Gives J [kg m2], B and
-/// T_c.
-StaticEstimate estimate_acceleration(std::span<const Run> runs, const KnownParameters& known);
-
-/// Inertia from a coast-down with open armature: J dω/dt = -(T_c + B ω). Gives T_c/J [rad/s2] and B/J [1/s]; with T_c
-/// known from elsewhere J [kg m2].
-StaticEstimate estimate_coast_down(std::span<const Run> runs, const KnownParameters& known);
-
 }  // namespace emtb

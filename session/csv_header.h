@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "session/csv_table.h"
+#include "session/mapping.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// Where a signal stands in a row.
+struct CsvColumn {
+  std::size_t cell = 0;
+  Signal signal{};
+  double scale = 1;
+  double offset = 0;
+  std::string name;
+};
+
+/// What the columns of a CSV file are.
+struct CsvHeader {
+  std::size_t width = 0;
+  std::size_t time = 0;  ///< the cell of the time
+  double time_scale = 1;
+  std::string time_name;
+  std::optional<std::size_t> run;  ///< the cell of a run's name
+  std::string run_name;            ///< of that column
+  std::vector<CsvColumn> signals;
+};
+
+/// Reads the names of the columns.
+/// @param table whose first line was read
+/// @throws SessionError where the time or a mapped column is missing, or a column can be meant for a signal that the
+/// file otherwise lacks
+CsvHeader read_csv_header(const CsvTable& table, const Mapping& mapping);
+
+}  // namespace emtb
