@@ -46,6 +46,27 @@ function(emtb_sees target visibility)
   file(MAKE_DIRECTORY ${path}/${above})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${path}/${room} SYMBOLIC)
   target_include_directories(${target} ${visibility} ${path})
+  if(NOT visibility STREQUAL "PRIVATE")
+    emtb_headers_stand_alone(${target} ${visibility} ${path} ${room})
+  endif()
+endfunction()
+
+# Each header of a room stands alone: the target all_verify_interface_header_sets compiles each by itself. Where sources are
+# compiled one by one, that of a header does so by including it before all else: such headers are left out, to save time.
+function(emtb_headers_stand_alone target visibility path room)
+  file(GLOB_RECURSE headers RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.h)
+  foreach(header IN LISTS headers)
+    set(source ${CMAKE_CURRENT_SOURCE_DIR}/${header})
+    string(REGEX REPLACE "h$" "cpp" source ${source})
+    set(first "")
+    if(NOT EMTB_AT_ONCE AND EXISTS ${source})
+      file(STRINGS ${source} first REGEX "^#include" LIMIT_COUNT 1)
+    endif()
+    if(NOT first STREQUAL "#include \"${room}/${header}\"")
+      target_sources(${target} ${visibility} FILE_SET HEADERS BASE_DIRS ${path} FILES ${path}/${room}/${header})
+      set_target_properties(${target} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+    endif()
+  endforeach()
 endfunction()
 
 # emtb_room(NAME [SOURCES ...] [APART ...] [USES ...]): one room of the house, the static library emtb_NAME. Without sources:
@@ -83,15 +104,33 @@ function(emtb_warnings target)
                                            -Wunused -Woverloaded-virtual -Wdouble-promotion -Werror)
 endfunction()
 
-# emtb_test(ROOM SOURCES ... [USES ...]): the tests of one room, one program ROOM_tests, labelled ROOM in ctest.
+# emtb_test(ROOM SOURCES ... [USES ...] [SLOW ...]): the tests of one room, one program ROOM_tests, labelled ROOM in ctest. Those
+# that a pattern of SLOW names (as --gtest_filter takes them) are labelled `slow` as well: too long to run under a sanitizer.
 function(emtb_test room)
-  cmake_parse_arguments(TEST "" "" "SOURCES;USES" ${ARGN})
+  cmake_parse_arguments(TEST "" "" "SOURCES;USES;SLOW" ${ARGN})
   add_executable(${room}_tests ${TEST_SOURCES})
   target_link_libraries(${room}_tests PRIVATE ${TEST_USES} GTest::gmock GTest::gtest_main)
   emtb_warnings(${room}_tests)
   set_target_properties(${room}_tests PROPERTIES UNITY_BUILD ON)  # the headers of a test weigh more than the test
   target_compile_options(${room}_tests PRIVATE -O0)  # what they test is built as shipped; they themselves need not be fast
-  gtest_discover_tests(${room}_tests TEST_PREFIX ${room}: DISCOVERY_TIMEOUT 60
+  if(TEST_SLOW)
+    list(JOIN TEST_SLOW ":" slow)
+    emtb_discover(${room} quick "-${slow}")
+    emtb_discover(${room} slow "${slow}")
+    # gtest_discover_tests() takes no list of labels.
+    set(labels ${CMAKE_CURRENT_BINARY_DIR}/${room}_labels.cmake)
+    file(WRITE ${labels} "if(DEFINED ${room}_slow)  # else the tests are not built
+  set_tests_properties(\${${room}_slow} PROPERTIES LABELS \"${room};slow\")
+endif()
+")
+    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${labels})
+  else()
+    emtb_discover(${room} quick "*")
+  endif()
+endfunction()
+
+function(emtb_discover room which filter)
+  gtest_discover_tests(${room}_tests TEST_PREFIX ${room}: DISCOVERY_TIMEOUT 60 TEST_LIST ${room}_${which} TEST_FILTER ${filter}
                        PROPERTIES LABELS ${room} TIMEOUT 300
                                   ENVIRONMENT LSAN_OPTIONS=print_suppressions=0:suppressions=${CMAKE_SOURCE_DIR}/tests/leaks_of_others.txt)
 endfunction()

@@ -108,7 +108,8 @@ std::shared_ptr<const EffectInfo> describe(const AddedTerm& term, std::span<cons
                               .null = null.value_or(p.value),
                               .min = p.fixed ? p.value : p.min,
                               .max = p.fixed ? p.value : p.max,
-                              .shape = !null};
+                              .typical = std::abs(p.value),
+                              .role = null ? Role::amplitude : Role::shape};
     if (null && p.min < *null) info.opposes_motion = false;
   }
   return {made, &made->info};
@@ -129,7 +130,7 @@ void check_values(const YamlMap& yaml, const AddedTerm& term) {
     const EffectParameter& about = term.info->parameter_list[i];
     values.push_back(term.parameters[i].value);
     nulls.push_back(about.null);
-    any_null = any_null || !about.shape;
+    any_null = any_null || !about.is_shape();
   }
   if (const double rest = value_at(term, values, {}); !std::isfinite(rest)) {
     yaml.fail(key,
@@ -205,7 +206,7 @@ void write_formula(YAML::Emitter& out, const AddedTerm& term) {
     out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
     for (std::size_t i = 0; i < term.parameters.size(); ++i) {
       const EffectParameter& about = term.info->parameter_list[i];
-      write_parameter(out, term.parameters[i], about.shape ? 0 : about.null);
+      write_parameter(out, term.parameters[i], about.is_shape() ? 0 : about.null);
     }
     out << YAML::EndMap;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
 
 #include "hal/error.h"
@@ -50,6 +51,33 @@ std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen) {
     }...};
   }(static_cast<AllEffects*>(nullptr));
   return table[effect](seen);
+}
+
+std::string full_name(const EffectInfo& effect, std::size_t parameter) {
+  return std::string(effect.id) + "." + std::string(effect.parameters()[parameter].symbol);
+}
+
+std::vector<std::size_t> watched_effects() {
+  std::vector<std::size_t> watched;
+  for (std::size_t effect = 0; effect < effect_count; ++effect) {
+    if (infos[effect].watch) watched.push_back(effect);
+  }
+  std::ranges::sort(watched, {}, [](std::size_t effect) { return infos[effect].watch->rank; });
+  return watched;
+}
+
+double size_at(std::size_t effect, double share, const Ranges& seen) {
+  using SizeAt = double (*)(double, const Ranges&);
+  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
+    return std::array<SizeAt, sizeof...(Effect)>{[](double part, const Ranges& ranges) {
+      if constexpr (Effect::info.watch.has_value()) {
+        return Effect::size_at(part, ranges);
+      } else {
+        return std::numeric_limits<double>::quiet_NaN();
+      }
+    }...};
+  }(static_cast<AllEffects*>(nullptr));
+  return table[effect](share, seen);
 }
 
 std::size_t ModelStructure::parameter_count() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -62,6 +63,15 @@ std::size_t effect_index(std::string_view id);
 /// Where a search for an effect starts, given how far the machine went: the catalogue's null values, or for effects
 /// with shapes several sets of values. An amplitude that can be null is not meant.
 std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen);
+
+/// `coulomb_friction.T_c`
+std::string full_name(const EffectInfo& effect, std::size_t parameter = 0);
+
+/// The effects that a running machine is watched for, first things first.
+std::vector<std::size_t> watched_effects();
+
+/// The first parameter of a watched effect where this makes up a share of what the machine does.
+double size_at(std::size_t effect, double share, const Ranges& seen);
 
 /// How the effect of that place takes part in a step.
 template <class Scalar>

@@ -18,18 +18,42 @@ std::string_view name_of(Stage stage) noexcept;
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// A parameter of an effect. At its null value the effect is absent.
-///
-/// A shape (the speed at which friction falls, the number of poles) has no null: where the amplitude beside it is null,
-/// it means nothing, and is what a diagnosis tries several values of.
+/// What a parameter is to its effect.
+enum class Role {
+  amplitude,  ///< at its null the effect is absent
+  limit,      ///< the same, in place of a limit that the model knows: absent where it equals that one
+  shape,      ///< how the effect acts (the speed at which friction falls): no null. Where the amplitude beside it is
+              ///< null it means nothing, and is what a diagnosis tries several values of
+  order,      ///< [1/turn] a shape: how often a turn the effect repeats
+  phase       ///< [rad] a shape: at which angle of the shaft
+};
+
+/// A parameter of an effect.
 struct EffectParameter {
   std::string_view symbol;  ///< `T_c`
   std::string_view unit;    ///< `N m`
-  double null = 0;          ///< infinity: the effect fades as the parameter grows, like that of a large heat capacity
-  double min = 0;           ///< bounds of any physical value, from a watch to a machine tool
+  double null = 0;  ///< at which the effect is absent; infinity: it fades as the parameter grows, like that of a
+                    ///< large heat capacity. Of a shape or a limit merely a usual value
+  double min = 0;   ///< bounds of any physical value, from a watch to a machine tool
   double max = 0;
-  bool shape = false;  ///< `null` is then merely a usual value
-  bool known = false;  ///< absent at what the model knows, which a search starts from
+  double typical =
+      0;  ///< on a motor of some 100 W; for a formula where its fit starts. Only its order of magnitude counts
+  Role role = Role::amplitude;
+
+  constexpr bool is_shape() const { return role == Role::shape || role == Role::order || role == Role::phase; }
+};
+
+/// What an effect's derivatives at its null tell a search.
+enum class AtNull {
+  all,     ///< of what size it is, to first order
+  small,   ///< that of a small one: it acts after an edge is over, where they are zero. Tried at sizes, too
+  nothing  ///< tried at sizes of its own
+};
+
+/// Effects that do nearly the same, so that what one of them cannot explain another may.
+enum class Family {
+  none,
+  driver_edges,  ///< how a driver follows a step of its reference
 };
 
 /// How far a machine went in some data: the scale on which an effect's shape is to be looked for.
@@ -37,6 +61,7 @@ struct Ranges {
   double reference = 0;       ///< [V] largest |u_ref|
   double voltage = 0;         ///< [V] largest |e_a|
   double current = 0;         ///< [A] largest |i_a|
+  double torque = 0;          ///< [N m] that this current makes
   double speed = 0;           ///< [rad/s] largest |omega|
   double duration = 0;        ///< [s] of the longest run
   double heat = 0;            ///< [J] lost in R_a in the hottest run
@@ -48,6 +73,21 @@ struct Ranges {
 /// Values of all parameters of one effect from which a search starts. (The library needs three, a user's formula may
 /// have more.)
 using StartValues = std::array<double, 8>;
+
+/// How a running machine is watched for an effect that its model lacks, by the first parameter. Such an effect states
+/// beside `apply`, in a function `size_at(share, seen)`, how large it is where it makes up that share of what the
+/// machine does.
+struct Watch {
+  int rank = 0;        ///< there is room for a few at a time: the lowest first
+  bool varies = true;  ///< within a run; otherwise it is there or it is not
+};
+
+/// A change of a parameter while the machine runs, told to a person: `the motor needs 0.01 N m more than before: ...`.
+struct ChangeWords {
+  std::string_view what;  ///< `the motor needs`; empty: there are no words for it
+  std::string_view more;  ///< what may have happened: `a brake left on?`
+  std::string_view less;
+};
 
 /// What an effect is, for programs and for people: `emtb effects ID` prints it.
 struct EffectInfo {
@@ -63,34 +103,43 @@ struct EffectInfo {
   std::string_view source;
   std::array<EffectParameter, max_parameters> parameter_list{};
   std::size_t parameter_count = 1;
-  std::size_t memory = 0;            ///< how many states of its own it keeps
-  bool opposes_motion = false;       ///< an amplitude that cannot be negative
-  bool clips = false;                ///< acts beyond its parameter only: what the data reach is its null
-  bool sudden = false;               ///< its null tells nothing of it: tried at sizes of its own
-  bool edges = false;                ///< acts after an edge is over, where its null tells nothing: tried at sizes, too
-  bool periodic = false;             ///< in the angle; its shapes are found from the data's own spectrum
-  bool quick = false;                ///< with a time constant of its own that may be far below the shaft's
-  std::optional<Signal> reads = {};  ///< of a sensor: the signal whose reading it describes
+  std::size_t memory = 0;       ///< how many states of its own it keeps
+  bool opposes_motion = false;  ///< an amplitude that cannot be negative
+  bool clips = false;           ///< acts beyond its parameter only: what the data reach is its null
+  AtNull at_null = AtNull::all;
+  Family family = Family::none;
+  bool periodic = false;            ///< in the angle; its shapes are found from the data's own spectrum
+  bool quick = false;               ///< with a time constant of its own that may be far below the shaft's
+  bool dry_friction = false;        ///< it alone: brakes the same at any speed
+  std::optional<Watch> watch = {};  ///< absent: it repeats, fades or needs a shape to be found; not while a motor runs
+  ChangeWords changed = {};
+  std::optional<Signal> reads = {};  ///< of a sensor: whose reading it describes; not seen where that is not measured
   std::string_view needs = {};       ///< the effect without which this one makes no sense
 
   /// Neither amplitude nor null to be seen from: the effect is there or not, and is judged by trying it.
   constexpr bool fades() const {
-    if (sudden) return true;
+    if (at_null == AtNull::nothing) return true;
     bool only_shapes = true;
     for (const EffectParameter& p : parameters()) {
       if (p.null == infinity) return true;
-      only_shapes = only_shapes && p.shape;
+      only_shapes = only_shapes && p.is_shape();
     }
     return only_shapes;
   }
 
-  /// The place among its parameters of how often a turn it repeats; absent: once, or not at all.
-  constexpr std::optional<std::size_t> order_place() const {
+  /// The place of the first parameter of that role.
+  constexpr std::optional<std::size_t> place_of(Role role) const {
     for (std::size_t i = 0; i < parameter_count; ++i) {
-      if (periodic && parameter_list[i].symbol == "N") return i;
+      if (parameter_list[i].role == role) return i;
     }
     return std::nullopt;
   }
+
+  /// A torque that repeats several times a turn, so that a shaft that stops rests between its waves.
+  constexpr bool is_detent() const { return periodic && !reads && place_of(Role::order); }
+
+  /// Do both shape the same, so that one of them may stand in for the other?
+  constexpr bool same_family(const EffectInfo& other) const { return family != Family::none && family == other.family; }
 
   constexpr std::span<const EffectParameter> parameters() const { return {parameter_list.data(), parameter_count}; }
 };

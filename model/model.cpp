@@ -21,7 +21,7 @@ std::vector<double> Model::values() const { return FreeParameters(*this).spread(
 
 double Model::mechanical_time_constant() const {
   const std::vector<double> p = values();
-  const auto [R_a, K_b, K_m, B, J] = std::array{p[0], p[1], p[2], p[3], p[4]};
+  const double R_a = p[base::R_a], K_b = p[base::K_b], K_m = p[base::K_m], B = p[base::B], J = p[base::J];
   return input == Signal::i_a ? J / std::max(B, 1e-12) : J * R_a / (K_b * K_m);
 }
 
@@ -104,11 +104,10 @@ bool Model::periodic() const {
 void Model::hold_first_phase() {
   bool first = true;
   for (IncludedEffect& e : effects) {
-    for (Parameter& p : e.parameters) {
-      if (p.symbol != "phase") continue;
-      p.fixed = first;
-      first = false;
-    }
+    const auto phase = effect_catalogue()[e.effect].place_of(Role::phase);
+    if (!phase) continue;
+    e.parameters[*phase].fixed = first;
+    first = false;
   }
 }
 
@@ -116,8 +115,8 @@ std::vector<std::string> Model::names() const {
   std::vector<std::string> names;
   for (const Parameter& p : base) names.push_back(p.symbol);
   for (const IncludedEffect& e : effects) {
-    for (const Parameter& p : e.parameters) {
-      names.push_back(std::string(effect_catalogue()[e.effect].id) + "." + p.symbol);
+    for (std::size_t i = 0; i < e.parameters.size(); ++i) {
+      names.push_back(full_name(effect_catalogue()[e.effect], i));
     }
   }
   for (const AddedTerm& t : terms) {

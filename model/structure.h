@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/signal.h"
+#include "model/effect.h"
 #include "model/term.h"
 
 namespace emtb {
@@ -29,12 +30,32 @@ struct BaseParameter {
   std::string_view symbol;
   std::string_view unit;
   std::string_view name;
+  ChangeWords changed;  ///< what a change of it tells
 };
-inline constexpr std::array<BaseParameter, 5> base_parameters{{{"R_a", "ohm", "armature resistance"},
-                                                               {"K_b", "V s/rad", "back-EMF constant"},
-                                                               {"K_m", "N m/A", "torque constant"},
-                                                               {"B", "N m s/rad", "viscous friction"},
-                                                               {"J", "kg m2", "inertia"}}};
+inline constexpr std::array<BaseParameter, 5> base_parameters{
+    {{"R_a", "ohm", "armature resistance", {"the armature has", "has it warmed up?", "has it cooled down?"}},
+     {"K_b",
+      "V s/rad",
+      "back-EMF constant",
+      {"back-EMF and torque constant are", "a stronger field?", "has the field weakened, or warmed up?"}},
+     {"K_m",
+      "N m/A",
+      "torque constant",
+      {"the torque constant is", "a stronger field?", "has the field weakened, or warmed up?"}},
+     {"B",
+      "N m s/rad",
+      "viscous friction",
+      {"viscous friction is", "does something drag on the shaft?", "has the grease warmed up?"}},
+     {"J",
+      "kg m2",
+      "inertia",
+      {"the inertia is", "was something added to the shaft?", "was something taken from the shaft?"}}}};
+
+/// Their places: the first ones in every vector of parameters.
+namespace base {
+enum : std::size_t { R_a, K_b, K_m, B, J };
+}
+static_assert(base_parameters[base::R_a].symbol == "R_a" && base_parameters[base::J].symbol == "J");
 
 /// Which equations a simulation solves; the numbers in them come apart from it, as a vector in the order
 /// R_a, K_b, K_m, B, J, then the parameters of each effect, then those of each added term.

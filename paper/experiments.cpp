@@ -118,7 +118,7 @@ void inertia(Findings& f) {
   add("switch-on, fast ammeter, net of friction", f.fast_switch_on.at("J_net"));
   add("coast-down, T_c from settled points", coast.at("J"));
   add("acceleration, 0.4 s meter", balance.at("J"));
-  const Parameter& p = f.with_friction_both.model.base[4];
+  const Parameter& p = f.with_friction_both.model.base[base::J];
   f.inertias.push_back({"fit to a rising and a falling step", p.value, p.std_error.value_or(0)});
 
   const SwitchOn driven(f.bench.plant);

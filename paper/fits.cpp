@@ -4,8 +4,9 @@
 
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
-#include "analysis/record/noise.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/noise_floor.h"
+#include "analysis/record/record.h"
+#include "analysis/record/weights.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "model/simulation.h"
@@ -23,17 +24,19 @@ std::size_t place_of(const Model& model, const std::string& parameter) {
   return static_cast<std::size_t>(found - names.begin());
 }
 
-std::vector<PreparedRun> prepared(const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model) {
-  std::vector<PreparedRun> all;
+std::vector<Record> prepared(const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model) {
+  std::vector<ObservedRun> all;
   for (Run run : runs) {
     std::erase_if(run.signals, [&](const auto& s) { return std::ranges::find(seen, s.first) == seen.end(); });
-    PreparedRun one = prepare_run(run, model);
+    ObservedRun one = observe_run(run, model);
     // The linear model says nothing of the brake: what the gauge reads loads the shaft, and is not compared.
     std::erase_if(one.observations, [](const Observation& o) { return o.signal == Signal::torque; });
     all.push_back(std::move(one));
   }
-  weigh(all, estimate_noise(all, model), model);
-  return all;
+  const Noise noise = estimate_noise(all, model);
+  std::vector<Record> records;
+  for (ObservedRun& one : all) records.push_back(weighed(std::move(one), noise, model));
+  return records;
 }
 
 }  // namespace
@@ -88,7 +91,7 @@ Model starting_from(Model model, const std::map<std::string, double>& values) {
 }
 
 Fit fit(std::string name, const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model) {
-  const std::vector<PreparedRun> records = prepared(runs, seen, model);
+  const std::vector<Record> records = prepared(runs, seen, model);
   const Calibration c = calibrate(records, model, {.extra_starts = 0});
   Fit result{.name = std::move(name), .model = c.model};
   result.error = error_of(mean_squares(residuals(records, c.model, c.model.values(), {})));
@@ -108,7 +111,7 @@ std::vector<double> simulated_speed(const Run& run, const Model& model) {
   Run speed = run;
   std::erase_if(speed.signals,
                 [](const auto& s) { return std::ranges::find(speed_only, s.first) == speed_only.end(); });
-  const PreparedRun prepared_run = prepare_run(speed, model);
+  const ObservedRun prepared_run = observe_run(speed, model);
   Trajectory<double> y;
   const std::vector<double> values = model.values();
   simulate<double>(prepared_run.structure(model), values, prepared_run.excitation, y);

@@ -10,9 +10,9 @@
 #include "analysis/estimate/sensor_fit.h"
 #include "config/edit.h"
 #include "hal/error.h"
+#include "report/text.h"
 #include "session/replace.h"
 #include "tools/bench_inputs.h"
-#include "tools/text.h"
 
 namespace emtb {
 namespace {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <iostream>
 
+#include "report/text.h"
 #include "tools/bench_inputs.h"
-#include "tools/text.h"
 
 namespace emtb {
 namespace {

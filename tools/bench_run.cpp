@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/signal.h"
+#include "report/text.h"
 #include "tools/progress.h"
-#include "tools/text.h"
 
 namespace emtb {
 namespace {

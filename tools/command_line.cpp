@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "hal/error.h"
+#include "report/text.h"
 
 namespace emtb {
 
@@ -86,6 +87,12 @@ int CommandLine::run(int argc, const char* const* argv) {
     std::cerr << "emtb: " << e.what() << "\n";
   }
   return 2;
+}
+
+std::string as_called(int argc, const char* const* argv) {
+  std::string command = "emtb";
+  for (int i = 1; i < argc; ++i) command += " " + shell_quoted(argv[i]);
+  return command;
 }
 
 }  // namespace emtb

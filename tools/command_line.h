@@ -57,4 +57,7 @@ class CommandLine {
   Command global_;
 };
 
+/// The command line as somebody would type it again.
+std::string as_called(int argc, const char* const* argv);
+
 }  // namespace emtb

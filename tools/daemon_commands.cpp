@@ -14,13 +14,13 @@
 #include "config/profile.h"
 #include "hal/error.h"
 #include "hal/signal.h"
+#include "report/estimates_table.h"
+#include "report/live_plot.h"
+#include "report/result_json.h"
+#include "report/text.h"
 #include "server/client.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
-#include "tools/estimates_table.h"
-#include "tools/live_plot.h"
-#include "tools/result_json.h"
-#include "tools/text.h"
 
 namespace emtb {
 namespace {

@@ -14,12 +14,12 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "paper/estimate_figure.h"
+#include "report/result_json.h"
+#include "report/symbols.h"
+#include "report/text.h"
 #include "session/spec.h"
 #include "session/text.h"
 #include "tools/commands.h"
-#include "tools/result_json.h"
-#include "tools/symbols.h"
-#include "tools/text.h"
 
 namespace emtb {
 namespace {
@@ -84,6 +84,7 @@ KnownParameters known_from(const Model& model, const std::string& file) {
   KnownParameters known;
   const std::vector<std::string> names = model.names();
   const std::vector<double> values = model.values();
+  const auto dry_friction = std::ranges::find(effect_catalogue(), true, &EffectInfo::dry_friction);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto tie = model.tie.find(names[i]);
     const auto leader =
@@ -91,13 +92,13 @@ KnownParameters known_from(const Model& model, const std::string& file) {
     const Parameter& p = model.at(static_cast<std::size_t>(leader - names.begin()));
     const Quantity q{names[i], values[i], p.std_error.value_or(0), model.at(i).unit};
     const bool measured = p.fixed || p.std_error;
-    if (names[i] == "K_m") {
+    if (i == base::K_m) {
       known.K_m = q;
       known.K_m_is_guess = !measured;
       known.K_m_from = (measured ? "the one of " : "the start value, a guess, of ") + file;
     }
-    if (names[i] == "B" && measured) known.B = q;
-    if (names[i] == "coulomb_friction.T_c" && measured) known.T_c = q;
+    if (i == base::B && measured) known.B = q;
+    if (names[i] == full_name(*dry_friction) && measured) known.T_c = q;
   }
   if (!known.T_c) known.B.reset();  // a B that stands for dry friction is no B beside it
   known.T_c_from = "the one of " + file;
@@ -116,7 +117,7 @@ StaticEstimate whole_run(const std::vector<Run>& runs, const Model& model) {
       const Parameter& p = fit.model.at(i);
       if (p.std_error) result.quantities.push_back({names[i], values[i], *p.std_error, p.unit});
     }
-    for (const PreparedRun& run : data.train) {
+    for (const Record& run : data.train) {
       result.used.push_back({run.name, run.excitation.t.front(), run.excitation.t.back()});
       for (const Observation& o : run.observations) result.points += o.size();
     }

@@ -12,11 +12,11 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "model/simulation.h"
+#include "report/result_json.h"
+#include "report/text.h"
 #include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/prediction.h"
-#include "tools/result_json.h"
-#include "tools/text.h"
 
 namespace emtb {
 namespace {

@@ -17,16 +17,16 @@
 #include "config/yaml.h"
 #include "experiment/first_experiments.h"
 #include "hal/error.h"
+#include "report/report_page.h"
+#include "report/result_json.h"
+#include "report/text.h"
+#include "report/verdict.h"
 #include "server/client.h"
 #include "session/spec.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/prediction.h"
 #include "tools/progress.h"
-#include "tools/report_page.h"
-#include "tools/result_json.h"
-#include "tools/text.h"
-#include "tools/verdict.h"
 
 namespace emtb {
 namespace {

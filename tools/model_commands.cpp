@@ -9,7 +9,7 @@
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/diagnose.h"
 #include "analysis/diagnose/overlay.h"
-#include "analysis/diagnose/refit_start.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/profile_likelihood.h"
@@ -20,14 +20,14 @@
 #include "figures/terminal.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "report/figures_of_diagnosis.h"
+#include "report/result_json.h"
+#include "report/symbols.h"
+#include "report/text.h"
+#include "report/verdict.h"
 #include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/report_figures.h"
-#include "tools/result_json.h"
-#include "tools/symbols.h"
-#include "tools/text.h"
-#include "tools/verdict.h"
 
 namespace emtb {
 namespace {
@@ -121,7 +121,7 @@ void print_signals(const std::map<Signal, SignalFit>& signals, const std::map<Si
                                  pretty(f.rmse, 3),
                                  std::string(info(signal).unit),
                                  pretty(f.noise.sigma, 3),
-                                 f.noise.from + (f.noise.lower_bound ? " (at least)" : ""),
+                                 std::string(name_of(f.noise.from)) + (f.noise.lower_bound ? " (at least)" : ""),
                                  pretty(f.ratio, 3),
                                  pretty(f.fit_percent, 4) + " %"};
     if (const auto c = chained.find(signal); c != chained.end()) row.push_back(pretty(c->second, 3));
@@ -135,15 +135,17 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
   std::vector<Signal> shown;
   for (const ResidualMap& m : maps) {
     const auto fit = signals.find(m.signal);
-    if (fit == signals.end() || fit->second.ratio < 1.1 || m.against == "t" || m.against == "sign(omega)") continue;
+    if (fit == signals.end() || fit->second.ratio < 1.1 || m.against == Condition::time ||
+        m.against == Condition::direction)
+      continue;
     if (std::ranges::find(shown, m.signal) != shown.end() || m.bins.size() < 3) continue;
     shown.push_back(m.signal);
     double largest = 0;
     for (const double mean : m.mean) largest = std::max(largest, std::abs(mean));
     std::cout << "\n"
-              << info(m.signal).name << ", measured - simulated [" << info(m.signal).unit << "], against " << m.against
-              << " (explains " << pretty(100 * m.explained, 2) << " % of the residual)\n";
-    Table table({m.against, "mean", "", "RMSE/floor"});
+              << info(m.signal).name << ", measured - simulated [" << info(m.signal).unit << "], against "
+              << name_of(m.against) << " (explains " << pretty(100 * m.explained, 2) << " % of the residual)\n";
+    Table table({std::string(name_of(m.against)), "mean", "", "RMSE/floor"});
     for (std::size_t b = 0; b < m.bins.size(); ++b) {
       table.row({pretty(m.bins[b], 3), pretty(m.mean[b], 3), bar(largest > 0 ? m.mean[b] / largest : 0, 40),
                  pretty(m.ratio[b], 3)});
@@ -153,7 +155,7 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
   if (shown.empty()) std::cout << "No signal is above its noise floor by more than a tenth.\n";
 }
 
-double error_on(std::span<const PreparedRun> runs, const Model& model) {
+double error_on(std::span<const Record> runs, const Model& model) {
   return error_of(mean_squares(residuals(runs, model, model.values(), {})));
 }
 
@@ -207,7 +209,6 @@ int add_command(const ModelOptions& o) {
   if (model.includes(effect)) throw Error(o.model + " includes " + o.effect + " already. Use emtb calibrate");
   const Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
   const Calibration before = calibrate(data.train, model);
-  const std::vector<Score> scores = score(data.train, before.model, std::vector{effect});
   json extra{{"added", o.effect}};
   extra["before"] = {{"train", error_on(data.train, before.model)},
                      {"held_out", data.held_out.empty() ? json(nullptr) : json(error_on(data.held_out, before.model))}};
@@ -216,10 +217,11 @@ int add_command(const ModelOptions& o) {
               << ", held-out " << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>()))
               << "\n";
   }
-  const double squares = sum_of_squares(residuals(data.train, before.model, before.model.values(), {}));
-  const auto start = with_effect(data.train, before.model, squares, effect, scores.front().starts.front());
-  if (!start) throw Error(o.model + " cannot be simulated with " + o.effect + ": the result is not finite");
-  return fit_and_report(o, start->model, data, "added " + o.effect, extra);
+  const Fit begun = begun_refit_with(data.train, before, effect);
+  if (!std::isfinite(begun.cost)) {
+    throw Error(o.model + " cannot be simulated with " + o.effect + ": the result is not finite");
+  }
+  return fit_and_report(o, begun.model, data, "added " + o.effect, extra);
 }
 
 /// The signal that is furthest off, in the run where it is: measured over simulated with the residual below. Where none
@@ -232,7 +234,7 @@ void plot_worst(std::span<const Run> runs, const Model& model) {
     const double floors = o.floors();
     return floors > 1.1 ? floors : o.signal == Signal::omega ? 1 : 0;  // within a tenth of the floor: not off
   };
-  for (const PreparedRun& record : data.train) {
+  for (const Record& record : data.train) {
     for (Overlay& o : overlays(record, model)) {
       if (worst && off(o) <= off(*worst)) continue;
       worst = std::move(o);
@@ -316,7 +318,7 @@ int compare_command(const ModelOptions& o) {
             << " runs: error " << pretty(c.error) << " (1 = noise floor), all units chained " << pretty(c.chained_error)
             << "\n";
   print_signals(c.signals, c.chained);
-  if (!c.failing_unit.empty()) std::cout << "The unit that fails: " << c.failing_unit << "\n";
+  if (c.failing_unit) std::cout << "The unit that fails: " << name_of(*c.failing_unit) << "\n";
   print_where(c.where, c.signals);
   if (o.plot || isatty(STDOUT_FILENO) == 1) plot_worst(runs, model);
   finish_model(o, model);
@@ -335,10 +337,9 @@ int diagnose_command(const ModelOptions& o) {
   json result = to_json(d);
   LikelihoodIntervals intervals;
   if (o.intervals) {
-    const Dataset data = prepare(train, held_out, d.final);
     CalibrationOptions from_there;
     from_there.extra_starts = 0;
-    intervals = profile_likelihoods(data.train, calibrate(data.train, d.final, from_there));
+    intervals = profile_likelihoods(d.data->train, calibrate(d.data->train, d.final, from_there));
     result["parameters"] = parameters_json(d.final, intervals);
   }
   write_json(o.json_file, result);
@@ -373,7 +374,7 @@ int diagnose_command(const ModelOptions& o) {
                     pretty(c.score.detectable_size, 2)});
   }
   std::cout << candidates.text() << "\n";
-  print_parameters(d.final, {}, d.undetermined, intervals);
+  print_parameters(d.final, d.at_bound, d.undetermined, intervals);
   std::cout << "\n";
   print_signals(d.signals);
   if (d.verdict != Verdict::nothing_missing && d.verdict != Verdict::cannot_tell) {

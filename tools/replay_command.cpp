@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/error.h"
+#include "report/result_json.h"
 #include "session/spec.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/own_daemon.h"
-#include "tools/result_json.h"
 
 namespace emtb {
 namespace {

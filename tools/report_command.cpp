@@ -6,11 +6,11 @@
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
+#include "report/report_page.h"
+#include "report/result_json.h"
+#include "report/text.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
-#include "tools/report_page.h"
-#include "tools/result_json.h"
-#include "tools/text.h"
 
 namespace emtb {
 namespace {

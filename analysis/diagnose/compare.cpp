@@ -4,39 +4,23 @@
 #include <cmath>
 
 #include "analysis/fit/residuals.h"
-#include "analysis/numerics/parallel.h"
-#include "analysis/record/shaft_angle.h"
 #include "hal/error.h"
 
 namespace emtb {
 
-std::vector<PreparedRun> Dataset::all() const {
-  std::vector<PreparedRun> records = train;
-  records.insert(records.end(), held_out.begin(), held_out.end());
-  return records;
+std::string_view name_of(Unit unit) noexcept {
+  switch (unit) {
+    case Unit::driver:
+      return "driver";
+    case Unit::motor:
+      return "motor";
+    case Unit::load:
+      return "load";
+  }
+  return "motor";
 }
 
-Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model, Chaining chaining) {
-  Dataset data;
-  data.train.resize(train.size());
-  data.held_out.resize(held_out.size());
-  const std::optional<double> order = data.ripple_order = ripple_order(train);
-  parallel_for(train.size() + held_out.size(), [&](std::size_t i) {
-    if (i < train.size()) {
-      data.train[i] = prepare_run(train[i], model, chaining, order);
-    } else {
-      const Run& run = held_out[i - train.size()];
-      data.held_out[i - train.size()] =
-          order ? prepare_run(run, model, chaining, order) : prepare_run(run, model, chaining);
-    }
-  });
-  data.noise = estimate_noise(data.all(), model);
-  weigh(data.train, data.noise, model);
-  weigh(data.held_out, data.noise, model);
-  return data;
-}
-
-std::map<Signal, SignalFit> fit_of(std::span<const PreparedRun> records, const Model& model, const Noise& noise) {
+std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model& model, const Noise& noise) {
   struct Sums {
     double squares = 0, scaled = 0, value = 0, value_squares = 0, count = 0;
   };
@@ -73,19 +57,15 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   const auto staged_squares = mean_squares(residuals(staged.train, model, model.values(), {}));
   result.error = error_of(staged_squares);
   result.signals = fit_of(staged.train, model, staged.noise);
-  Dataset chained;
-  for (const Run& run : runs) {
-    chained.train.push_back(prepare_run(run, judge, Chaining::chained, staged.ripple_order));
-  }
-  weigh(chained.train, staged.noise, judge);
-  const auto chained_squares = mean_squares(residuals(chained.train, model, model.values(), {}));
+  const std::vector<Record> chained = prepare_with(staged.noise, runs, judge, Chaining::chained, staged.ripple_order);
+  const auto chained_squares = mean_squares(residuals(chained, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);
   for (const auto& [signal, square] : chained_squares) result.chained[signal] = std::sqrt(square);
   double worst = 1.1;  // ten per cent above the floor is where a unit starts to fail
   for (const auto& [signal, square] : staged_squares) {
     if (std::sqrt(square) <= worst) continue;
     worst = std::sqrt(square);
-    result.failing_unit = signal == Signal::e_a ? "driver" : signal == Signal::torque ? "load" : "motor";
+    result.failing_unit = signal == Signal::e_a ? Unit::driver : signal == Signal::torque ? Unit::load : Unit::motor;
   }
   result.where = residual_maps(staged.train, model);
   return result;

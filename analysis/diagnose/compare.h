@@ -3,15 +3,20 @@
 #include <map>
 #include <optional>
 #include <span>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/diagnose/where.h"
-#include "analysis/record/noise.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/dataset.h"
+#include "analysis/record/noise_floor.h"
+#include "analysis/record/record.h"
 #include "session/session.h"
 
 namespace emtb {
+
+/// A part of the bench that a model describes.
+enum class Unit { driver, motor, load };
+std::string_view name_of(Unit unit) noexcept;  ///< as in JSON
 
 /// How well one signal is predicted.
 struct SignalFit {
@@ -27,23 +32,9 @@ struct Comparison {
   double chained_error = 0;  ///< all units in a row, from the reference alone
   std::map<Signal, SignalFit> signals;
   std::map<Signal, double> chained;  ///< RMSE/sigma of each signal when chained
-  std::string failing_unit;          ///< driver, motor, load; empty: none is above its floor
+  std::optional<Unit> failing_unit;  ///< none is above its floor where absent
   std::vector<ResidualMap> where;
 };
-
-/// Runs, prepared and weighed together so that all share one noise floor.
-struct Dataset {
-  std::vector<PreparedRun> train, held_out;
-  Noise noise;
-  std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
-
-  std::vector<PreparedRun> all() const;
-};
-
-/// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
-/// @throws ModelError where a run does not fit the model.
-Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
-                Chaining chaining = Chaining::staged);
 
 /// Compares the model as it stands with all runs.
 /// @param judge whose start values weigh the readings: models that are held against each other share one judge
@@ -52,6 +43,6 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
 inline Comparison compare(std::span<const Run> runs, const Model& model) { return compare(runs, model, model); }
 
 /// The fit of each signal on records.
-std::map<Signal, SignalFit> fit_of(std::span<const PreparedRun> records, const Model& model, const Noise& noise);
+std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model& model, const Noise& noise);
 
 }  // namespace emtb

@@ -1,16 +1,19 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/criterion.h"
 #include "analysis/diagnose/loss.h"
 #include "analysis/diagnose/missing_curve.h"
 #include "analysis/diagnose/next_experiment.h"
 #include "analysis/diagnose/score.h"
+#include "analysis/diagnose/search.h"
 #include "analysis/fit/calibrate.h"
 #include "model/effect.h"
 #include "model/model.h"
@@ -33,29 +36,18 @@ struct MissingEffect {
   std::vector<Parameter> parameters;  ///< as fitted, with standard errors
 };
 
-/// What was tried of one absent effect.
-struct Candidate {
-  Score score;                           ///< at the model where it was last scored
-  std::optional<double> held_out_error;  ///< of the best refit that included it
-};
-
-struct Step {
-  std::string action;                ///< `added coulomb_friction`
-  std::optional<std::size_t> added;  ///< the effect, where one was
-  double train = 0;
-  double held_out = 0;
-};
-
 struct Diagnosis {
   Verdict verdict = Verdict::cannot_tell;
-  std::vector<MissingEffect> missing;  ///< in the order found
-  std::vector<Candidate> candidates;   ///< best first
-  Model base, final;                   ///< both fitted to the training runs
+  std::vector<MissingEffect> missing;   ///< in the order found
+  std::vector<Candidate> candidates;    ///< best first
+  std::shared_ptr<const Dataset> data;  ///< the records on which all of this was found
+  Model base, final;                    ///< both fitted to the training runs
   double base_train = 0, base_held_out = 0, final_train = 0, final_held_out = 0;
   std::map<Signal, SignalFit> signals;  ///< of the final model, on held-out runs
   std::vector<Step> steps;
   std::vector<ResidualMap> where;          ///< of the base model, on all runs: where it fails
   std::vector<ResidualMap> where_final;    ///< of the final model: what remains
+  std::vector<std::string> at_bound;       ///< parameters of the final model that rest on a bound
   std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
@@ -69,6 +61,7 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   Materiality materiality;
+  std::shared_ptr<const Criterion> criterion;  ///< what decides; null: materiality
   ScoreOptions score;
   std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
   std::size_t longest_list = 6;  ///< no more effects than this are added

@@ -36,7 +36,7 @@ struct Extended {
   std::vector<std::vector<std::size_t>> columns;  ///< the places of the batch's columns, in its order
 };
 
-Extended extend(const NullFit& fitted, const PreparedRun& record, const Batch& batch) {
+Extended extend(const NullFit& fitted, const Record& record, const Batch& batch) {
   struct Part {
     std::size_t effect = 0;
     std::vector<double> values;
@@ -56,7 +56,7 @@ Extended extend(const NullFit& fitted, const PreparedRun& record, const Batch& b
     std::vector<double> values(h.at.begin(), h.at.begin() + static_cast<std::ptrdiff_t>(h.about().parameter_count));
     if (h.about().periodic) {
       parts.push_back({h.effect, values, {0}, column});
-      values.back() += std::numbers::pi / 2;
+      values[h.about().place_of(Role::phase).value()] += std::numbers::pi / 2;
       parts.push_back({h.effect, values, {0}, column + 1});
     } else {
       (h.effect < effect_count ? parts : formulas)
@@ -88,7 +88,7 @@ Extended extend(const NullFit& fitted, const PreparedRun& record, const Batch& b
 }
 
 /// The root of a negative speed, say: one such formula would leave nothing of the whole batch.
-void refuse_what_is_not_finite(std::span<const Residuals> seen, const PreparedRun& record, const Batch& batch) {
+void refuse_what_is_not_finite(std::span<const Residuals> seen, const Record& record, const Batch& batch) {
   if (std::ranges::all_of(seen, [](const Residuals& r) { return r.value.allFinite() && r.sensitivity.allFinite(); })) {
     return;
   }
@@ -105,7 +105,7 @@ void refuse_what_is_not_finite(std::span<const Residuals> seen, const PreparedRu
 constexpr double piece_length = 2;
 
 /// Where the pieces of an observation end, in readings; the last is its end.
-std::vector<Eigen::Index> ends_of_pieces(const PreparedRun& record, const Observation& o, std::size_t pieces) {
+std::vector<Eigen::Index> ends_of_pieces(const Record& record, const Observation& o, std::size_t pieces) {
   const std::vector<double>& t = record.excitation.t;
   std::vector<Eigen::Index> ends;
   std::size_t end = 0;
@@ -121,7 +121,7 @@ std::vector<Eigen::Index> ends_of_pieces(const PreparedRun& record, const Observ
 }  // namespace
 
 std::vector<std::vector<Evidence>> evidence_of(const NullFit& fitted, std::size_t index, const Batch& batch) {
-  const PreparedRun& record = fitted.records[index];
+  const Record& record = fitted.records[index];
   const Extended x = extend(fitted, record, batch);
   std::vector<Residuals> seen;
   if (batch.front().whole) {

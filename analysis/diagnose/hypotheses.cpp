@@ -14,7 +14,7 @@ namespace {
 std::vector<Order> orders_left(const NullFit& fitted) {
   std::vector<TurningStretch> stretches;
   for_each_fast_speed(fitted,
-                      [&](const PreparedRun& record, const Observation& o, std::vector<double> left, double interval) {
+                      [&](const Record& record, const Observation& o, std::vector<double> left, double interval) {
                         const Excitation& x = record.excitation;
                         if (x.angle.empty()) return;
                         TurningStretch stretch{{}, without_slow_changes(std::move(left), interval)};
@@ -31,7 +31,7 @@ std::vector<StartValues> starts_of_formula(const EffectInfo& about) {
   std::vector<StartValues> all{given};
   for (std::size_t i = 0; i < about.parameter_count; ++i) {
     const EffectParameter& p = about.parameter_list[i];
-    if (!p.shape) continue;
+    if (!p.is_shape()) continue;
     for (const double bound : {p.min, p.max}) {
       if (bound == p.null) continue;
       StartValues at = given;  // half way by ratio: sizes are guessed within a factor
@@ -50,20 +50,20 @@ std::vector<Hypothesis> hypotheses_of(const NullFit& fitted, std::span<const std
   std::optional<std::vector<Order>> orders;
   for (const std::size_t effect : candidates) {
     const EffectInfo& about = fitted.model.about(effect);
-    if (about.sudden && !fitted.model.includes(effect_index(about.needs))) continue;
+    if (about.at_null == AtNull::nothing && !fitted.model.includes(effect_index(about.needs))) continue;
     if (!about.periodic) {
       bool whole = about.fades();
       for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {
         for (std::size_t i = 0; i < about.parameter_count; ++i) {
           const EffectParameter& parameter = about.parameter_list[i];
-          if (!whole && !parameter.shape && !parameter.known) at[i] = parameter.null;
+          if (!whole && parameter.role == Role::amplitude) at[i] = parameter.null;
         }
         all.push_back({effect, &about, at, whole});
-        whole = whole || about.edges;  // the first of those is its null
+        whole = whole || about.at_null == AtNull::small;  // the first of those is its null
       }
       continue;
     }
-    const auto order_place = about.order_place();
+    const auto order_place = about.place_of(Role::order);
     if (!order_place) {  // once a turn
       all.push_back({effect, &about, {}, false});
       continue;

@@ -23,7 +23,7 @@ struct Hypothesis {
   std::vector<std::size_t> amplitudes() const {
     std::vector<std::size_t> all;
     for (std::size_t i = 0; i < about().parameter_count; ++i) {
-      if (!about().parameter_list[i].shape) all.push_back(i);
+      if (!about().parameter_list[i].is_shape()) all.push_back(i);
     }
     return all;
   }

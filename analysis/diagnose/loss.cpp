@@ -9,9 +9,9 @@ Loss::Loss(const Noise& noise) {
   for (const auto& [signal, floor] : noise) autocorrelation_[signal] = floor.autocorrelation;
 }
 
-void Loss::add(std::span<const PreparedRun> records, std::span<const Residuals> residuals) {
+void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals) {
   for (const Residuals& r : residuals) {
-    const PreparedRun& record = records[r.record];
+    const Record& record = records[r.record];
     const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
     Readings& readings = signals_[r.signal];
     double second = -1;
@@ -90,6 +90,12 @@ bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
     const double bound = std::max(rule.distinct, rule.share * (mean.at(signal) - 1));
     return d.gain <= 2 * d.block_error || d.gain < bound;
   });
+}
+
+double largest_excess(const Loss& loss) {
+  double largest = 0;
+  for (const auto& [signal, mean_square] : loss.mean_squares()) largest = std::max(largest, mean_square - 1);
+  return largest;
 }
 
 bool remainder(const Loss& loss, const Materiality& rule) {

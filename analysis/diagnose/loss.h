@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "analysis/fit/residuals.h"
-#include "analysis/record/noise.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/noise_floor.h"
+#include "analysis/record/record.h"
 #include "hal/signal.h"
 
 namespace emtb {
@@ -17,7 +17,7 @@ class Loss {
  public:
   explicit Loss(const Noise& noise);
 
-  void add(std::span<const PreparedRun> records, std::span<const Residuals> residuals);
+  void add(std::span<const Record> records, std::span<const Residuals> residuals);
 
   std::map<Signal, double> mean_squares() const;  ///< (RMSE/sigma)^2 of each signal; 1 = noise floor
   double error() const;                           ///< sqrt(mean over signals)
@@ -73,6 +73,9 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
 
 /// Is `other` as good as `best`: in every signal within 2 block standard errors, or not distinctly worse?
 bool tied(const Loss& best, const Loss& other, const Materiality& rule = {});
+
+/// By how much the largest mean square of a signal is above the floor; 0 where none is.
+double largest_excess(const Loss& loss);
 
 /// Is there a material remainder: a signal whose mean square is above the floor by more than the rule allows?
 bool remainder(const Loss& loss, const Materiality& rule = {});

@@ -64,10 +64,10 @@ struct Stay {
   std::vector<double> value, seconds;
 };
 
-Stay stay_of(std::span<const PreparedRun> records, const Model& model, bool current) {
+Stay stay_of(std::span<const Record> records, const Model& model, bool current) {
   Stay stay;
   const std::vector<double> values = model.values();
-  for (const PreparedRun& record : records) {
+  for (const Record& record : records) {
     Trajectory<double> y;
     simulate<double>(record.structure(model), values, record.excitation, y);
     const std::vector<double>& signal = current ? y.i_a : y.omega;
@@ -122,7 +122,7 @@ struct Fit {
 
 /// @param change how far each column may go without a reason: what the data do not tell apart then goes to those that
 /// may go far
-Fit fit_of_columns(std::span<const PreparedRun> records, const Model& model,
+Fit fit_of_columns(std::span<const Record> records, const Model& model,
                    std::span<const std::vector<std::size_t>> columns, const Eigen::VectorXd& change) {
   const auto p = static_cast<Eigen::Index>(columns.size());
   Eigen::MatrixXd sts = Eigen::MatrixXd::Zero(p, p);
@@ -159,7 +159,7 @@ Fit fit_of_columns(std::span<const PreparedRun> records, const Model& model,
   return fit;
 }
 
-MissingCurve curve_of(std::span<const PreparedRun> records, const Model& fitted, bool voltage) {
+MissingCurve curve_of(std::span<const Record> records, const Model& fitted, bool voltage) {
   const std::vector<double> knots = knots_for(stay_of(records, fitted, voltage));
   MissingCurve curve{voltage ? "voltage" : "torque",
                      voltage ? "V" : "N m",
@@ -207,9 +207,9 @@ MissingCurve curve_of(std::span<const PreparedRun> records, const Model& fitted,
 
 }  // namespace
 
-std::vector<MissingCurve> missing_curves(std::span<const PreparedRun> records, const Model& fitted) {
+std::vector<MissingCurve> missing_curves(std::span<const Record> records, const Model& fitted) {
   std::vector<MissingCurve> curves{curve_of(records, fitted, false)};
-  const bool current = std::ranges::any_of(records, [](const PreparedRun& r) {
+  const bool current = std::ranges::any_of(records, [](const Record& r) {
     return std::ranges::find(r.observations, Signal::i_a, &Observation::signal) != r.observations.end();
   });
   if (current && fitted.input != Signal::i_a) curves.push_back(curve_of(records, fitted, true));

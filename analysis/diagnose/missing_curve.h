@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -26,6 +26,6 @@ struct MissingCurve {
 /// at all, together with changes of the base parameters, but for the one that a straight line would imitate: B stays
 /// for the torque, R_a for the voltage, and so do the effects. The curve is what is missing beside them as they stand.
 /// Standard errors hold for coloured residuals (blocks of a second). A curve that is not there is zero within its band.
-std::vector<MissingCurve> missing_curves(std::span<const PreparedRun> records, const Model& fitted);
+std::vector<MissingCurve> missing_curves(std::span<const Record> records, const Model& fitted);
 
 }  // namespace emtb

@@ -113,7 +113,7 @@ Noise completed(Noise noise, const Run& run) {
     double largest = 0;
     for (const double v : series.value) largest = std::max(largest, std::abs(v));
     noise[signal] = {.sigma = std::max(share_of_range * largest, 1e-9),
-                     .from = "assumed",
+                     .from = FloorSource::assumed,
                      .lower_bound = false,
                      .autocorrelation = 0};
   }
@@ -121,7 +121,7 @@ Noise completed(Noise noise, const Run& run) {
 }
 
 /// What the data at hand say of a model's free parameters.
-Eigen::MatrixXd information(std::span<const PreparedRun> records, const Model& model) {
+Eigen::MatrixXd information(std::span<const Record> records, const Model& model) {
   const FreeParameters free(model);
   const auto p = static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(p, p);
@@ -133,8 +133,7 @@ Eigen::MatrixXd information(std::span<const PreparedRun> records, const Model& m
 
 /// How far a model stays from a run, once its parameters have adapted.
 double separation(const Run& run, const Noise& noise, const Eigen::MatrixXd& known, const Model& other) {
-  std::vector<PreparedRun> records{prepare_run(run, other)};
-  weigh(records, noise, other);
+  const std::vector<Record> records{prepare_with(noise, run, other)};
   const FreeParameters free(other);
   const std::vector<Residuals> seen = residuals(records, other, other.values(), moved_by(free));
   Eigen::MatrixXd both = known;

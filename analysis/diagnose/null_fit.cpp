@@ -26,7 +26,7 @@ WhitenedResiduals whitened(Residuals r) {
 }
 
 /// How far the fitted model went in the records.
-Ranges ranges_of(std::span<const PreparedRun> records, const Model& model) {
+Ranges ranges_of(std::span<const Record> records, const Model& model) {
   struct Extremes final : Reader<double> {
     Ranges seen;
     double heat = 0, resistance = 0;
@@ -40,13 +40,13 @@ Ranges ranges_of(std::span<const PreparedRun> records, const Model& model) {
   };
   const std::vector<double> values = model.values();
   Ranges seen;
-  seen.inertia = values[4];
+  seen.inertia = values[base::J];
   seen.rise = model.structure().driver.rise;
   seen.fall = model.structure().driver.fall;
-  for (const PreparedRun& record : records) {
+  for (const Record& record : records) {
     const Excitation& x = record.excitation;
     Extremes extremes;
-    extremes.resistance = values[0];
+    extremes.resistance = values[base::R_a];
     extremes.t = &x.t;
     simulate<double>(record.structure(model), values, x, extremes);
     for (const double u : x.u_ref) seen.reference = std::max(seen.reference, std::abs(u));
@@ -57,6 +57,7 @@ Ranges ranges_of(std::span<const PreparedRun> records, const Model& model) {
     seen.heat = std::max(seen.heat, extremes.heat);
     seen.duration = std::max(seen.duration, x.t.back() - x.t.front());
   }
+  seen.torque = values[base::K_m] * seen.current;
   return seen;
 }
 
@@ -64,7 +65,7 @@ Ranges ranges_of(std::span<const PreparedRun> records, const Model& model) {
 double ringing_of(const NullFit& fitted) {
   std::vector<std::vector<double>> all;
   double common = 0;  // [s] between the readings of the first record; others are left out
-  for_each_fast_speed(fitted, [&](const PreparedRun&, const Observation&, std::vector<double> left, double interval) {
+  for_each_fast_speed(fitted, [&](const Record&, const Observation&, std::vector<double> left, double interval) {
     if (common == 0) common = interval;
     if (std::abs(interval - common) <= 0.01 * common) all.push_back(std::move(left));
   });
@@ -73,7 +74,7 @@ double ringing_of(const NullFit& fitted) {
 
 }  // namespace
 
-NullFit null_fit(std::span<const PreparedRun> records, const Model& model) {
+NullFit null_fit(std::span<const Record> records, const Model& model) {
   const FreeParameters free(model);
   const auto p = static_cast<Eigen::Index>(free.size());
   NullFit fit{records, model, std::vector<RotorPhase>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model),

@@ -8,7 +8,7 @@
 #include "analysis/diagnose/projection.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/rotor_phase.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "model/effect.h"
 #include "model/model.h"
 
@@ -37,7 +37,7 @@ Matrix whiten(const Matrix& x, double rho, double innovation) {
 
 /// The fitted model's side of the score test, shared by all candidates: each of them is absent, at its null value.
 struct NullFit {
-  std::span<const PreparedRun> records;
+  std::span<const Record> records;
   const Model& model;
   std::vector<RotorPhase> phases;                     ///< of each record
   std::vector<std::vector<WhitenedResiduals>> bases;  ///< of each record, one a signal
@@ -58,14 +58,14 @@ struct NullFit {
 };
 
 /// Simulates the fitted model on all records, with sensitivities.
-NullFit null_fit(std::span<const PreparedRun> records, const Model& fitted);
+NullFit null_fit(std::span<const Record> records, const Model& fitted);
 
 /// Calls visit(record, o, left, interval) for each speed that was read fast, with what is left of it and the [s]
 /// between its readings.
 template <class Visit>
 void for_each_fast_speed(const NullFit& fitted, const Visit& visit) {
   for (std::size_t i = 0; i < fitted.records.size(); ++i) {
-    const PreparedRun& record = fitted.records[i];
+    const Record& record = fitted.records[i];
     const std::vector<double>& t = record.excitation.t;
     for (std::size_t s = 0; s < record.observations.size(); ++s) {
       const Observation& o = record.observations[s];

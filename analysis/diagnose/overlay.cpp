@@ -18,7 +18,7 @@ double Overlay::floors() const {
   return t.empty() ? 0 : std::sqrt(sum / static_cast<double>(t.size()));
 }
 
-std::vector<Overlay> overlays(const PreparedRun& record, const Model& model) {
+std::vector<Overlay> overlays(const Record& record, const Model& model) {
   const std::vector<Residuals> all = residuals(std::span(&record, 1), 0, record.structure(model), model.values(), {});
   const std::vector<double>& grid = record.excitation.t;
   std::vector<Overlay> list;

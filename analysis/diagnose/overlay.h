@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "hal/signal.h"
 #include "model/model.h"
 
@@ -23,6 +23,6 @@ struct Overlay {
 };
 
 /// The overlays of all signals that a weighed record is compared with, in the order of its observations.
-std::vector<Overlay> overlays(const PreparedRun& record, const Model& model);
+std::vector<Overlay> overlays(const Record& record, const Model& model);
 
 }  // namespace emtb

@@ -5,41 +5,19 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "analysis/diagnose/evidence.h"
 #include "analysis/diagnose/hypotheses.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
+#include "analysis/numerics/statistics.h"
+#include "model/catalogue.h"
 
 namespace emtb {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// P(chi-squared with q degrees of freedom > x), by recurrence over q.
-double chi_squared_tail(double x, Eigen::Index q) {
-  if (x <= 0) return 1;
-  const bool odd = q % 2 == 1;
-  double tail = odd ? std::erfc(std::sqrt(x / 2)) : std::exp(-x / 2);
-  double term = odd ? std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2) : x / 2 * std::exp(-x / 2);
-  for (Eigen::Index k = odd ? 3 : 4; k <= q; k += 2) {
-    tail += term;
-    term *= x / static_cast<double>(k);
-  }
-  return tail;
-}
-
-/// The x at which a one-sided normal test has this probability of a false alarm.
-double normal_quantile(double tail) {
-  double low = 0, high = 40;
-  for (int i = 0; i < 80; ++i) {
-    const double middle = 0.5 * (low + high);
-    (0.5 * std::erfc(middle / std::sqrt(2.0)) > tail ? low : high) = middle;
-  }
-  return low;
-}
 
 /// The step a = H⁻¹ g, with parameters that would leave their bounds held where they are.
 /// @param full diagonal of CᵀC, before projection
@@ -135,10 +113,11 @@ Score score_of(const NullFit& fitted, const Hypothesis& h, const Evidence& evide
   if (h.whole) {
     // `size` is a share of this effect; its parameter lies between where it is absent and where it was tried, about
     // evenly, or where it is absent at infinity evenly in the inverse.
-    const EffectParameter& first = about.parameter_list[0];
     const double absent = about.clips ? 1 / fitted.seen.voltage : 0;
-    if (about.sudden || about.edges) {
-      size *= std::abs(h.at[0] - (first.known ? fitted.seen.rise : first.null));
+    if (about.at_null == AtNull::small) {  // the first of its starts is its null
+      size *= std::abs(h.at[0] - starts_of(h.effect, fitted.seen).front()[0]);
+    } else if (about.at_null == AtNull::nothing) {
+      size *= std::abs(h.at[0] - about.parameter_list[0].null);
     } else {
       size = size < infinity && h.at[0] > 0 ? 1 / std::max(1e-300, absent + size * (1 / h.at[0] - absent)) : 0;
     }
@@ -189,7 +168,7 @@ Score score_of_order(const NullFit& fitted, const Hypothesis& h, const std::vect
 /// Evidence of all batches on all records, each batch on one record by itself: [batch * records + record].
 std::vector<std::vector<std::vector<Evidence>>> evidence_of_all(const NullFit& fitted,
                                                                 const std::vector<Batch>& batches) {
-  const std::span<const PreparedRun> records = fitted.records;
+  const std::span<const Record> records = fitted.records;
   std::vector<std::vector<std::vector<Evidence>>> evidence(batches.size() * records.size());
   parallel_for(
       evidence.size(),
@@ -236,14 +215,14 @@ Score score_of_nothing(const Model& model, std::size_t effect) {
 /// The best of a candidate's hypotheses; the more there are, the less its p-value is worth.
 Score best_of(const EffectInfo& about, const std::vector<Score>& tried) {
   Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
-  const bool shaped = std::ranges::any_of(about.parameters(), &EffectParameter::shape);
-  const bool several = (about.fades() && shaped) || about.sudden || about.periodic;
+  const bool shaped = std::ranges::any_of(about.parameters(), &EffectParameter::is_shape);
+  const bool several = (about.fades() && shaped) || about.at_null == AtNull::nothing || about.periodic;
   if (several) {
     for (const Score& other : tried) {
       if (other.expected() != best.expected()) best.starts.push_back(other.starts.front());
     }
   }
-  if (about.edges) {
+  if (about.at_null == AtNull::small) {
     best.detectable_size = std::ranges::min_element(tried, {}, &Score::detectable_size)->detectable_size;
   }
   best.p_value =
@@ -253,8 +232,8 @@ Score best_of(const EffectInfo& about, const std::vector<Score>& tried) {
 
 }  // namespace
 
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& model,
-                         std::span<const std::size_t> candidates, const ScoreOptions& options) {
+std::vector<Score> score(std::span<const Record> records, const Model& model, std::span<const std::size_t> candidates,
+                         const ScoreOptions& options) {
   const NullFit fitted = null_fit(records, model);
   const std::vector<Batch> batches = batches_of(hypotheses_of(fitted, candidates, options.whole_orders));
   std::map<std::size_t, std::vector<Score>> tried = scores_of_hypotheses(fitted, batches, candidates.size(), options);

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -54,8 +54,8 @@ struct ScoreOptions {
 
 /// Scores each candidate on the records, at the values of the fitted model.
 /// @throws ModelError where a formula is not finite in a record.
-std::vector<Score> score(std::span<const PreparedRun> records, const Model& fitted,
-                         std::span<const std::size_t> candidates, const ScoreOptions& options = {});
+std::vector<Score> score(std::span<const Record> records, const Model& fitted, std::span<const std::size_t> candidates,
+                         const ScoreOptions& options = {});
 
 /// Those that pass the gate (Holm's step-down over all scores), or promise much, and could matter, largest predicted
 /// drop first.

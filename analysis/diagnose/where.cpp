@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -15,9 +17,18 @@ namespace {
 
 constexpr std::size_t bin_count = 12;
 
-/// What residuals are held against, and its name in the contract.
-enum Condition : std::size_t { acceleration, current, speed, direction, elapsed, reference };
-constexpr std::array<std::string_view, 6> conditions{"acceleration", "i_a", "omega", "sign(omega)", "t", "u_ref"};
+/// As the contract calls them, with their units.
+struct Naming {
+  std::string_view name, unit;
+};
+constexpr std::array<Naming, condition_count> names{{{"acceleration", "rad/s2"},
+                                                     {"angle", "rad"},
+                                                     {"heat", "J"},
+                                                     {"i_a", "A"},
+                                                     {"omega", "rad/s"},
+                                                     {"sign(omega)", ""},
+                                                     {"t", "s"},
+                                                     {"u_ref", "V"}}};
 
 /// One reading: the condition it was taken in, the residual in SI and in units of sigma.
 struct Point {
@@ -30,7 +41,7 @@ double mean_over(const std::vector<double>& x, std::size_t first, std::size_t la
   return sum / static_cast<double>(last - first + 1);
 }
 
-ResidualMap map_of(Signal signal, const std::string& against, const std::vector<Point>& points) {
+ResidualMap map_of(Signal signal, Condition against, const std::vector<Point>& points) {
   ResidualMap map{signal, against, {}, {}, {}, {}, {}, 0};
   const auto [low, high] = std::ranges::minmax(points, {}, &Point::condition);
   const double from = low.condition, width = (high.condition - from) / bin_count;
@@ -62,10 +73,54 @@ ResidualMap map_of(Signal signal, const std::string& against, const std::vector<
   return map;
 }
 
+/// [J] lost in the armature from the beginning of a run to each grid point.
+std::vector<double> heat_of(const Excitation& x, std::span<const double> i_a, double resistance) {
+  std::vector<double> heat(x.t.size(), 0.0);
+  for (std::size_t k = 1; k < heat.size(); ++k) {
+    heat[k] = heat[k - 1] + resistance * i_a[k] * i_a[k] * (x.t[k] - x.t[k - 1]);
+  }
+  return heat;
+}
+
+double within_a_turn(double angle) {
+  constexpr double turn = 2 * std::numbers::pi;
+  return angle - turn * std::floor(angle / turn);
+}
+
+using Points = std::array<std::vector<Point>, condition_count>;
+
+/// Adds the readings of one observation, each with the conditions that it was taken in.
+void add_points(Points& points, const Record& record, const Observation& o, const Residuals& residuals,
+                const Trajectory<double>& y, std::span<const double> heat) {
+  const Excitation& x = record.excitation;
+  const std::vector<double>& angle = x.angle.empty() ? y.theta : x.angle;
+  for (std::size_t j = 0; j < o.size(); ++j) {
+    const std::size_t a = o.first[j], k = o.last[j];
+    const auto over = [&](const std::vector<double>& signal) { return mean_over(signal, a, k); };
+    const double scaled = residuals.value[static_cast<Eigen::Index>(j)];
+    const auto put = [&](Condition against, double condition) {
+      points[static_cast<std::size_t>(against)].push_back({condition, scaled * o.sigma[j], scaled});
+    };
+    const double omega = over(y.omega);
+    put(Condition::time, x.t[k]);
+    put(Condition::speed, omega);
+    put(Condition::direction, omega > 0 ? 1 : omega < 0 ? -1 : 0);
+    put(Condition::current, over(y.i_a));
+    put(Condition::heat, heat[k]);
+    if (!o.slow) put(Condition::angle, within_a_turn(0.5 * (angle[a] + angle[k])));
+    if (!x.u_ref.empty()) put(Condition::reference, x.u_ref[k]);
+    const std::size_t before = a == k && a > 0 ? a - 1 : a;
+    if (k > before) put(Condition::acceleration, (y.omega[k] - y.omega[before]) / (x.t[k] - x.t[before]));
+  }
+}
+
 }  // namespace
 
-std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model) {
-  std::map<Signal, std::array<std::vector<Point>, conditions.size()>> points;
+std::string_view name_of(Condition condition) noexcept { return names[static_cast<std::size_t>(condition)].name; }
+std::string_view unit_of(Condition condition) noexcept { return names[static_cast<std::size_t>(condition)].unit; }
+
+std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model) {
+  std::map<Signal, Points> points;
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
   Model machine = model;
@@ -74,37 +129,21 @@ std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, con
   }
   const std::vector<double> machine_values = machine.values();
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const PreparedRun& record = records[i];
-    const Excitation& x = record.excitation;
+    const Record& record = records[i];
     Trajectory<double> y;
-    simulate<double>(record.structure(machine), machine_values, x, y);
+    simulate<double>(record.structure(machine), machine_values, record.excitation, y);
+    const std::vector<double> heat = heat_of(record.excitation, y.i_a, machine_values[0]);
     const std::vector<Residuals> rs = residuals(records, i, record.structure(model), values, {});
     for (std::size_t s = 0; s < rs.size(); ++s) {
       const Observation& o = record.observations[s];
-      auto& of_signal = points[o.signal];
-      for (std::size_t j = 0; j < o.size(); ++j) {
-        const std::size_t a = o.first[j], k = o.last[j];
-        const auto over = [&](const std::vector<double>& signal) { return mean_over(signal, a, k); };
-        const double scaled = rs[s].value[static_cast<Eigen::Index>(j)];
-        const auto put = [&](Condition against, double condition) {
-          of_signal[against].push_back({condition, scaled * o.sigma[j], scaled});
-        };
-        const double omega = over(y.omega);
-        put(elapsed, x.t[k]);
-        put(speed, omega);
-        put(direction, omega > 0 ? 1 : omega < 0 ? -1 : 0);
-        put(current, over(y.i_a));
-        if (!x.u_ref.empty()) put(reference, x.u_ref[k]);
-        const std::size_t before = a == k && a > 0 ? a - 1 : a;
-        if (k > before) put(acceleration, (y.omega[k] - y.omega[before]) / (x.t[k] - x.t[before]));
-      }
+      add_points(points[o.signal], record, o, rs[s], y, heat);
     }
   }
   std::vector<ResidualMap> maps;
   for (const auto& [signal, of_signal] : points) {
-    for (std::size_t c = 0; c < conditions.size(); ++c) {
+    for (std::size_t c = 0; c < condition_count; ++c) {
       if (of_signal[c].empty()) continue;
-      ResidualMap map = map_of(signal, std::string(conditions[c]), of_signal[c]);
+      ResidualMap map = map_of(signal, static_cast<Condition>(c), of_signal[c]);
       if (!map.bins.empty()) maps.push_back(std::move(map));
     }
   }

@@ -1,19 +1,26 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/fit/residuals.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "hal/signal.h"
 
 namespace emtb {
 
+/// What residuals are held against.
+enum class Condition { acceleration, angle, heat, current, speed, direction, time, reference };
+inline constexpr std::size_t condition_count = 8;
+std::string_view name_of(Condition condition) noexcept;  ///< as in JSON: `omega`
+std::string_view unit_of(Condition condition) noexcept;
+
 /// How a signal's residual depends on one condition: where the model fails.
 struct ResidualMap {
   Signal signal{};
-  std::string against;        ///< t, omega, sign(omega), i_a, u_ref, acceleration
+  Condition against{};
   std::vector<double> bins;   ///< middle of each bin, in the condition's unit
   std::vector<double> mean;   ///< mean of measured - simulated, in the signal's unit
   std::vector<double> rmse;   ///< in the signal's unit
@@ -23,8 +30,8 @@ struct ResidualMap {
 };
 
 /// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own
-/// simulation, which is free of noise. The most telling map of each signal first; none that would be empty, of a meter
-/// with a handful of readings.
-std::vector<ResidualMap> residual_maps(std::span<const PreparedRun> records, const Model& model);
+/// simulation, which is free of noise: the angle within a turn [rad], the heat lost in R_a since the run began [J]. The
+/// most telling map of each signal first; none that would be empty, of a meter with a handful of readings.
+std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model);
 
 }  // namespace emtb

@@ -7,6 +7,7 @@
 #include "analysis/fit/normal_equations.h"
 #include "analysis/fit/standard_errors.h"
 #include "hal/error.h"
+#include "model/effect.h"
 
 namespace emtb {
 namespace {
@@ -45,11 +46,11 @@ bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std:
 
 }  // namespace
 
-std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records) {
-  std::vector<PreparedRun> part(records.begin(), records.end());
-  std::ranges::stable_sort(part, {}, [](const PreparedRun& r) { return r.length(); });
+std::vector<Record> shortest_records(std::span<const Record> records) {
+  std::vector<Record> part(records.begin(), records.end());
+  std::ranges::stable_sort(part, {}, [](const Record& r) { return r.length(); });
   std::size_t total = 0, taken = 0, keep = 0;
-  for (const PreparedRun& r : part) total += r.length();
+  for (const Record& r : part) total += r.length();
   while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].length()) <= total)) {
     taken += part[keep++].length();
   }
@@ -57,7 +58,7 @@ std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records) 
   return part;
 }
 
-Calibration calibrate(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options) {
+Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options) {
   const FitProblem problem(records, model, options);
   const FreeParameters& free = problem.free();
   Calibration result;
@@ -73,8 +74,7 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
   }
   Descent best = descend(problem, model, given, options.max_iterations, options.tolerance);
   // Other starts descend on a part of the data; what they reach is tried on all of it.
-  const std::vector<PreparedRun> part =
-      options.extra_starts > 0 ? shortest_records(records) : std::vector<PreparedRun>{};
+  const std::vector<Record> part = options.extra_starts > 0 ? shortest_records(records) : std::vector<Record>{};
   const FitProblem glance(part, model, options);
   NormalEquations at_best;
   if (options.extra_starts > 0)
@@ -99,6 +99,14 @@ Calibration calibrate(std::span<const PreparedRun> records, const Model& model, 
   if (options.extra_starts == 0) result.phases = problem.phases();
   if (options.with_covariance) judge_optimum(result, problem, best.x);
   return result;
+}
+
+Fit fit_or_none(std::span<const Record> records, const Model& start, CalibrationOptions options) {
+  try {
+    return calibrate(records, start, options);
+  } catch (const ModelError&) {
+    return {.model = start, .cost = infinity};
+  }
 }
 
 }  // namespace emtb

@@ -8,7 +8,7 @@
 
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/rotor_phase.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 
 namespace emtb {
 
@@ -25,17 +25,23 @@ struct Identifiability {
   std::vector<Undetermined> undetermined;
 };
 
-struct Calibration {
-  Model model;      ///< the given one with fitted values and standard errors
+/// A fitted model, and all that a further fit of the same records can start from.
+struct Fit {
+  Model model;      ///< the given one with fitted values
   double cost = 0;  ///< half the sum of squares of the residuals (and priors)
+  std::vector<std::string> at_bound =
+      {};                   ///< parameters that rest on a bound; known where standard errors were asked for
+  RotorPhases phases = {};  ///< of the records, as the fit followed them
+};
+
+/// A fit, and what the data tell of it.
+struct Calibration : Fit {
   bool converged = false;
   int iterations = 0;
-  std::vector<std::string> at_bound;  ///< parameters that rest on a bound
-  Eigen::MatrixXd covariance;         ///< of the free parameters; holds for coloured residuals (block sandwich)
-  Eigen::VectorXd inflation;  ///< of each free parameter: its variance over that of white residuals; 0: not seen
-  Eigen::VectorXd alone;      ///< [SI] standard error of each, were the residuals white and all others known
+  Eigen::MatrixXd covariance;  ///< of the free parameters; holds for coloured residuals (block sandwich)
+  Eigen::VectorXd inflation;   ///< of each free parameter: its variance over that of white residuals; 0: not seen
+  Eigen::VectorXd alone;       ///< [SI] standard error of each, were the residuals white and all others known
   Identifiability identifiability;
-  RotorPhases phases;  ///< of the records, as the fit followed them
 };
 
 struct CalibrationOptions {
@@ -49,7 +55,7 @@ struct CalibrationOptions {
 };
 
 /// The shorter records, up to a quarter of the samples, at least two where there are: for a first look.
-std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records);
+std::vector<Record> shortest_records(std::span<const Record> records);
 
 /// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
 /// region) on the weighed residuals of all records, from several starts. A parameter that rests on a bound and would
@@ -63,6 +69,9 @@ std::vector<PreparedRun> shortest_records(std::span<const PreparedRun> records);
 /// a coarse meter that stands still errs alike throughout; never below the white-noise ones. By how much the length of
 /// the simulation's steps moves a parameter, as half the length tells, is added to them.
 /// @throws ModelError where there is nothing to fit, or a simulation is not finite.
-Calibration calibrate(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options = {});
+Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options = {});
+
+/// The same, where a search only wants the best: at infinite cost where nothing can be simulated from the start.
+Fit fit_or_none(std::span<const Record> records, const Model& start, CalibrationOptions options);
 
 }  // namespace emtb

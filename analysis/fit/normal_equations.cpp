@@ -14,7 +14,7 @@ bool wanted(Signal signal, const CalibrationOptions& options) {
   return options.outputs.empty() || std::ranges::find(options.outputs, signal) != options.outputs.end();
 }
 
-void add_blocks(const PreparedRun& record, const Residuals& r, std::map<long, Eigen::VectorXd>& blocks) {
+void add_blocks(const Record& record, const Residuals& r, std::map<long, Eigen::VectorXd>& blocks) {
   for_each_second(record, r, [&](long second, Eigen::Index begin, Eigen::Index rows) {
     const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), r.value.segment(begin, rows));
     auto& sum = blocks[second];
@@ -42,7 +42,7 @@ std::array<std::vector<Eigen::VectorXd>, 2> block_gradients_of(const std::map<lo
 
 }  // namespace
 
-FitProblem::FitProblem(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options)
+FitProblem::FitProblem(std::span<const Record> records, const Model& model, const CalibrationOptions& options)
     : records_(records), model_(model), options_(options), free_(model), moved_(moved_by(free_)) {
   for (const std::size_t place : free_.places()) {
     const Parameter& p = model.at(place);
@@ -63,7 +63,7 @@ bool FitProblem::finds_better_phases(std::span<const double> x, double share) co
 
 NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> values, bool with_sensitivities,
                                       bool to_judge, RotorPhase& phase) const {
-  const PreparedRun& record = records_[i];
+  const Record& record = records_[i];
   const bool in_steps = to_judge && !options_.quick_errors;
   const auto p = static_cast<Eigen::Index>(free_.size());
   const auto moved = with_sensitivities ? std::span(moved_) : std::span<const std::vector<std::size_t>>{};

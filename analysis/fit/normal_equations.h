@@ -9,7 +9,7 @@
 
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/rotor_phase.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "model/model.h"
 
 namespace emtb {
@@ -28,7 +28,7 @@ struct NormalEquations {
 /// rotor phases of the records are followed from one call to the next.
 class FitProblem {
  public:
-  FitProblem(std::span<const PreparedRun> records, const Model& model, const CalibrationOptions& options);
+  FitProblem(std::span<const Record> records, const Model& model, const CalibrationOptions& options);
 
   const FreeParameters& free() const { return free_; }
   bool quick_errors() const { return options_.quick_errors; }
@@ -42,7 +42,7 @@ class FitProblem {
 
   /// Whether the phases change in the course of a record.
   bool phases_wander() const {
-    return model_.periodic() && std::ranges::any_of(records_, [](const PreparedRun& r) { return r.angle_wander > 0; });
+    return model_.periodic() && std::ranges::any_of(records_, [](const Record& r) { return r.angle_wander > 0; });
   }
 
   /// As far as they have been followed.
@@ -59,7 +59,7 @@ class FitProblem {
   NormalEquations of_record(std::size_t i, std::span<const double> values, bool with_sensitivities, bool to_judge,
                             RotorPhase& phase) const;
 
-  std::span<const PreparedRun> records_;
+  std::span<const Record> records_;
   const Model& model_;
   const CalibrationOptions& options_;
   FreeParameters free_;

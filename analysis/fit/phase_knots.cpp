@@ -10,7 +10,7 @@ constexpr double knot_interval = 0.5;  // [s]: noise of 0.3 rad/s at 1 kHz lets 
 
 }  // namespace
 
-Knots::Knots(const PreparedRun& record, std::size_t count) : record_(record), count_(std::max<std::size_t>(1, count)) {
+Knots::Knots(const Record& record, std::size_t count) : record_(record), count_(std::max<std::size_t>(1, count)) {
   const std::vector<double>& t = record.excitation.t;
   start_ = t.front();
   if (count_ < 2) return;
@@ -18,7 +18,7 @@ Knots::Knots(const PreparedRun& record, std::size_t count) : record_(record), co
   stiffness_ = 1 / (record.angle_wander * interval_);
 }
 
-std::size_t Knots::wanted(const PreparedRun& record, double order) {
+std::size_t Knots::wanted(const Record& record, double order) {
   constexpr double little = 0.5;  // [rad] of its period
   const double span = record.excitation.t.back() - record.excitation.t.front();
   if (order * std::sqrt(record.angle_wander * span) < little || span < knot_interval) return 1;

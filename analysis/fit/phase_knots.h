@@ -5,17 +5,17 @@
 #include <vector>
 
 #include "analysis/fit/residuals.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 
 namespace emtb {
 
 /// Knots evenly spread over a run, and where each reading lies between them.
 class Knots {
  public:
-  Knots(const PreparedRun& record, std::size_t count);
+  Knots(const Record& record, std::size_t count);
 
   /// As many as an effect of an order needs: one where the wander puts it off by little in all of the run.
-  static std::size_t wanted(const PreparedRun& record, double order);
+  static std::size_t wanted(const Record& record, double order);
 
   std::size_t count() const { return count_; }
   /// 1 / variance of the change from one knot to the next [1/rad^2].
@@ -33,7 +33,7 @@ class Knots {
   double unlikely(std::span<const double> at) const;
 
  private:
-  const PreparedRun& record_;
+  const Record& record_;
   std::size_t count_ = 1;
   double start_ = 0, interval_ = 0, stiffness_ = 0;
 };

@@ -16,7 +16,7 @@ std::vector<PeriodicPart> periodic_parts(const ModelStructure& structure, std::s
   for (std::size_t k = 0; k < structure.effects.size(); ++k) {
     const EffectInfo& info = effect_catalogue()[structure.effects[k]];
     if (info.periodic) {
-      const auto order = info.order_place();
+      const auto order = info.place_of(Role::order);
       parts.push_back({k, place, info.parameter_count, order ? values[place + *order] : 1});
     }
     place += info.parameter_count;
@@ -24,7 +24,7 @@ std::vector<PeriodicPart> periodic_parts(const ModelStructure& structure, std::s
   return parts;
 }
 
-WavesOfPhase::WavesOfPhase(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+WavesOfPhase::WavesOfPhase(const Record& record, const ModelStructure& structure, std::span<const double> values,
                            std::span<const PeriodicPart> parts, const Knots& knots)
     : parts_(parts.begin(), parts.end()) {
   ModelStructure doubled = structure;

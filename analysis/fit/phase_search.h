@@ -7,7 +7,7 @@
 
 #include "analysis/fit/phase_knots.h"
 #include "analysis/fit/rotor_phase.h"
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "model/structure.h"
 
 namespace emtb {
@@ -27,7 +27,7 @@ std::vector<PeriodicPart> periodic_parts(const ModelStructure& structure, std::s
 /// cosines, from knot to knot, and no phase needs a simulation of its own.
 class WavesOfPhase {
  public:
-  WavesOfPhase(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+  WavesOfPhase(const Record& record, const ModelStructure& structure, std::span<const double> values,
                std::span<const PeriodicPart> parts, const Knots& knots);
 
   std::size_t pieces() const { return pieces_.size(); }

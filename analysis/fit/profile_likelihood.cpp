@@ -14,8 +14,8 @@ constexpr int most_steps = 12;         // on one side
 /// Walks from the optimum to where the cost has risen as far as the data allow.
 class Walk {
  public:
-  Walk(std::span<const PreparedRun> records, const Calibration& fitted, std::size_t place,
-       const CalibrationOptions& options, double allowed)
+  Walk(std::span<const Record> records, const Calibration& fitted, std::size_t place, const CalibrationOptions& options,
+       double allowed)
       : records_(records), fitted_(fitted), place_(place), options_(options), allowed_(allowed) {
     options_.extra_starts = 0;
     options_.with_covariance = false;
@@ -59,7 +59,7 @@ class Walk {
   }
 
  private:
-  std::span<const PreparedRun> records_;
+  std::span<const Record> records_;
   const Calibration& fitted_;
   std::size_t place_;
   CalibrationOptions options_;
@@ -68,7 +68,7 @@ class Walk {
 
 }  // namespace
 
-std::optional<LikelihoodInterval> profile_likelihood(std::span<const PreparedRun> records, const Calibration& fitted,
+std::optional<LikelihoodInterval> profile_likelihood(std::span<const Record> records, const Calibration& fitted,
                                                      std::size_t place, const CalibrationOptions& options) {
   const FreeParameters free(fitted.model);
   const auto places = free.places();
@@ -85,7 +85,7 @@ std::optional<LikelihoodInterval> profile_likelihood(std::span<const PreparedRun
   return LikelihoodInterval{low.value, high.value, low.at_bound, high.at_bound};
 }
 
-LikelihoodIntervals profile_likelihoods(std::span<const PreparedRun> records, const Calibration& fitted,
+LikelihoodIntervals profile_likelihoods(std::span<const Record> records, const Calibration& fitted,
                                         const CalibrationOptions& options) {
   LikelihoodIntervals all;
   const std::vector<std::string> names = fitted.model.names();

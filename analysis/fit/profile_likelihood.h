@@ -27,12 +27,12 @@ struct LikelihoodInterval {
 /// @param fitted what calibrate() made of these records
 /// @param place of the parameter in the structure
 /// @return nothing where the parameter is fixed or tied, or moves nothing that was measured
-std::optional<LikelihoodInterval> profile_likelihood(std::span<const PreparedRun> records, const Calibration& fitted,
+std::optional<LikelihoodInterval> profile_likelihood(std::span<const Record> records, const Calibration& fitted,
                                                      std::size_t place, const CalibrationOptions& options = {});
 
 /// Those of all parameters of a calibration, by their names.
 using LikelihoodIntervals = std::map<std::string, LikelihoodInterval>;
-LikelihoodIntervals profile_likelihoods(std::span<const PreparedRun> records, const Calibration& fitted,
+LikelihoodIntervals profile_likelihoods(std::span<const Record> records, const Calibration& fitted,
                                         const CalibrationOptions& options = {});
 
 /// Whether the interval of value +- 1.96 standard errors says something else: an end off by more than a quarter of its

@@ -28,12 +28,12 @@ class Instrument {
   /// @param take called with the number of each reading that ends at grid point k, and its prediction
   template <class Take>
   void see(std::size_t k, const Scalar& x, const Take& take) {
-    if (averages_ && !o_.increment) {
+    if (averages_ && o_.functional != Functional::increment) {
       if (k > 0) integral_ += 0.5 * (before_ + x);
       before_ = x;
       for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) integral_at_first_[begun_] = integral_;
     }
-    if (o_.increment) {
+    if (o_.functional == Functional::increment) {
       for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) integral_at_first_[begun_] = x;
       for (; done_ < o_.size() && o_.last[done_] == k; ++done_) take(done_, x - integral_at_first_[done_]);
       return;
@@ -60,7 +60,7 @@ class Instrument {
 template <class Scalar>
 class Comparison final : public Reader<Scalar> {
  public:
-  Comparison(const PreparedRun& record, Columns columns, std::vector<Residuals>& out) : columns_(columns), out_(out) {
+  Comparison(const Record& record, Columns columns, std::vector<Residuals>& out) : columns_(columns), out_(out) {
     for (const Observation& o : record.observations) instruments_.emplace_back(o);
   }
 
@@ -95,7 +95,7 @@ class Comparison final : public Reader<Scalar> {
 /// One pass with as many derivatives as the scalar carries.
 /// @param values of all parameters, and the angle to turn the rotor by at the start
 template <class Scalar>
-void pass(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+void pass(const Record& record, const ModelStructure& structure, std::span<const double> values,
           std::span<const std::vector<std::size_t>> moved, const Variation& variation, Columns columns,
           std::vector<Residuals>& out) {
   std::vector<Scalar> p(values.begin(), values.end());
@@ -107,7 +107,7 @@ void pass(const PreparedRun& record, const ModelStructure& structure, std::span<
 }
 
 /// As many passes as the columns need.
-void all_passes(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+void all_passes(const Record& record, const ModelStructure& structure, std::span<const double> values,
                 std::span<const std::vector<std::size_t>> moved, const Variation& variation,
                 std::vector<Residuals>& out) {
   if (moved.empty()) {
@@ -130,7 +130,7 @@ void all_passes(const PreparedRun& record, const ModelStructure& structure, std:
 
 }  // namespace
 
-std::vector<Residuals> simulated_residuals(const PreparedRun& record, const ModelStructure& structure,
+std::vector<Residuals> simulated_residuals(const Record& record, const ModelStructure& structure,
                                            std::span<const double> values,
                                            std::span<const std::vector<std::size_t>> moved,
                                            const Variation& variation) {
@@ -142,17 +142,16 @@ std::vector<Residuals> simulated_residuals(const PreparedRun& record, const Mode
   return out;
 }
 
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t index,
-                                 const ModelStructure& structure, std::span<const double> values,
-                                 std::span<const std::vector<std::size_t>> moved) {
+std::vector<Residuals> residuals(std::span<const Record> records, std::size_t index, const ModelStructure& structure,
+                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
   const RotorPhase phase = best_phase(records[index], structure, values);
   std::vector<Residuals> out = residuals_at_phase(records[index], structure, values, moved, phase).residuals;
   for (Residuals& r : out) r.record = index;
   return out;
 }
 
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,
-                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
+std::vector<Residuals> residuals(std::span<const Record> records, const Model& model, std::span<const double> values,
+                                 std::span<const std::vector<std::size_t>> moved) {
   return residuals_at_best_phases(records, model, values, moved).residuals;
 }
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 
 namespace emtb {
 
@@ -27,20 +27,19 @@ struct Residuals {
 /// @param values all parameters, in the order of the structure, and optionally one more: an angle to add to the rotor's
 /// @param moved  for each of the p columns wanted, the places in `values` that this parameter moves (more than one if
 /// tied)
-std::vector<Residuals> simulated_residuals(const PreparedRun& record, const ModelStructure& structure,
+std::vector<Residuals> simulated_residuals(const Record& record, const ModelStructure& structure,
                                            std::span<const double> values,
                                            std::span<const std::vector<std::size_t>> moved,
                                            const Variation& variation = {});
 
 /// The same at the angle of the rotor that fits best, where the structure holds an effect that repeats with it: see
 /// best_phase().
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, std::size_t record,
-                                 const ModelStructure& structure, std::span<const double> values,
-                                 std::span<const std::vector<std::size_t>> moved);
+std::vector<Residuals> residuals(std::span<const Record> records, std::size_t record, const ModelStructure& structure,
+                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved);
 
 /// The same for all records, in their order.
-std::vector<Residuals> residuals(std::span<const PreparedRun> records, const Model& model,
-                                 std::span<const double> values, std::span<const std::vector<std::size_t>> moved);
+std::vector<Residuals> residuals(std::span<const Record> records, const Model& model, std::span<const double> values,
+                                 std::span<const std::vector<std::size_t>> moved);
 
 /// In units of sigma^2, over all records and signals.
 double sum_of_squares(std::span<const Residuals> residuals);
@@ -55,7 +54,7 @@ double error_of(const std::map<Signal, double>& mean_squares);
 /// Calls visit(second, begin, rows) for each group of neighbouring readings that end in the same second of their
 /// record: residuals of different seconds count as independent.
 template <class Visit>
-void for_each_second(const PreparedRun& record, const Residuals& r, const Visit& visit) {
+void for_each_second(const Record& record, const Residuals& r, const Visit& visit) {
   const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
   const auto second_of = [&](Eigen::Index i) {
     return std::lround(std::floor(record.excitation.t[o.last[static_cast<std::size_t>(i)]]));

@@ -17,7 +17,7 @@ namespace {
 
 /// The residuals with the rotor turned; a column that moves the place after the values is the phase's, the same
 /// throughout.
-std::vector<Residuals> residuals_turned_by(const PreparedRun& record, const ModelStructure& structure,
+std::vector<Residuals> residuals_turned_by(const Record& record, const ModelStructure& structure,
                                            std::span<const double> values,
                                            std::span<const std::vector<std::size_t>> columns, const Knots& knots,
                                            const RotorPhase& phase, Variation variation = {}) {
@@ -35,9 +35,9 @@ std::vector<Residuals> residuals_turned_by(const PreparedRun& record, const Mode
 }
 
 /// The residuals with the sensitivity to one more column: the phase.
-std::vector<Residuals> with_phase(const PreparedRun& record, const ModelStructure& structure,
-                                  std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
-                                  const Knots& knots, const RotorPhase& phase) {
+std::vector<Residuals> with_phase(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                                  std::span<const std::vector<std::size_t>> moved, const Knots& knots,
+                                  const RotorPhase& phase) {
   std::vector<std::vector<std::size_t>> columns(moved.begin(), moved.end());
   columns.push_back({values.size()});
   return residuals_turned_by(record, structure, values, columns, knots, phase);
@@ -100,8 +100,8 @@ PhasePrior project_off_phase(std::vector<Residuals>& out, const Knots& knots, co
 class Follower {
  public:
   /// @param longest [rad] of a step
-  Follower(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
-           const Knots& knots, RotorPhase start, double longest)
+  Follower(const Record& record, const ModelStructure& structure, std::span<const double> values, const Knots& knots,
+           RotorPhase start, double longest)
       : record_(record),
         structure_(structure),
         values_(values),
@@ -149,7 +149,7 @@ class Follower {
     return there;
   }
 
-  const PreparedRun& record_;
+  const Record& record_;
   const ModelStructure& structure_;
   std::span<const double> values_;
   const Knots& knots_;
@@ -161,7 +161,7 @@ class Follower {
 };
 
 /// The one of some phases from which the record fits best in the end. All are looked at, two of them more closely.
-RotorPhase best_followed(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+RotorPhase best_followed(const Record& record, const ModelStructure& structure, std::span<const double> values,
                          const Knots& knots, const std::vector<RotorPhase>& from, double longest) {
   constexpr std::size_t closely = 2;
   constexpr int looks = 2, to_the_end = 8;
@@ -178,7 +178,7 @@ RotorPhase best_followed(const PreparedRun& record, const ModelStructure& struct
 }
 
 /// The same of phases that do not change in the course of the record: nearly linear, so no step needs to be proved.
-RotorPhase stepped_to(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+RotorPhase stepped_to(const Record& record, const ModelStructure& structure, std::span<const double> values,
                       const Knots& knots, RotorPhase phase, int steps, double longest) {
   for (int k = 0; k < steps; ++k) {
     const PhaseEquations equations =
@@ -191,7 +191,7 @@ RotorPhase stepped_to(const PreparedRun& record, const ModelStructure& structure
 
 }  // namespace
 
-RotorPhase best_phase(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+RotorPhase best_phase(const Record& record, const ModelStructure& structure, std::span<const double> values,
                       const RotorPhase* near) {
   if (near != nullptr && near->at.empty()) near = nullptr;
   const std::vector<PeriodicPart> parts = periodic_parts(structure, values);
@@ -228,7 +228,7 @@ RotorPhase best_phase(const PreparedRun& record, const ModelStructure& structure
   return stepped_to(record, structure, values, knots, std::move(best.second), 2, longest);
 }
 
-ResidualsAtPhase residuals_at_phase(const PreparedRun& record, const ModelStructure& structure,
+ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& structure,
                                     std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
                                     const RotorPhase& phase, StepLength steps) {
   const Variation variation{.angle = {}, .half_steps = steps == StepLength::half};
@@ -240,7 +240,7 @@ ResidualsAtPhase residuals_at_phase(const PreparedRun& record, const ModelStruct
   return {std::move(out), std::move(prior)};
 }
 
-ResidualsAtPhases residuals_at_best_phases(std::span<const PreparedRun> records, const Model& model,
+ResidualsAtPhases residuals_at_best_phases(std::span<const Record> records, const Model& model,
                                            std::span<const double> values,
                                            std::span<const std::vector<std::size_t>> moved,
                                            std::span<const RotorPhase> near) {

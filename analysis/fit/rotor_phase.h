@@ -11,7 +11,7 @@ namespace emtb {
 /// By how much the rotor of a run stands ahead of its measured angle.
 ///
 /// Where a run starts in a turn is seldom known. Where the angle is the integral of a speed, it wanders besides
-/// (PreparedRun::angle_wander), and what repeats with the angle tells by how much: the best angle is followed through
+/// (Record::angle_wander), and what repeats with the angle tells by how much: the best angle is followed through
 /// the run, as smooth as the wander is likely to be.
 struct RotorPhase {
   std::vector<double> at;  ///< [rad] at knots evenly spread over the run, linear in between; one: the same throughout;
@@ -21,7 +21,7 @@ struct RotorPhase {
 
 /// The phase at which the run fits best, for a structure with effects that repeat with the angle.
 /// @param near what it was for values like these: one step from there, in place of a search in all of the turn
-RotorPhase best_phase(const PreparedRun& record, const ModelStructure& structure, std::span<const double> values,
+RotorPhase best_phase(const Record& record, const ModelStructure& structure, std::span<const double> values,
                       const RotorPhase* near = nullptr);
 
 /// What is known of a turn beside the readings, as it adds to the normal equations of p parameters: their changes
@@ -44,7 +44,7 @@ enum class StepLength { usual, half };
 
 /// The residuals of one record at a known phase; what a little more of it would do is projected off the sensitivities:
 /// the residuals are those at its best value, whatever the parameters are (variable projection after Kaufman, 1975).
-ResidualsAtPhase residuals_at_phase(const PreparedRun& record, const ModelStructure& structure,
+ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& structure,
                                     std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
                                     const RotorPhase& phase, StepLength steps = StepLength::usual);
 
@@ -55,7 +55,7 @@ struct ResidualsAtPhases {
 
 /// The phases at which records fit best, and the residuals of all of them there: residuals(), and where it looked.
 /// @param near as for best_phase(), of each record; empty: searched
-ResidualsAtPhases residuals_at_best_phases(std::span<const PreparedRun> records, const Model& model,
+ResidualsAtPhases residuals_at_best_phases(std::span<const Record> records, const Model& model,
                                            std::span<const double> values,
                                            std::span<const std::vector<std::size_t>> moved,
                                            std::span<const RotorPhase> near = {});

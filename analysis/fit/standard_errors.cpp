@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "analysis/fit/at_bound.h"
 #include "analysis/numerics/linear_algebra.h"
 
 namespace emtb {
@@ -43,76 +44,89 @@ Identifiability identifiability_of(const NormalEquations& n, const Model& model,
   return result;
 }
 
+/// Writes down which parameters rest on a bound. @return the others that the data see, in the order of the free ones
+std::vector<Eigen::Index> split_off_bounds(Calibration& result, const NormalEquations& n, const FreeParameters& free) {
+  const std::vector<std::string> names = result.model.names();
+  std::vector<Eigen::Index> inner;
+  for (Eigen::Index i = 0; i < n.str.size(); ++i) {
+    const std::size_t place = free.places()[static_cast<std::size_t>(i)];
+    Parameter& parameter = result.model.at(place);
+    parameter.std_error.reset();
+    if (rests_on_bound(parameter, n.str[i], result.alone[i])) {
+      result.at_bound.push_back(names[place]);
+    } else if (n.sts(i, i) > 0) {
+      inner.push_back(i);
+    }
+  }
+  return inner;
+}
+
+/// By how much the scatter of the blocks' gradients exceeds what white residuals would make of it; 0: not seen.
+Eigen::VectorXd inflation_of(const NormalEquations& n) {
+  Eigen::VectorXd inflation = Eigen::VectorXd::Zero(n.str.size());
+  for (Eigen::Index i = 0; i < inflation.size(); ++i) {
+    if (!(n.sts(i, i) > 0)) continue;
+    inflation[i] = 1;
+    for (const auto& gradients : n.block_gradients) {
+      double scatter = 0;
+      for (const Eigen::VectorXd& g : gradients) scatter += g[i] * g[i];
+      inflation[i] = std::max(inflation[i], scatter / n.sts(i, i));
+    }
+  }
+  return inflation;
+}
+
+/// (SᵀS)⁻¹, scaled first. A direction that the data do not determine has a huge variance, not none as in a
+/// pseudo-inverse.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& sts) {
+  const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigensystem eigen = eigensystem(inverse_size.asDiagonal() * sts * inverse_size.asDiagonal());
+  const double rounding = 1e-13 * eigen.values.maxCoeff();
+  const Eigen::VectorXd variances = eigen.values.cwiseMax(rounding).cwiseInverse();
+  const Eigen::MatrixXd root = inverse_size.asDiagonal() * eigen.vectors * variances.cwiseSqrt().asDiagonal();
+  return product(root, root.transpose());
+}
+
+/// (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ of the gradients of blocks, of some of the parameters.
+Eigen::MatrixXd sandwich_of(const Eigen::MatrixXd& inverse, const std::vector<Eigen::VectorXd>& gradients,
+                            const std::vector<Eigen::Index>& parameters) {
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  for (const Eigen::VectorXd& g : gradients) {
+    const Eigen::VectorXd part = g(parameters);
+    meat.noalias() += part * part.transpose();
+  }
+  const double blocks = static_cast<double>(gradients.size());
+  meat *= blocks / std::max(1.0, blocks - static_cast<double>(parameters.size()));
+  return product(product(inverse, meat), inverse);
+}
+
 }  // namespace
 
 void judge_optimum(Calibration& result, const FitProblem& problem, std::span<const double> x) {
   const FreeParameters& free = problem.free();
   problem.search_phases();
   const NormalEquations n = problem.normal_equations(x, true, true);
-  const std::vector<std::string> names = result.model.names();
-  const auto p = static_cast<Eigen::Index>(free.size());
-  std::vector<Eigen::Index> inner;
-  for (Eigen::Index i = 0; i < p; ++i) {
-    const std::size_t place = free.places()[static_cast<std::size_t>(i)];
-    Parameter& parameter = result.model.at(place);
-    // Bounds of effects are far wider than any value: only the bound itself counts.
-    const bool on_bound = parameter.value <= parameter.min + 1e-9 * std::abs(parameter.min) ||
-                          parameter.value >= parameter.max - 1e-9 * std::abs(parameter.max);
-    parameter.std_error.reset();
-    if (on_bound) {
-      result.at_bound.push_back(names[place]);
-    } else if (n.sts(i, i) > 0) {
-      inner.push_back(i);
-    }
-  }
-  result.covariance.setZero(p, p);
   result.alone = n.sts.diagonal().cwiseSqrt().cwiseInverse();
-  result.inflation.setZero(p);
-  for (Eigen::Index i = 0; i < p; ++i) {
-    if (!(n.sts(i, i) > 0)) continue;
-    result.inflation[i] = 1;
-    for (const auto& gradients : n.block_gradients) {
-      double scatter = 0;
-      for (const Eigen::VectorXd& g : gradients) scatter += g[i] * g[i];
-      result.inflation[i] = std::max(result.inflation[i], scatter / n.sts(i, i));
-    }
-  }
+  result.inflation = inflation_of(n);
   result.identifiability = identifiability_of(n, result.model, free);
+  result.covariance.setZero(n.str.size(), n.str.size());
+  const std::vector<Eigen::Index> inner = split_off_bounds(result, n, free);
   if (inner.empty()) return;
-  const Eigen::MatrixXd sts = n.sts(inner, inner);
-  const Eigen::VectorXd inverse_size = sts.diagonal().cwiseSqrt().cwiseInverse();
-  // A direction that the data do not determine has a huge variance, not none as in a pseudo-inverse.
-  const Eigensystem eigen = eigensystem(inverse_size.asDiagonal() * sts * inverse_size.asDiagonal());
-  const double rounding = 1e-13 * eigen.values.maxCoeff();
-  const Eigen::VectorXd variances = eigen.values.cwiseMax(rounding).cwiseInverse();
-  const Eigen::MatrixXd root = inverse_size.asDiagonal() * eigen.vectors * variances.cwiseSqrt().asDiagonal();
-  const Eigen::MatrixXd inverse = product(root, root.transpose());
-  const auto sandwich_of = [&](const std::vector<Eigen::VectorXd>& gradients) -> Eigen::MatrixXd {
-    Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
-    for (const Eigen::VectorXd& g : gradients) {
-      const Eigen::VectorXd part = g(inner);
-      meat.noalias() += part * part.transpose();
-    }
-    const double blocks = static_cast<double>(gradients.size());
-    meat *= blocks / std::max(1.0, blocks - static_cast<double>(inner.size()));
-    return product(product(inverse, meat), inverse);
-  };
+  const Eigen::MatrixXd inverse = inverse_of(n.sts(inner, inner));
   constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
   const auto& [of_one, of_five] = n.block_gradients;
   const bool long_ones_tell =
       !problem.quick_errors() && static_cast<double>(of_five.size()) >= enough + static_cast<double>(inner.size());
-  const Eigen::MatrixXd sandwich = sandwich_of(of_one), of_long = long_ones_tell ? sandwich_of(of_five) : sandwich;
+  const Eigen::MatrixXd sandwich = sandwich_of(inverse, of_one, inner),
+                        of_long = long_ones_tell ? sandwich_of(inverse, of_five, inner) : sandwich;
   const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
-  for (std::size_t a = 0; a < inner.size(); ++a) {
-    for (std::size_t b = 0; b < inner.size(); ++b) {
-      const auto ia = static_cast<Eigen::Index>(a), ib = static_cast<Eigen::Index>(b);
-      result.covariance(inner[a], inner[b]) = sandwich(ia, ib);
-    }
-    const auto ia = static_cast<Eigen::Index>(a);
-    const double variance = std::max({sandwich(ia, ia), of_long(ia, ia), inverse(ia, ia)}) + off[ia] * off[ia];
-    result.covariance(inner[a], inner[a]) = variance;
-    result.inflation[inner[a]] = variance / inverse(ia, ia);
-    Parameter& parameter = result.model.at(free.places()[static_cast<std::size_t>(inner[a])]);
+  result.covariance(inner, inner) = sandwich;
+  for (std::size_t k = 0; k < inner.size(); ++k) {
+    const auto a = static_cast<Eigen::Index>(k);
+    const double variance = std::max({sandwich(a, a), of_long(a, a), inverse(a, a)}) + off[a] * off[a];
+    result.covariance(inner[k], inner[k]) = variance;
+    result.inflation[inner[k]] = variance / inverse(a, a);
+    Parameter& parameter = result.model.at(free.places()[static_cast<std::size_t>(inner[k])]);
     if (const double error = std::sqrt(variance); error < parameter.max - parameter.min) parameter.std_error = error;
   }
 }

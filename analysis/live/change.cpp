@@ -6,6 +6,9 @@
 #include <cstdio>
 #include <string_view>
 
+#include "model/catalogue.h"
+#include "model/structure.h"
+
 namespace emtb {
 namespace {
 
@@ -30,26 +33,15 @@ std::string size_in_words(const LiveSuspect& s) {
 }
 
 /// What a person would look for.
-struct ChangeWords {
-  std::string_view name, before, behind, more, less;
-};
-constexpr std::array change_words{
-    ChangeWords{"R_a", "the armature has ", " {} than before", "has it warmed up?", "has it cooled down?"},
-    ChangeWords{"K_b", "back-EMF and torque constant are ", " {} than before", "a stronger field?",
-                "has the field weakened, or warmed up?"},
-    ChangeWords{"K_m", "the torque constant is ", " {} than before", "a stronger field?",
-                "has the field weakened, or warmed up?"},
-    ChangeWords{"B", "viscous friction is ", " {} than before", "does something drag on the shaft?",
-                "has the grease warmed up?"},
-    ChangeWords{"J", "the inertia is ", " {} than before", "was something added to the shaft?",
-                "was something taken from the shaft?"},
-    ChangeWords{"coulomb_friction.T_c", "the motor needs ", " {} than before", "a brake left on, does something rub?",
-                "a brake released?"},
-    ChangeWords{"load_torque.T_L", "the load takes ", " {} than before", "a brake left on?", "a brake released?"},
-    ChangeWords{"tacho_offset.omega_0", "the tacho reads ", " {} than before", "has its zero moved?",
-                "has its zero moved?"},
-    ChangeWords{"current_offset.i_0", "the current is read ", " {} than before", "has the sensor's zero moved?",
-                "has the sensor's zero moved?"}};
+ChangeWords words_for(std::string_view name) {
+  const auto base = std::ranges::find(base_parameters, name, &BaseParameter::symbol);
+  if (base != base_parameters.end()) return base->changed;
+  for (const std::size_t effect : watched_effects()) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    if (full_name(about) == name) return about.changed;
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -61,16 +53,12 @@ std::string describe(const LiveChange& change) {
     return text + "the motor is not as before, and nothing that is looked for explains it; it shows " + at;
   }
   const LiveSuspect& best = change.suspects.front();
-  const auto known = std::ranges::find(change_words, best.name, &ChangeWords::name);
+  const ChangeWords words = words_for(best.name);
   const bool more = best.change > 0;
   const std::string much = size_in_words(best) + " " + best.unit;
-  if (known == change_words.end()) {
-    text += best.name + " is " + much + (more ? " more than before" : " less than before");
-  } else {
-    std::string behind(known->behind);
-    behind.replace(behind.find("{}"), 2, more ? "more" : "less");
-    text += std::string(known->before) + much + behind + ": " + std::string(more ? known->more : known->less);
-  }
+  text += words.what.empty() ? best.name + " is" : std::string(words.what);
+  text += " " + much + (more ? " more than before" : " less than before");
+  if (!words.what.empty()) text += ": " + std::string(more ? words.more : words.less);
   text += " (" + best.name;
   for (std::size_t k = 1; k < change.suspects.size(); ++k) {
     text += (k == 1 ? "; tied with " : ", ") + change.suspects[k].name;

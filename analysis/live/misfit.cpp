@@ -4,8 +4,9 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <set>
-#include <string_view>
+#include <map>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "analysis/numerics/linear_algebra.h"
@@ -42,15 +43,6 @@ constexpr double believed = 0.02;       ///< of what the motor does, as the size
 constexpr std::size_t most_told = 8;    ///< changes that are kept
 constexpr double grid_memory = 300;     ///< blocks in one bin of the grid
 
-/// Effects whose amplitude is looked for, in this order, as far as there is room; the others repeat, fade or need a
-/// shape to be found.
-struct NullEffect {
-  std::string_view id;
-  bool may_change;  ///< within a run; otherwise it is there or it is not
-};
-constexpr std::array null_effects{NullEffect{"coulomb_friction", true}, NullEffect{"load_torque", true},
-                                  NullEffect{"windage", false}, NullEffect{"brush_drop", false}};
-
 }  // namespace
 
 struct LiveMisfit::Setup {
@@ -71,10 +63,14 @@ LiveMisfit::Setup LiveMisfit::set_up(const Model& model, const LivePlan& given) 
   std::size_t moving = given.moved.size();
   for (const Parameter& p : model.base) moving += p.fixed && !model.tie.contains(p.symbol) ? 1 : 0;
   std::size_t room = (std::max<std::size_t>(moving, 1) + misfit_lanes - 1) / misfit_lanes * misfit_lanes - moving;
-  for (const NullEffect& candidate : null_effects) {
-    const std::size_t effect = effect_index(candidate.id);
-    if (room == 0 || whole.includes(effect)) continue;
-    if (candidate.id == "load_torque" && plan.structure.measured_load) continue;
+  const std::vector<std::size_t> watched = watched_effects();
+  // What goes nowhere but into one reading: the errors of instruments, and a load that is measured.
+  const auto shown_by = [&](std::size_t effect) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    return about.stage == Stage::load && given.structure.measured_load ? Signal::torque : about.reads;
+  };
+  for (const std::size_t effect : watched) {
+    if (room == 0 || whole.includes(effect) || shown_by(effect)) continue;
     whole.include(effect);
     --room;
   }
@@ -86,11 +82,8 @@ LiveMisfit::Setup LiveMisfit::set_up(const Model& model, const LivePlan& given) 
   const FreeParameters free(whole);
   const std::vector<std::string> names = whole.names(), model_names = model.names();
   setup.values = whole.values();
-  std::set<std::string> amplitudes;
-  for (const NullEffect& candidate : null_effects) {
-    const EffectInfo& about = effect_catalogue()[effect_index(candidate.id)];
-    amplitudes.insert(std::string(about.id) + "." + std::string(about.parameter_list[0].symbol));
-  }
+  std::map<std::string, std::size_t> amplitudes;  // of the watched effects
+  for (const std::size_t effect : watched) amplitudes.emplace(full_name(effect_catalogue()[effect]), effect);
   const auto in_model = [&](const std::string& name) -> std::optional<std::size_t> {
     const auto at = std::ranges::find(model_names, name);
     if (at == model_names.end()) return {};
@@ -105,8 +98,9 @@ LiveMisfit::Setup LiveMisfit::set_up(const Model& model, const LivePlan& given) 
     d.in_model = d.at.has_value();
     d.prior = p.prior;
     if (p.fixed) d.fixed_to = drift_share * std::abs(p.value);
-    for (const NullEffect& c : null_effects) {
-      if (!d.in_model && d.name.starts_with(c.id)) d.may_change = c.may_change;
+    if (!d.in_model) {
+      d.effect = amplitudes.at(d.name);
+      d.may_change = effect_catalogue()[d.effect].watch->varies;
     }
     setup.directions.push_back(std::move(d));
     plan.moved.push_back(std::move(moved));
@@ -131,22 +125,20 @@ LiveMisfit::Setup LiveMisfit::set_up(const Model& model, const LivePlan& given) 
       add(place, std::move(moved));
     }
   }
-  // What goes nowhere else: the errors of instruments, and a load that is measured.
-  const auto add_direct = [&](std::string_view id, Signal signal) {
-    const std::size_t effect = effect_index(id);
-    if (!measures(signal) || whole.includes(effect)) return;
-    const EffectParameter& p = effect_catalogue()[effect].parameter_list[0];
-    setup.directions.push_back({.name = std::string(id) + "." + std::string(p.symbol),
+  for (const std::size_t effect : watched) {
+    const std::optional<Signal> signal = shown_by(effect);
+    if (!signal || !measures(*signal) || whole.includes(effect)) continue;
+    const EffectInfo& about = effect_catalogue()[effect];
+    const EffectParameter& p = about.parameter_list[0];
+    setup.directions.push_back({.name = full_name(about),
                                 .unit = std::string(p.unit),
                                 .low = p.min,
                                 .high = p.max,
+                                .effect = effect,
                                 .at = {},
                                 .prior = {}});
-    plan.direct.push_back(signal);
-  };
-  if (plan.structure.measured_load) add_direct("load_torque", Signal::torque);
-  add_direct("tacho_offset", Signal::omega);
-  add_direct("current_offset", Signal::i_a);
+    plan.direct.push_back(*signal);
+  }
 
   plan.offsets = 0;
   for (auto& output : plan.outputs) {
@@ -199,10 +191,11 @@ LiveMisfit::LiveMisfit(Setup setup)
   const std::vector<LagSums> none(plan_.outputs.size(), LagSums(n));
   old_ = none;
   ring_.assign(ring_slots, Slot{.sums = none});
+  const auto dry_friction = std::ranges::find(effect_catalogue(), true, &EffectInfo::dry_friction);
   for (std::size_t j = 0; j < directions_.size(); ++j) {
     if (directions_[j].name == "K_b") flux_ = j;
     if (directions_[j].name == "J") inertia_ = j;
-    if (directions_[j].name == "coulomb_friction.T_c") drag_ = j;
+    if (directions_[j].name == full_name(*dry_friction)) drag_ = j;
     if (j >= plan_.moved.size() && plan_.direct[j - plan_.moved.size()] == Signal::torque) gauge_ = j;
   }
   for (const auto& output : plan_.outputs) {
@@ -384,12 +377,11 @@ LiveMisfit::Equations LiveMisfit::equations(const std::vector<LagSums>& sums) co
 
 /// What is believed of effects that the model lacks: that they are small, by what the motor has done so far.
 double LiveMisfit::belief(const Direction& d) const {
-  const double torque = reach_i_a_ * value_of_direction(flux_), voltage = reach_omega_ * value_of_direction(flux_);
-  if (d.name.ends_with(".T_c") || d.name.ends_with(".T_L")) return believed * torque;
-  if (d.name.ends_with(".c_w")) return believed * torque / (reach_omega_ * reach_omega_);
-  if (d.name.ends_with(".V_b")) return believed * voltage;
-  if (d.name.ends_with(".omega_0")) return believed * reach_omega_;
-  return believed * reach_i_a_;
+  const Ranges seen{.voltage = reach_omega_ * value_of_direction(flux_),
+                    .current = reach_i_a_,
+                    .torque = reach_i_a_ * value_of_direction(flux_),
+                    .speed = reach_omega_};
+  return size_at(d.effect, believed, seen);
 }
 
 /// By how much an unknown may differ from one time to another without being worth a word.

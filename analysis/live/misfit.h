@@ -63,6 +63,7 @@ class LiveMisfit final : private LiveRows {
     std::string name, unit;
     double low = 0, high = 0;  ///< SI bounds
     bool in_model = false;
+    std::size_t effect = 0;         ///< that the model lacks, where it is not in the model
     bool may_change = true;         ///< from one second to the next
     std::optional<std::size_t> at;  ///< place among the model's parameters
     double fixed_to = 0;            ///< standard deviation where the model file fixes it

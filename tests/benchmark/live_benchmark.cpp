@@ -26,12 +26,12 @@ void live(benchmark::State& state, double off) {
   if (off == 0) {
     for (Parameter& p : bench.model.base) p.value = bench.truth.at(p.symbol == "K_m" ? "K_b" : p.symbol);
   } else {
-    bench.model.base[2] = bench.model.base[1];
-    bench.model.base[2].symbol = "K_m";
+    bench.model.base[base::K_m] = bench.model.base[base::K_b];
+    bench.model.base[base::K_m].symbol = "K_m";
   }
   if (off == 0) {
-    bench.model.base[2].min = 0.1;
-    bench.model.base[2].max = 2;
+    bench.model.base[base::K_m].min = 0.1;
+    bench.model.base[base::K_m].max = 2;
   }
   const emtb::Run run = simulated::record(bench.setup, bench.staircase, 1);
   const auto ticks = static_cast<double>(run.at(Signal::u_ref).t.size());

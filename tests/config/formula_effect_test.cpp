@@ -81,8 +81,8 @@ TEST(FormulaEffect, StatesWhatASearchMustKnow) {
   EXPECT_FALSE(cubic.fades());
   const EffectInfo& field = *m.terms[1].info;
   EXPECT_EQ(field.parameter_list[0].symbol, "k") << "the amplitude first";
-  EXPECT_FALSE(field.parameter_list[0].shape);
-  EXPECT_TRUE(field.parameter_list[1].shape) << "a current that cannot be 0";
+  EXPECT_FALSE(field.parameter_list[0].is_shape());
+  EXPECT_TRUE(field.parameter_list[1].is_shape()) << "a current that cannot be 0";
 }
 
 TEST(FormulaEffect, ANullThatIsNotZeroIsKept) {

@@ -46,10 +46,10 @@ void expect_all(const Model& m) {
   EXPECT_DOUBLE_EQ(m.driver->fall, 20.4);
   EXPECT_EQ(m.values(), (std::vector<double>{31.8, 0.67, 0.67, 1e-4, 3.4e-3, 0.05, 0.02}))
       << "tied, in the order of the stages";
-  ASSERT_TRUE(m.base[0].prior);
-  EXPECT_DOUBLE_EQ(m.base[0].prior->std, 1);
-  EXPECT_EQ(m.base[0].std_error, 0.04);
-  EXPECT_TRUE(m.base[3].fixed);
+  ASSERT_TRUE(m.base[base::R_a].prior);
+  EXPECT_DOUBLE_EQ(m.base[base::R_a].prior->std, 1);
+  EXPECT_EQ(m.base[base::R_a].std_error, 0.04);
+  EXPECT_TRUE(m.base[base::B].fixed);
   EXPECT_DOUBLE_EQ(m.noise.at(Signal::omega), 0.15);
   ASSERT_EQ(m.effects.size(), 2U);
   EXPECT_EQ(m.effects[0].effect, effect_index("coulomb_friction"));

@@ -11,6 +11,8 @@
 
 namespace emtb::testing_benches {
 
+using TypicalSizes = std::map<std::string, double, std::less<>>;
+
 /// A machine, what excites it, and how large each effect is on it where a diagnosis should see it.
 struct TestBench {
   std::string name;
@@ -19,7 +21,7 @@ struct TestBench {
   Excitation
       excitation;  ///< from rest to full speed and, with friction, to rest again. Without friction it ends in motion:
                    ///< how long a shaft takes to stop has no derivative with respect to a friction that is not there
-  std::map<std::string, double, std::less<>> typical;  ///< `windage.c_w`
+  TypicalSizes typical;  ///< `windage.c_w`; the catalogue's, but for what differs here
 };
 
 /// Values held for a time each, in turn.
@@ -39,6 +41,16 @@ inline Excitation holds(double interval, const std::vector<Hold>& plan) {
   return x;
 }
 
+/// Those of the catalogue, but for these.
+inline TypicalSizes with_typical_sizes(TypicalSizes here) {
+  for (const EffectInfo& effect : effect_catalogue()) {
+    for (const EffectParameter& p : effect.parameters()) {
+      here.try_emplace(std::string(effect.id) + "." + std::string(p.symbol), p.typical);
+    }
+  }
+  return here;
+}
+
 /// The paper's bench: one direction, a driver that takes seconds, read at 200 Hz.
 inline TestBench slow_bench() {
   TestBench b;
@@ -46,54 +58,17 @@ inline TestBench slow_bench() {
   b.structure.driver = {.gain = 18.33, .rise = 22.5, .fall = 20.4, .min = 0, .max = 110};
   b.base = {31.8, 0.67, 0.61, 1e-4, 3.4e-3};
   b.excitation = holds(5e-3, {{0.3, 0}, {2.5, 2}, {4, 6.5}, {2, 0.3}, {3.8, 0}});
-  b.typical = {{"driver_gain_error.k", 0.01},
-               {"driver_gain_error.e_0", 0.5},
-               {"driver_slew.rise", 20},
-               {"driver_slew.fall", 18},
-               {"driver_dead_zone.u_d", 0.1},
-               {"driver_saturation.e_max", 103.9},
-               {"driver_output_resistance.R_o", 3},
-               {"driver_lag.tau", 0.07},
-               {"driver_delay.t_d", 0.0317},
-               {"discontinuous_conduction.V_d", 3},
-               {"discontinuous_conduction.i_c", 0.1},
-               {"armature_inductance.L_a", 1},
-               {"brush_drop.V_b", 1.5},
-               {"brush_drop.i_lin", 0.01},
-               {"armature_heating.C_th", 5},  // a hundredth of a real one: the run is short
-               {"armature_heating.R_th", 3},
-               {"armature_reaction.k_i", 0.1},
-               {"armature_reaction.i_k", 1},
-               {"field_heating.drop", 0.04},
-               {"field_heating.tau", 40},
-               {"coulomb_friction.T_c", 0.0547},
-               {"stribeck_friction.T_s", 0.04},
-               {"stribeck_friction.omega_s", 7},
-               {"asymmetric_friction.T_d", 0.02},
-               {"asymmetric_friction.B_d", 1e-4},
-               {"windage.c_w", 3e-6},
-               {"friction_warmup.drop", 0.4},
-               {"friction_warmup.tau", 30},
-               {"cogging.T_cog", 0.1},
-               {"cogging.N", 4},
-               {"cogging.phase", 0.5},
-               {"shaft_compliance.k", 50},
-               {"shaft_compliance.d", 0.01},
-               {"shaft_compliance.J_2", 1e-3},
-               {"backlash.gap", 0.1},
-               {"load_torque.T_L", 0.1},
-               {"eccentric_load.T_e", 0.05},
-               {"eccentric_load.phase", 0.5},
-               {"eddy_brake.T_b", 0.05},
-               {"eddy_brake.omega_b", 60},
-               {"tacho_lag.tau", 0.03},
-               {"tacho_ripple.r", 0.01},
-               {"tacho_ripple.N", 2},
-               {"tacho_ripple.phase", 0.5},
-               {"tacho_offset.omega_0", 0.7},
-               {"torque_lag.tau", 0.016},
-               {"torque_offset.T_0", 0.015},
-               {"current_offset.i_0", 0.02}};
+  b.typical = with_typical_sizes({{"driver_slew.fall", 18},
+                                  {"driver_saturation.e_max", 103.9},
+                                  {"driver_delay.t_d", 0.0317},  // no whole number of readings
+                                  {"armature_heating.C_th", 5},  // a hundredth of a real one: the run is short
+                                  {"field_heating.tau", 40},
+                                  {"coulomb_friction.T_c", 0.0547},
+                                  {"friction_warmup.tau", 30},
+                                  {"cogging.N", 4},
+                                  {"cogging.phase", 0.5},
+                                  {"eccentric_load.phase", 0.5},
+                                  {"tacho_ripple.phase", 0.5}});
   return b;
 }
 
@@ -104,54 +79,46 @@ inline TestBench fast_bench() {
   b.structure.driver = {.gain = 4, .rise = 2000, .fall = 2000, .min = -24, .max = 24};
   b.base = {1.2, 0.042, 0.042, 1e-5, 6.03e-5};
   b.excitation = holds(1e-3, {{0.05, 0}, {0.5, 2.13}, {0.6, -3.36}, {0.6, 6.5}, {0.4, 0.11}, {0.4, -0.37}, {0.4, 0}});
-  b.typical = {{"driver_gain_error.k", 0.02},
-               {"driver_gain_error.e_0", 0.1},
-               {"driver_slew.rise", 500},
-               {"driver_slew.fall", 600},
-               {"driver_dead_zone.u_d", 0.07},
-               {"driver_saturation.e_max", 22},
-               {"driver_output_resistance.R_o", 0.2},
-               {"driver_lag.tau", 0.01},
-               {"driver_delay.t_d", 0.00537},
-               {"discontinuous_conduction.V_d", 0.5},
-               {"discontinuous_conduction.i_c", 0.3},
-               {"armature_inductance.L_a", 2e-3},
-               {"brush_drop.V_b", 0.4},
-               {"brush_drop.i_lin", 0.02},
-               {"armature_heating.C_th", 5},
-               {"armature_heating.R_th", 3},
-               {"armature_reaction.k_i", 0.07},
-               {"armature_reaction.i_k", 5},
-               {"field_heating.drop", 0.04},
-               {"field_heating.tau", 40},
-               {"coulomb_friction.T_c", 0.0027},
-               {"stribeck_friction.T_s", 0.003},
-               {"stribeck_friction.omega_s", 15},
-               {"asymmetric_friction.T_d", 0.001},
-               {"asymmetric_friction.B_d", 1e-6},
-               {"windage.c_w", 2e-8},
-               {"friction_warmup.drop", 0.4},
-               {"friction_warmup.tau", 30},
-               {"cogging.T_cog", 0.01},
-               {"cogging.N", 4},
-               {"cogging.phase", 0.5},
-               {"shaft_compliance.k", 5},
-               {"shaft_compliance.d", 1e-3},
-               {"shaft_compliance.J_2", 2e-5},
-               {"backlash.gap", 0.1},
-               {"load_torque.T_L", 0.01},
-               {"eccentric_load.T_e", 0.003},
-               {"eccentric_load.phase", 0.5},
-               {"eddy_brake.T_b", 0.02},
-               {"eddy_brake.omega_b", 200},
-               {"tacho_lag.tau", 0.007},
-               {"tacho_ripple.r", 0.01},
-               {"tacho_ripple.N", 2},
-               {"tacho_ripple.phase", 0.5},
-               {"tacho_offset.omega_0", 1.5},
-               {"torque_lag.tau", 0.016},
-               {"torque_offset.T_0", 0.015},
-               {"current_offset.i_0", 0.05}};
+  b.typical = with_typical_sizes({{"driver_gain_error.k", 0.02},
+                                  {"driver_gain_error.e_0", 0.1},
+                                  {"driver_slew.rise", 500},
+                                  {"driver_slew.fall", 600},
+                                  {"driver_dead_zone.u_d", 0.07},
+                                  {"driver_saturation.e_max", 22},
+                                  {"driver_output_resistance.R_o", 0.2},
+                                  {"driver_lag.tau", 0.01},
+                                  {"driver_delay.t_d", 0.00537},
+                                  {"discontinuous_conduction.V_d", 0.5},
+                                  {"discontinuous_conduction.i_c", 0.3},
+                                  {"armature_inductance.L_a", 2e-3},
+                                  {"brush_drop.V_b", 0.4},
+                                  {"brush_drop.i_lin", 0.02},
+                                  {"armature_heating.C_th", 5},
+                                  {"armature_reaction.k_i", 0.07},
+                                  {"armature_reaction.i_k", 5},
+                                  {"field_heating.tau", 40},
+                                  {"coulomb_friction.T_c", 0.0027},
+                                  {"stribeck_friction.T_s", 0.003},
+                                  {"stribeck_friction.omega_s", 15},
+                                  {"asymmetric_friction.T_d", 0.001},
+                                  {"asymmetric_friction.B_d", 1e-6},
+                                  {"windage.c_w", 2e-8},
+                                  {"friction_warmup.tau", 30},
+                                  {"cogging.T_cog", 0.01},
+                                  {"cogging.N", 4},
+                                  {"cogging.phase", 0.5},
+                                  {"shaft_compliance.k", 5},
+                                  {"shaft_compliance.d", 1e-3},
+                                  {"shaft_compliance.J_2", 2e-5},
+                                  {"load_torque.T_L", 0.01},
+                                  {"eccentric_load.T_e", 0.003},
+                                  {"eccentric_load.phase", 0.5},
+                                  {"eddy_brake.T_b", 0.02},
+                                  {"eddy_brake.omega_b", 200},
+                                  {"tacho_lag.tau", 0.007},
+                                  {"tacho_ripple.phase", 0.5},
+                                  {"tacho_offset.omega_0", 1.5},
+                                  {"current_offset.i_0", 0.05}});
   return b;
 }
 

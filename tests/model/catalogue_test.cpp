@@ -87,6 +87,122 @@ TEST(Catalogue, EveryNullLiesWithinItsBounds) {
   }
 }
 
+TEST(Catalogue, EveryTypicalSizeLiesWithinItsBoundsAndIsNotNull) {
+  for (const EffectInfo& effect : effect_catalogue()) {
+    for (const EffectParameter& p : effect.parameters()) {
+      SCOPED_TRACE(std::string(effect.id) + "." + std::string(p.symbol));
+      EXPECT_GT(p.typical, 0);
+      EXPECT_GE(p.typical, p.min);
+      EXPECT_LE(p.typical, p.max);
+      if (!p.is_shape()) {
+        EXPECT_NE(p.typical, p.null);
+      }
+    }
+  }
+}
+
+TEST(Catalogue, TheRolesOfAnEffectsParametersGoTogether) {
+  for (const EffectInfo& effect : effect_catalogue()) {
+    SCOPED_TRACE(effect.id);
+    const auto count = [&](Role role) { return std::ranges::count(effect.parameters(), role, &EffectParameter::role); };
+    EXPECT_LE(count(Role::order), 1);
+    EXPECT_EQ(count(Role::phase), effect.periodic ? 1 : 0) << "a wave has a phase, and nothing else has";
+    if (count(Role::order) > 0) {
+      EXPECT_TRUE(effect.periodic);
+    }
+    if (effect.parameter_count > 0) {
+      EXPECT_FALSE(effect.parameters()[0].is_shape()) << "the amplitude comes first";
+    }
+    if (effect.periodic) {
+      EXPECT_EQ(count(Role::amplitude), 1);
+    }
+    for (const EffectParameter& p : effect.parameters()) {
+      if (p.role == Role::order) {
+        EXPECT_EQ(p.unit, "1/turn");
+      }
+      if (p.role == Role::phase) {
+        EXPECT_EQ(p.unit, "rad");
+      }
+    }
+    EXPECT_TRUE(effect.needs.empty() || effect_index(effect.needs) < effect_count);
+    EXPECT_TRUE(!effect.reads || effect.stage == Stage::sensors);
+  }
+}
+
+/// What the paper's bench does in a run of some seconds.
+constexpr Ranges seen{.reference = 6,
+                      .voltage = 110,
+                      .current = 3,
+                      .torque = 2,
+                      .speed = 150,
+                      .duration = 20,
+                      .heat = 200,
+                      .inertia = 3.4e-3,
+                      .rise = 22.5,
+                      .fall = 20.4,
+                      .ringing = 60};
+
+TEST(Catalogue, EverySearchStartsWithinTheBounds) {
+  for (std::size_t effect = 0; effect < effect_count; ++effect) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    SCOPED_TRACE(about.id);
+    const std::vector<StartValues> starts = starts_of(effect, seen);
+    ASSERT_FALSE(starts.empty());
+    for (const StartValues& start : starts) {
+      for (std::size_t i = 0; i < about.parameter_count; ++i) {
+        const EffectParameter& p = about.parameter_list[i];
+        EXPECT_GE(start[i], p.min) << p.symbol;
+        EXPECT_LE(start[i], p.max) << p.symbol;
+      }
+    }
+  }
+}
+
+TEST(Catalogue, WhatIsTriedAtSizesBesideItsNullStartsThere) {
+  for (std::size_t effect = 0; effect < effect_count; ++effect) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    if (about.at_null != AtNull::small) continue;
+    SCOPED_TRACE(about.id);
+    const std::vector<StartValues> starts = starts_of(effect, seen);
+    ASSERT_GT(starts.size(), 1U);
+    const bool limit = about.parameter_list[0].role == Role::limit;
+    EXPECT_EQ(starts.front()[0], limit ? seen.rise : about.parameter_list[0].null);
+  }
+}
+
+TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {
+  EXPECT_TRUE(effect_catalogue()[effect_index("cogging")].is_detent());
+  EXPECT_FALSE(effect_catalogue()[effect_index("eccentric_load")].is_detent()) << "once a turn";
+  EXPECT_FALSE(effect_catalogue()[effect_index("tacho_ripple")].is_detent()) << "no torque";
+}
+
+TEST(Catalogue, IsWatchedForWhatHasASizeAndNoShapeThatMatters) {
+  const std::vector<std::size_t> watched = watched_effects();
+  ASSERT_FALSE(watched.empty());
+  std::set<int> ranks;
+  for (const std::size_t effect : watched) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    SCOPED_TRACE(about.id);
+    EXPECT_TRUE(ranks.insert(about.watch->rank).second) << "which comes first?";
+    EXPECT_FALSE(about.periodic || about.fades() || about.at_null != AtNull::all);
+    const double size = size_at(effect, 0.02, seen);
+    EXPECT_GT(size, about.parameter_list[0].null);
+    EXPECT_LE(size, about.parameter_list[0].max);
+  }
+}
+
+TEST(Catalogue, EffectsOfOneFamilyActInOneStage) {
+  for (const EffectInfo& a : effect_catalogue()) {
+    for (const EffectInfo& b : effect_catalogue()) {
+      if (a.same_family(b)) {
+        EXPECT_EQ(a.stage, b.stage) << a.id << " " << b.id;
+      }
+    }
+  }
+  EXPECT_TRUE(
+      effect_catalogue()[effect_index("driver_lag")].same_family(effect_catalogue()[effect_index("driver_delay")]));
+}
+
 TEST(Catalogue, FindsEveryEffectByItsId) {
   for (std::size_t i = 0; i < effect_count; ++i) EXPECT_EQ(effect_index(effect_catalogue()[i].id), i);
 }

@@ -15,9 +15,8 @@ Model servo_machine() {
   m.name = "servo";
   const double values[] = {1.2, 0.042, 0.05, 1e-5, 6e-5};
   for (std::size_t i = 0; i < base_parameters.size(); ++i) {
-    const auto& [symbol, unit, name] = base_parameters[i];
-    m.base.push_back({.symbol = std::string(symbol),
-                      .unit = std::string(unit),
+    m.base.push_back({.symbol = std::string(base_parameters[i].symbol),
+                      .unit = std::string(base_parameters[i].unit),
                       .value = values[i],
                       .min = 0.1 * values[i],
                       .max = 10 * values[i],

@@ -32,13 +32,9 @@ SensitivityCase case_of(const TestBench& bench, const std::vector<std::pair<std:
     c.structure.effects.push_back(effect);
     for (const EffectParameter& p : effect_catalogue()[effect].parameters()) {
       const std::string name = std::string(effect_catalogue()[effect].id) + "." + std::string(p.symbol);
-      const auto typical = bench.typical.find(name);
-      if (typical == bench.typical.end()) {
-        ADD_FAILURE() << name << " has no typical size for the " << bench.name << " bench: give it one in benches.h";
-        continue;
-      }
-      const double value = size == Size::null ? std::min(p.null, p.max) : typical->second;
-      c.parameters.push_back({name, value, std::abs(typical->second), p.min, p.max});
+      const double typical = bench.typical.at(name);
+      const double value = size == Size::null ? std::min(p.null, p.max) : typical;
+      c.parameters.push_back({name, value, std::abs(typical), p.min, p.max});
     }
   }
   return c;
@@ -57,7 +53,7 @@ SensitivityCase staged(SensitivityCase c, bool voltage, bool load, double voltme
   if (load) {
     c.structure.measured_load = true;
     const double fastest = *std::ranges::max_element(y.omega);
-    const double stall = values[2] / values[0] * *std::ranges::max_element(y.e_a);
+    const double stall = values[base::K_m] / values[base::R_a] * *std::ranges::max_element(y.e_a);
     for (std::size_t k = 0; k < y.omega.size(); ++k) {
       // A brake in the middle of the run; at the end something pulls in the direction of the motion.
       const double share = c.excitation.t[k] / c.excitation.t.back();

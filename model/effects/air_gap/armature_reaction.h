@@ -19,8 +19,9 @@ struct ArmatureReaction {
       .shows = "Torque and back-EMF constants fall with the current.",
       .told_apart = "From R_a, which costs speed but no torque for the current; from windage by load at low speed.",
       .source = "Krause, Wasynczuk and Sudhoff, Analysis of Electric Machinery; even, with a knee",
-      .parameter_list = {{{.symbol = "k_i", .unit = "1", .null = 0, .min = 0, .max = 0.5},
-                          {.symbol = "i_k", .unit = "A", .null = 1, .min = 1e-6, .max = 1e4, .shape = true}}},
+      .parameter_list =
+          {{{.symbol = "k_i", .unit = "1", .null = 0, .min = 0, .max = 0.5, .typical = 0.1},
+            {.symbol = "i_k", .unit = "A", .null = 1, .min = 1e-6, .max = 1e4, .typical = 1, .role = Role::shape}}},
       .parameter_count = 2};
 
   template <class Scalar>

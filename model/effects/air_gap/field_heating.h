@@ -18,8 +18,9 @@ struct FieldHeating {
       .shows = "The speed creeps up at constant voltage, and the current with it.",
       .told_apart = "From friction_warmup by the current, which falls there; from armature_heating by the speed.",
       .source = "copper, 0.393 % a kelvin (IEC 60028); one time constant",
-      .parameter_list = {{{.symbol = "drop", .unit = "1", .null = 0, .min = -0.5, .max = 0.5},
-                          {.symbol = "tau", .unit = "s", .null = 100, .min = 1e-2, .max = 1e5, .shape = true}}},
+      .parameter_list =
+          {{{.symbol = "drop", .unit = "1", .null = 0, .min = -0.5, .max = 0.5, .typical = 0.04},
+            {.symbol = "tau", .unit = "s", .null = 100, .min = 1e-2, .max = 1e5, .typical = 100, .role = Role::shape}}},
       .parameter_count = 2};
 
   template <class Scalar>

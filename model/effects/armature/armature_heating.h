@@ -28,8 +28,9 @@ struct ArmatureHeating {
           "for a time constant C_th R_th.",
       .told_apart = "From field_heating by the speed: that one raises it. From friction_warmup likewise.",
       .source = "IEC 60028 (copper); one-body thermal model, e.g. Boglietti et al. (2009)",
-      .parameter_list = {{{.symbol = "C_th", .unit = "J/K", .null = infinity, .min = 1e-3, .max = 1e7},
-                          {.symbol = "R_th", .unit = "K/W", .null = 1, .min = 1e-4, .max = 1e4, .shape = true}}},
+      .parameter_list =
+          {{{.symbol = "C_th", .unit = "J/K", .null = infinity, .min = 1e-3, .max = 1e7, .typical = 200},
+            {.symbol = "R_th", .unit = "K/W", .null = 1, .min = 1e-4, .max = 1e4, .typical = 3, .role = Role::shape}}},
       .parameter_count = 2,
       .memory = 1};
 

@@ -16,7 +16,7 @@ struct ArmatureInductance {
           "The current lags the edges of the voltage, the speed a little. Excited by fast edges; slow drivers hide it.",
       .told_apart = "From tacho_lag by the current: in the speed alone they are the same.",
       .source = "Erdal et al. (2011), equation (1)",
-      .parameter_list = {{{.symbol = "L_a", .unit = "H", .null = 0, .min = 0, .max = 100}}},
+      .parameter_list = {{{.symbol = "L_a", .unit = "H", .null = 0, .min = 0, .max = 100, .typical = 1}}},
       .quick = true};
 
   template <class Scalar>

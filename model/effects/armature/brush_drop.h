@@ -22,10 +22,17 @@ struct BrushDrop {
           "From coulomb_friction by a fast current, or by current at two loads; from driver_dead_zone by a measured "
           "e_a, or by reversal.",
       .source = "Modelica Standard Library, Machines.Losses.DCMachines.Brush",
-      .parameter_list = {{{.symbol = "V_b", .unit = "V", .null = 0, .min = 0, .max = 100},
-                          {.symbol = "i_lin", .unit = "A", .null = 0.01, .min = 1e-6, .max = 1e3, .shape = true}}},
+      .parameter_list = {{{.symbol = "V_b", .unit = "V", .null = 0, .min = 0, .max = 100, .typical = 1.5},
+                          {.symbol = "i_lin",
+                           .unit = "A",
+                           .null = 0.01,
+                           .min = 1e-6,
+                           .max = 1e3,
+                           .typical = 0.01,
+                           .role = Role::shape}}},
       .parameter_count = 2,
-      .opposes_motion = true};
+      .opposes_motion = true,
+      .watch = Watch{.rank = 3, .varies = false}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -38,6 +45,8 @@ struct BrushDrop {
     for (const double share : {0.0005, 0.003, 0.02}) all.push_back({0, share * seen.current});
     return all;
   }
+
+  static double size_at(double share, const Ranges& seen) { return share * seen.voltage; }
 };
 
 }  // namespace emtb

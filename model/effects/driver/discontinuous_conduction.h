@@ -18,8 +18,9 @@ struct DiscontinuousConduction {
       .shows = "e_a is too high at light load only, which is where a small bench lives.",
       .told_apart = "From driver_output_resistance, which is straight, by load; from driver_gain_error by no load.",
       .source = "Leonhard, Control of Electrical Drives, ch. 8: intermittent current; exponential as a smooth stand-in",
-      .parameter_list = {{{.symbol = "V_d", .unit = "V", .null = 0, .min = 0, .max = 1e3},
-                          {.symbol = "i_c", .unit = "A", .null = 0.1, .min = 1e-6, .max = 1e3, .shape = true}}},
+      .parameter_list =
+          {{{.symbol = "V_d", .unit = "V", .null = 0, .min = 0, .max = 1e3, .typical = 3},
+            {.symbol = "i_c", .unit = "A", .null = 0.1, .min = 1e-6, .max = 1e3, .typical = 0.1, .role = Role::shape}}},
       .parameter_count = 2};
 
   template <class Scalar>

@@ -22,8 +22,9 @@ struct DriverDelay {
           "From driver_lag by the shape of the edge: shifted, not rounded. Half a sample of timing error in the data "
           "looks the same.",
       .source = "Leonhard, Control of Electrical Drives: T/(2p) on the mean",
-      .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2}}},
-      .edges = true};
+      .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2, .typical = 0.03}}},
+      .at_null = AtNull::small,
+      .family = Family::driver_edges};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -18,8 +18,9 @@ struct DriverLag {
       .shows = "The edges of e_a are exponential; nothing is wrong when settled.",
       .told_apart = "From driver_delay by the shape of the edge; from tacho_lag by a measured e_a.",
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
-      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
-      .edges = true};
+      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.07}}},
+      .at_null = AtNull::small,
+      .family = Family::driver_edges};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -18,7 +18,7 @@ struct DriverSaturation {
       .shows = "e_a and speed are clipped at the top; below it nothing is wrong. Excited by references up to the end.",
       .told_apart = "From windage and driver_gain_error by its knee: those act at all levels.",
       .source = "Leonhard, Control of Electrical Drives; static limit",
-      .parameter_list = {{{.symbol = "e_max", .unit = "V", .null = infinity, .min = 1e-3, .max = 1e4}}},
+      .parameter_list = {{{.symbol = "e_max", .unit = "V", .null = infinity, .min = 1e-3, .max = 1e4, .typical = 105}}},
       .clips = true};
 
   template <class Scalar>

@@ -18,10 +18,23 @@ struct DriverSlew {
       .shows = "Edges of e_a are steeper or flatter than the model's; nothing is wrong when settled.",
       .told_apart = "From driver_lag by edges that stay straight; from J where e_a is measured.",
       .source = "Erdal et al. (2011), figure 8: 22.5 and -20.4 V/s",
-      .parameter_list = {{{.symbol = "rise", .unit = "V/s", .null = 1e12, .min = 1e-3, .max = 1e12, .known = true},
-                          {.symbol = "fall", .unit = "V/s", .null = 1e12, .min = 1e-3, .max = 1e12, .known = true}}},
+      .parameter_list = {{{.symbol = "rise",
+                           .unit = "V/s",
+                           .null = 1e12,
+                           .min = 1e-3,
+                           .max = 1e12,
+                           .typical = 20,
+                           .role = Role::limit},
+                          {.symbol = "fall",
+                           .unit = "V/s",
+                           .null = 1e12,
+                           .min = 1e-3,
+                           .max = 1e12,
+                           .typical = 20,
+                           .role = Role::limit}}},
       .parameter_count = 2,
-      .edges = true};
+      .at_null = AtNull::small,
+      .family = Family::driver_edges};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

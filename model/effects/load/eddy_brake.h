@@ -19,8 +19,14 @@ struct EddyBrake {
       .shows = "Braking with a maximum: the load falls again at high speed.",
       .told_apart = "From B below omega_b, where it is nearly straight; from coulomb_friction far beyond it.",
       .source = "Modelica Standard Library, Rotational.Components.EddyCurrentTorque; Wouterse (1991)",
-      .parameter_list = {{{.symbol = "T_b", .unit = "N m", .null = 0, .min = 0, .max = 1e4},
-                          {.symbol = "omega_b", .unit = "rad/s", .null = 60, .min = 1e-2, .max = 1e5, .shape = true}}},
+      .parameter_list = {{{.symbol = "T_b", .unit = "N m", .null = 0, .min = 0, .max = 1e4, .typical = 0.05},
+                          {.symbol = "omega_b",
+                           .unit = "rad/s",
+                           .null = 60,
+                           .min = 1e-2,
+                           .max = 1e5,
+                           .typical = 60,
+                           .role = Role::shape}}},
       .parameter_count = 2,
       .opposes_motion = true};
 

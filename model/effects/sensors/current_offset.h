@@ -16,13 +16,17 @@ struct CurrentOffset {
       .shows = "A current is read at rest, and the same is added in both directions.",
       .told_apart = "From coulomb_friction by rest and by reversal.",
       .source = "offset error of a Hall sensor",
-      .parameter_list = {{{.symbol = "i_0", .unit = "A", .null = 0, .min = -1e3, .max = 1e3}}},
+      .parameter_list = {{{.symbol = "i_0", .unit = "A", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.02}}},
+      .watch = Watch{.rank = 5},
+      .changed = {"the current is read", "has the sensor's zero moved?", "has the sensor's zero moved?"},
       .reads = Signal::i_a};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     balance.i_a_reading += p[0];
   }
+
+  static double size_at(double share, const Ranges& seen) { return share * seen.current; }
 };
 
 }  // namespace emtb

@@ -16,7 +16,7 @@ struct TachoLag {
       .shows = "The speed is late against the current whenever it changes; nothing when settled.",
       .told_apart = "From armature_inductance by current in transients; from J by the current.",
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
-      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
+      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.03}}},
       .memory = 3,
       .reads = Signal::omega};
 

@@ -16,7 +16,9 @@ struct TachoOffset {
       .shows = "The speed reads omega_0 at rest, and is off by it at every speed.",
       .told_apart = "From driver_dead_zone and coulomb_friction by its reading at rest.",
       .source = "offset error of an amplifier",
-      .parameter_list = {{{.symbol = "omega_0", .unit = "rad/s", .null = 0, .min = -1e3, .max = 1e3}}},
+      .parameter_list = {{{.symbol = "omega_0", .unit = "rad/s", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.7}}},
+      .watch = Watch{.rank = 4},
+      .changed = {"the tacho reads", "has its zero moved?", "has its zero moved?"},
       .reads = Signal::omega};
 
   template <class Scalar>
@@ -24,6 +26,8 @@ struct TachoOffset {
     balance.omega_reading += p[0];
     balance.angle_behind -= p[0] * x.t;
   }
+
+  static double size_at(double share, const Ranges& seen) { return share * seen.speed; }
 };
 
 }  // namespace emtb

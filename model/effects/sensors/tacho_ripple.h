@@ -19,9 +19,10 @@ struct TachoRipple {
       .told_apart =
           "From cogging, whose ripple vanishes with speed, and from eccentric_load (N = 1), which the current shows.",
       .source = "Krause, Wasynczuk and Sudhoff, Analysis of Electric Machinery",
-      .parameter_list = {{{.symbol = "r", .unit = "1", .null = 0, .min = 0, .max = 0.5},
-                          {.symbol = "N", .unit = "1/turn", .null = 2, .min = 0.5, .max = 400, .shape = true},
-                          {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .shape = true}}},
+      .parameter_list =
+          {{{.symbol = "r", .unit = "1", .null = 0, .min = 0, .max = 0.5, .typical = 0.01},
+            {.symbol = "N", .unit = "1/turn", .null = 2, .min = 0.5, .max = 400, .typical = 2, .role = Role::order},
+            {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .typical = 1, .role = Role::phase}}},
       .parameter_count = 3,
       .periodic = true,
       .reads = Signal::omega};

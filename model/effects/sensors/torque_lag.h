@@ -10,18 +10,19 @@ namespace emtb {
 /// The filter behind a strain gauge. Where the shaft takes its load from that gauge, what the load effects foretell is
 /// on the shaft before it is read.
 struct TorqueLag {
-  static constexpr EffectInfo info{.id = "torque_lag",
-                                   .name = "torque gauge lag",
-                                   .stage = Stage::sensors,
-                                   .equation = "tau dy/dt = T - y, y is read",
-                                   .what = "The strain gauge's amplifier filters its signal.",
-                                   .shows = "The torque reads late whenever it changes.",
-                                   .told_apart = "From shaft_compliance by the absence of ringing.",
-                                   .source = "first-order filter",
-                                   .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10}}},
-                                   .memory = 2,
-                                   .edges = true,
-                                   .reads = Signal::torque};
+  static constexpr EffectInfo info{
+      .id = "torque_lag",
+      .name = "torque gauge lag",
+      .stage = Stage::sensors,
+      .equation = "tau dy/dt = T - y, y is read",
+      .what = "The strain gauge's amplifier filters its signal.",
+      .shows = "The torque reads late whenever it changes.",
+      .told_apart = "From shaft_compliance by the absence of ringing.",
+      .source = "first-order filter",
+      .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.016}}},
+      .memory = 2,
+      .at_null = AtNull::small,
+      .reads = Signal::torque};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {

@@ -19,8 +19,8 @@ struct Backlash {
       .told_apart = "From shaft_compliance alone by the start after a reversal, which is too light.",
       .source =
           "Nordin and Gutman (2002), Controlling mechanical systems with backlash: dead-zone model that never pulls",
-      .parameter_list = {{{.symbol = "gap", .unit = "rad", .null = 0, .min = 0, .max = 7}}},
-      .sudden = true,
+      .parameter_list = {{{.symbol = "gap", .unit = "rad", .null = 0, .min = 0, .max = 7, .typical = 0.1}}},
+      .at_null = AtNull::nothing,
       .quick = true,
       .needs = "shaft_compliance"};
 

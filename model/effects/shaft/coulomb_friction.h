@@ -19,13 +19,18 @@ struct CoulombFriction {
           "From B by two speeds; from load_torque by reversal, a gauge or a standstill; from brush_drop and "
           "driver_dead_zone by current in transients.",
       .source = "Olsson et al. (1998), Friction models and friction compensation; step after Moreau",
-      .parameter_list = {{{.symbol = "T_c", .unit = "N m", .null = 0, .min = 0, .max = 1e3}}},
-      .opposes_motion = true};
+      .parameter_list = {{{.symbol = "T_c", .unit = "N m", .null = 0, .min = 0, .max = 1e3, .typical = 0.05}}},
+      .opposes_motion = true,
+      .dry_friction = true,
+      .watch = Watch{.rank = 0},
+      .changed = {"the motor needs", "a brake left on, does something rub?", "a brake released?"}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     balance.dry_friction += p[0];
   }
+
+  static double size_at(double share, const Ranges& seen) { return share * seen.torque; }
 };
 
 }  // namespace emtb

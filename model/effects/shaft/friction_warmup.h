@@ -18,8 +18,9 @@ struct FrictionWarmup {
       .shows = "The no-load current falls with time at constant speed.",
       .told_apart = "From field_heating, in which the speed rises and the current does, too.",
       .source = "Olsson et al. (1998), on temperature; one time constant",
-      .parameter_list = {{{.symbol = "drop", .unit = "1", .null = 0, .min = -1, .max = 0.95},
-                          {.symbol = "tau", .unit = "s", .null = 60, .min = 1e-2, .max = 1e5, .shape = true}}},
+      .parameter_list =
+          {{{.symbol = "drop", .unit = "1", .null = 0, .min = -1, .max = 0.95, .typical = 0.4},
+            {.symbol = "tau", .unit = "s", .null = 60, .min = 1e-2, .max = 1e5, .typical = 60, .role = Role::shape}}},
       .parameter_count = 2};
 
   template <class Scalar>

@@ -21,9 +21,10 @@ struct ShaftCompliance {
       .told_apart =
           "From armature_inductance and tacho_lag by the ringing. A driver that is slow against it never shows it.",
       .source = "two-mass model; Leonhard, Control of Electrical Drives; trapezoidal step, implicit",
-      .parameter_list = {{{.symbol = "k", .unit = "N m/rad", .null = infinity, .min = 1e-6, .max = 1e9},
-                          {.symbol = "d", .unit = "N m s/rad", .null = 0, .min = 0, .max = 1e6, .shape = true},
-                          {.symbol = "J_2", .unit = "kg m2", .null = 0, .min = 0, .max = 1e4, .shape = true}}},
+      .parameter_list =
+          {{{.symbol = "k", .unit = "N m/rad", .null = infinity, .min = 1e-6, .max = 1e9, .typical = 50},
+            {.symbol = "d", .unit = "N m s/rad", .null = 0, .min = 0, .max = 1e6, .typical = 0.01, .role = Role::shape},
+            {.symbol = "J_2", .unit = "kg m2", .null = 0, .min = 0, .max = 1e4, .typical = 1e-3, .role = Role::shape}}},
       .parameter_count = 3,
       .memory = 4,
       .quick = true};

@@ -18,13 +18,16 @@ struct Windage {
           "staircase to full speed or a coast-down from it.",
       .told_apart = "From coulomb_friction by low speeds; from eddy_brake by speeds beyond its maximum.",
       .source = "Modelica Standard Library, Machines.Losses.Friction (exponent 2)",
-      .parameter_list = {{{.symbol = "c_w", .unit = "N m s2/rad2", .null = 0, .min = 0, .max = 1e4}}},
-      .opposes_motion = true};
+      .parameter_list = {{{.symbol = "c_w", .unit = "N m s2/rad2", .null = 0, .min = 0, .max = 1e4, .typical = 3e-6}}},
+      .opposes_motion = true,
+      .watch = Watch{.rank = 2, .varies = false}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     balance.braking_torque += p[0] * x.omega * abs(x.omega);
   }
+
+  static double size_at(double share, const Ranges& seen) { return share * seen.torque / (seen.speed * seen.speed); }
 };
 
 }  // namespace emtb

@@ -13,7 +13,7 @@ class Losses : public testing::Test {
   static constexpr int n = 20000;
 
   Losses() {
-    PreparedRun run;
+    Record run;
     Observation o;
     o.signal = Signal::omega;
     for (int k = 0; k < n; ++k) {
@@ -25,7 +25,7 @@ class Losses : public testing::Test {
     }
     run.observations.push_back(o);
     runs_.push_back(run);
-    noise_[Signal::omega] = {.sigma = 1, .from = "declared", .lower_bound = false, .autocorrelation = 0};
+    noise_[Signal::omega] = {.sigma = 1, .from = FloorSource::declared, .lower_bound = false, .autocorrelation = 0};
   }
 
   /// Noise of sigma 1 that is the same in every model, and a systematic part.
@@ -44,7 +44,7 @@ class Losses : public testing::Test {
     return result;
   }
 
-  std::vector<PreparedRun> runs_;
+  std::vector<Record> runs_;
   Noise noise_;
 };
 

@@ -38,7 +38,7 @@ TEST(NextExperiment, AsksForTheCurrentWhereSpeedAloneCannotTellFrictionFromADrop
   const blind::Bench bench = blind::fast_bench();
   const std::vector<emtb::Run> runs = runs_of_speed_alone(bench);
   const Dataset data = prepare(runs, {}, bench.model);
-  const double R_a = bench.model.base[0].value, K_m = bench.model.base[2].value, T_c = 0.01;  // [N m]
+  const double R_a = bench.model.base[base::R_a].value, K_m = bench.model.base[base::K_m].value, T_c = 0.01;  // [N m]
   const Model friction = with(bench.model, "coulomb_friction", {T_c});
   const Model drop = with(bench.model, "brush_drop", {T_c / K_m * R_a});
   const std::vector<Proposal> all = next_experiments(runs, data, friction, std::vector{drop});

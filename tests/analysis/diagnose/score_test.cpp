@@ -1,10 +1,10 @@
-#include "analysis/diagnose/refit_start.h"
 #include "analysis/diagnose/score.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
 #include "model/catalogue.h"
@@ -45,14 +45,14 @@ TEST(Score, ARefitStartsLowerThanTheFittedModelThoughViscousFrictionImitatesWind
       *with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), score.starts.front());
   EXPECT_LT(start.squares, 0.5 * fitted);
   EXPECT_NEAR(start.squares, squares_of(bench, start.model), 1e-6 * fitted);
-  EXPECT_LT(start.model.base[3].value, bench.model.base[3].value) << "B has to make room";
+  EXPECT_LT(start.model.base[base::B].value, bench.model.base[base::B].value) << "B has to make room";
   const RefitStart crowded = *with_effect(bench.data.train, bench.model, fitted, effect_index("windage"), alone);
   EXPECT_LT(crowded.squares, fitted) << "as much of the way as lowers it";
 }
 
 TEST(Score, ARefitDoesNotStartWhereNothingCanBeSimulated) {
   const FittedBench bench = fitted_on(blind::fast_bench());
-  const double J = bench.model.base[4].value;
+  const double J = bench.model.base[base::J].value;
   const std::vector<double> coupling{0.9, 0.002, 1.01 * J};  // [N m/rad], [N m s/rad], [kg m2] of the load's share of J
   const Score::Start heavier{coupling, coupling, {}};
   EXPECT_FALSE(with_effect(bench.data.train, bench.model, squares_of(bench, bench.model),

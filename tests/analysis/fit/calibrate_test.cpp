@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "analysis/record/noise.h"
+#include "analysis/record/dataset.h"
 #include "hal/error.h"
 #include "tests/analysis/synthetic.h"
 
@@ -24,11 +24,8 @@ using testing::Not;
 
 constexpr synthetic::Sigma quiet{.omega = 0.1, .i_a = 0.01, .e_a = 0.02};
 
-std::vector<PreparedRun> prepared(const std::vector<emtb::Run>& runs, const Model& model) {
-  std::vector<PreparedRun> records;
-  for (const emtb::Run& run : runs) records.push_back(prepare_run(run, model));
-  weigh(records, estimate_noise(records, model), model);
-  return records;
+std::vector<Record> prepared(const std::vector<emtb::Run>& runs, const Model& model) {
+  return prepare(runs, {}, model).train;
 }
 
 Model with_noise(Model model) {
@@ -185,8 +182,8 @@ TEST(Calibrate, NinetyFivePercentIntervalsHoldTheTruthThatOften) {
   std::vector<synthetic::Hold> plan;
   for (int n = 0; n < 60; ++n) plan.push_back({0.5, 2 + 1.5 * std::sin(2.4 * n)});
   const emtb::Run clean = record({}, plan, 1e-2);
-  std::vector<PreparedRun> records{prepare_run(speed_only(clean), truth)};
-  PreparedRun& run = records[0];
+  std::vector<Record> records{{observe_run(speed_only(clean), truth)}};
+  Record& run = records[0];
   Observation i_a = run.observations[0];
   i_a.signal = Signal::i_a;
   run.observations.push_back(i_a);
@@ -224,8 +221,8 @@ TEST(Calibrate, ErrorsHoldWhatTheLengthOfTheStepsDoes) {
   Model truth = with_noise(servo_model());
   std::vector<synthetic::Hold> plan;
   for (int n = 0; n < 60; ++n) plan.push_back({0.5, 2 + 1.5 * std::sin(2.4 * n)});
-  std::vector<PreparedRun> records{prepare_run(speed_only(record({}, plan, 1e-2)), truth)};
-  PreparedRun& run = records[0];
+  std::vector<Record> records{{observe_run(speed_only(record({}, plan, 1e-2)), truth)}};
+  Record& run = records[0];
   run.excitation.initial = {};
   run.excitation.longest_step = 1e-3;
   Trajectory<double> y;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "analysis/fit/calibrate.h"
-#include "analysis/record/noise.h"
+#include "analysis/record/dataset.h"
 #include "tests/analysis/live/live_bench.h"
 
 namespace emtb {
@@ -53,10 +53,7 @@ class FieldOn : public testing::Test {
 
 TEST_F(FieldOn, ACalibrationKnowsHowWarmARunBegan) {
   const auto fitted = [&](std::vector<emtb::Run> runs) {
-    std::vector<PreparedRun> records;
-    for (const emtb::Run& run : runs) records.push_back(prepare_run(run, bench.model));
-    weigh(records, estimate_noise(records, bench.model), bench.model);
-    return calibrate(records, bench.model);
+    return calibrate(prepare(runs, {}, bench.model).train, bench.model);
   };
   const std::vector<emtb::Run> runs{part(0, 20), part(60, 80)};
   const Calibration known = fitted(runs);

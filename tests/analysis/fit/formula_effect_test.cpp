@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "analysis/fit/calibrate.h"
-#include "analysis/record/noise.h"
+#include "analysis/record/dataset.h"
 #include "config/formula.h"
 #include "model/catalogue.h"
 #include "tests/analysis/synthetic.h"
@@ -145,8 +145,7 @@ TEST(FormulaInAModel, CalibratesAsTheSameEffectOfTheLibraryDoes) {
   const auto fitted = [&](Model model) {
     for (Parameter& p : model.base) p.value *= 1.1;
     model.noise = {{Signal::omega, 0.1}, {Signal::i_a, 0.01}};
-    std::vector<PreparedRun> records{prepare_run(run, model)};
-    weigh(records, estimate_noise(records, model), model);
+    const std::vector<Record> records = prepare(std::vector{run}, {}, model).train;
     return calibrate(records, model).model;
   };
   const Model built_in = fitted(with_windage_of_the_library()), formula = fitted(with_windage_as_a_formula());

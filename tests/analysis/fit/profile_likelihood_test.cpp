@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "analysis/record/noise.h"
+#include "analysis/record/dataset.h"
 #include "model/catalogue.h"
 #include "tests/analysis/synthetic.h"
 
@@ -23,14 +23,14 @@ Model guess() {
   return model;
 }
 
-std::vector<PreparedRun> recorded(const Model& model, unsigned seed = 1) {
-  std::vector<PreparedRun> records{prepare_run(record({}, synthetic::steps, 1e-3, instruments, seed), model)};
-  weigh(records, estimate_noise(records, model), model);
+std::vector<Record> recorded(const Model& model, unsigned seed = 1) {
+  const std::vector<Record> records =
+      prepare(std::vector{record({}, synthetic::steps, 1e-3, instruments, seed)}, {}, model).train;
   return records;
 }
 
 /// How much more the best fit costs once a parameter is held at a value.
-double rise_at(const std::vector<PreparedRun>& records, const Calibration& fitted, std::size_t place, double value) {
+double rise_at(const std::vector<Record>& records, const Calibration& fitted, std::size_t place, double value) {
   Model held = fitted.model;
   held.at(place).value = value;
   held.at(place).fixed = true;
@@ -90,9 +90,9 @@ TEST(ProfileLikelihood, EndsAtTheBoundOfAParameterThatTheDataLeaveOpen) {
   model.at(0).min = 1.19;  // what a data sheet allows is narrower than what these data tell
   model.at(0).max = 1.21;
   model.noise = {{Signal::omega, 1}, {Signal::i_a, 0.1}, {Signal::e_a, 0.2}};
-  std::vector<PreparedRun> records{
-      prepare_run(record({}, {{0.05, 0}, {0.05, 0.2}}, 1e-3, {.omega = 1, .i_a = 0.1, .e_a = 0.2}), model)};
-  weigh(records, estimate_noise(records, model), model);
+  const std::vector<Record> records =
+      prepare(std::vector{record({}, {{0.05, 0}, {0.05, 0.2}}, 1e-3, {.omega = 1, .i_a = 0.1, .e_a = 0.2})}, {}, model)
+          .train;
   const Calibration c = calibrate(records, model);
   const auto interval = profile_likelihood(records, c, 0);
   ASSERT_TRUE(interval);

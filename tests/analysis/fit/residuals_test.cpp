@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "analysis/record/noise.h"
+#include "analysis/record/noise_floor.h"
 #include "tests/analysis/synthetic.h"
 
 namespace emtb {
@@ -16,7 +16,7 @@ using synthetic::servo_model;
 using Places = std::vector<std::vector<std::size_t>>;
 
 /// A run with a fast speed, a slow meter and a measured voltage; every reading weighs 0.1.
-std::vector<PreparedRun> records() {
+std::vector<Record> records() {
   emtb::Run run = record({}, synthetic::steps, 1e-3, {.omega = 0.1, .i_a = 0.01, .e_a = 0.05});
   const Series fast = run.at(Signal::i_a);
   Series meter;
@@ -26,12 +26,12 @@ std::vector<PreparedRun> records() {
   }
   meter.window = 0.25;
   run.signals[Signal::i_a] = meter;
-  std::vector<PreparedRun> all{prepare_run(run, servo_model())};
+  std::vector<Record> all{{observe_run(run, servo_model())}};
   for (Observation& o : all[0].observations) o.sigma.assign(o.size(), 0.1);
   return all;
 }
 
-std::vector<Residuals> of(const std::vector<PreparedRun>& runs, const Model& model, const Places& moved) {
+std::vector<Residuals> of(const std::vector<Record>& runs, const Model& model, const Places& moved) {
   return residuals(runs, model, model.values(), moved);
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/record/noise.h"
+#include "analysis/record/noise_floor.h"
 #include "tests/analysis/synthetic.h"
 
 namespace emtb {
@@ -17,7 +17,7 @@ constexpr double wander = 0.01;                         // [rad^2/s] of the meas
 /// A servo that cogs, and what of it was read: readings of the model itself, turned at the start.
 struct Cogging {
   Model model = synthetic::servo_model();
-  PreparedRun record;
+  Record record;
   std::vector<double> wandered;  ///< [rad] the measured angle less the shaft's, at each time
 
   /// @param parameters of cogging, which at a phase of -N turned starts between two teeth, and of an eccentric load
@@ -29,7 +29,7 @@ struct Cogging {
     std::ranges::copy(parameters, values.begin() + 5);
     for (std::size_t i = 0; i < values.size(); ++i) model.at(i).value = values[i];
     const Run run = synthetic::record({}, synthetic::steps, 1e-3, {.omega = sigma_omega});
-    record = prepare_run(run, model);
+    record = {observe_run(run, model)};
     record.measured_voltage = false;
     Excitation& x = record.excitation;
     std::vector<double> truth = values;
@@ -99,9 +99,9 @@ TEST(BestTurn, FromNearIsAsGoodAsASearch) {
   EXPECT_LT(c.error_at(followed), c.error_at(searched) + 5e-3);
 }
 
-TEST(ResidualsAtBestTurns, FollowEachRecordFromWhereItsTurnIsKnown) {
+TEST(ResidualsAtBestPhases, FollowEachRecordFromWhereItsPhaseIsKnown) {
   const Cogging a({0.004, 6.0, -2.4}, 0.4, true), b({0.004, 6.0, -2.4}, 0.7, false);
-  const std::vector<PreparedRun> records{a.record, b.record};
+  const std::vector<Record> records{a.record, b.record};
   const ResidualsAtPhases searched = residuals_at_best_phases(records, a.model, a.values(), {});
   ASSERT_EQ(searched.phases.size(), 2U);
   EXPECT_NEAR(searched.phases[1].at.front(), 0.7, 5e-3);

@@ -1,0 +1,23 @@
+#include "analysis/diagnose/criterion.h"
+
+namespace emtb {
+
+bool MaterialityCriterion::material(const Loss& without, const Loss& with) const {
+  return emtb::material(without, with, rule_);
+}
+
+bool MaterialityCriterion::material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const {
+  return takes_share(before, rule_.edge_share, without, with, rule_);
+}
+
+bool MaterialityCriterion::tied(const Loss& best, const Loss& other) const { return emtb::tied(best, other, rule_); }
+
+bool MaterialityCriterion::remainder(const Loss& loss) const { return emtb::remainder(loss, rule_); }
+
+bool MaterialityCriterion::worth_a_wide_search(const Loss& loss) const {
+  return largest_excess(loss) >= rule_.remainder;
+}
+
+bool MaterialityCriterion::anything_left(const Loss& loss) const { return largest_excess(loss) >= rule_.least; }
+
+}  // namespace emtb

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "analysis/diagnose/loss.h"
+
+namespace emtb {
+
+/// What decides between models. A search asks this and nothing else about losses, so that another criterion can take
+/// its place.
+class Criterion {
+ public:
+  virtual ~Criterion() = default;
+
+  /// Does going from `without` to `with` remove something that counts, and make the whole no worse?
+  virtual bool material(const Loss& without, const Loss& with) const = 0;
+
+  /// Does it still count beside an effect that shapes the same edges, as a share of what was there before both?
+  virtual bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const = 0;
+
+  /// Is `other` as good as `best`?
+  virtual bool tied(const Loss& best, const Loss& other) const = 0;
+
+  /// Is something left that should have a name?
+  virtual bool remainder(const Loss& loss) const = 0;
+
+  /// Is some signal so far above its floor that two effects at once, or all whole orders, are worth their time?
+  virtual bool worth_a_wide_search(const Loss& loss) const = 0;
+
+  /// Is some signal so far above its floor that anything material could be removed?
+  virtual bool anything_left(const Loss& loss) const = 0;
+};
+
+/// Judges by materiality.
+class MaterialityCriterion final : public Criterion {
+ public:
+  explicit MaterialityCriterion(const Materiality& rule) : rule_(rule) {}
+
+  bool material(const Loss& without, const Loss& with) const override;
+  bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const override;
+  bool tied(const Loss& best, const Loss& other) const override;
+  bool remainder(const Loss& loss) const override;
+  bool worth_a_wide_search(const Loss& loss) const override;
+  bool anything_left(const Loss& loss) const override;
+
+ private:
+  Materiality rule_;
+};
+
+}  // namespace emtb

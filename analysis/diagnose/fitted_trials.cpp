@@ -1,0 +1,232 @@
+#include "analysis/diagnose/fitted_trials.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/refit.h"
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+/// How far the fits of a search go. No decision is about less than a hundredth of the cost; what creeps on below this
+/// is not determined.
+CalibrationOptions of_a_search(int extra_starts = 0) {
+  return {.extra_starts = extra_starts, .max_iterations = 25, .tolerance = 1e-5, .with_covariance = false};
+}
+
+CalibrationOptions to_the_end(int extra_starts = 0) {
+  return {.extra_starts = extra_starts, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = false};
+}
+
+RotorPhases phases_of(const Trial* known) { return known != nullptr ? known->fit.phases : RotorPhases{}; }
+
+/// None where it cannot be simulated from there: the search passes it over.
+template <class Fit>
+std::optional<Trial> attempt(const Fit& fit) {
+  try {
+    return fit();
+  } catch (const ModelError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
+  CalibrationOptions as_it_is;
+  as_it_is.extra_starts = as_it_is.max_iterations = 0;
+  as_it_is.quick_errors = quick;
+  return fit_or_none(records, fitted, as_it_is);
+}
+
+FittedTrials::FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion,
+                           const ScoreOptions& score, std::size_t refits)
+    : data_(data), given_(given), criterion_(criterion), score_(score), refits_(refits) {}
+
+Trial FittedTrials::first_fit() {
+  constexpr int extra_starts = 4;  // only where nothing good is known to start from
+  return fitted(given_, of_a_search(extra_starts), nullptr);
+}
+
+std::optional<Trial> FittedTrials::fit(const Model& start, const Trial* known) {
+  return attempt([&] { return fitted(start, of_a_search(), known); });
+}
+
+std::optional<Trial> FittedTrials::fit_to_the_end(const Model& start) {
+  return attempt([&] { return fitted(start, to_the_end(), nullptr); });
+}
+
+std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
+  constexpr int extra_starts = 4;
+  std::optional<Trial> found = fit_to_the_end(start);
+  if (!found || !criterion_.remainder(found->held_out)) return found;
+  Model anew = found->model();
+  anew.base = given_.base;
+  std::optional<Trial> other = attempt([&] { return fitted(anew, to_the_end(extra_starts), nullptr); });
+  return other && criterion_.material(found->held_out, other->held_out) ? other : found;
+}
+
+Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const Trial* known) const {
+  Trial trial{{}, 0, 0, Loss(data_.noise)};
+  options.phases = phases_of(known);
+  trial.fit = calibrate(data_.train, start, options);
+  const Model& model = trial.fit.model;
+  ResidualsAtPhases left = residuals_at_best_phases(data_.train, model, model.values(), {},
+                                                    known != nullptr ? trial.fit.phases : RotorPhases{});
+  trial.fit.phases = std::move(left.phases);
+  trial.squares = sum_of_squares(left.residuals);
+  trial.train = error_of(mean_squares(left.residuals));
+  if (!data_.held_out.empty()) {
+    ResidualsAtPhases unseen = residuals_at_best_phases(data_.held_out, model, model.values(), {},
+                                                        known != nullptr ? known->held_out_phases : RotorPhases{});
+    trial.held_out.add(data_.held_out, unseen.residuals);
+    trial.held_out_phases = std::move(unseen.phases);
+  } else if (data_.train.size() == 1) {
+    trial.held_out.add(data_.train, left.residuals);
+  } else {
+    leave_one_out(trial, std::move(options));
+  }
+  return trial;
+}
+
+void FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) const {
+  const bool known = !options.phases.empty();
+  for (std::size_t out = 0; out < data_.train.size(); ++out) {
+    std::vector<Record> rest;
+    options.phases.clear();
+    for (std::size_t i = 0; i < data_.train.size(); ++i) {
+      if (i == out) continue;
+      rest.push_back(data_.train[i]);
+      if (known) options.phases.push_back(trial.fit.phases[i]);
+    }
+    const Model fitted = calibrate(rest, trial.model(), options).model;
+    const std::span<const Record> alone(&data_.train[out], 1);
+    const RotorPhases near = known ? RotorPhases{trial.fit.phases[out]} : RotorPhases{};
+    trial.held_out.add(alone, residuals_at_best_phases(alone, fitted, fitted.values(), {}, near).residuals);
+  }
+}
+
+Loss FittedTrials::loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const {
+  Loss loss(data_.noise);
+  loss.add(runs, residuals_at_best_phases(runs, model, model.values(), {}, phases).residuals);
+  return loss;
+}
+
+std::vector<Score> FittedTrials::scores(const Model& fitted) {
+  return score(data_.train, fitted, absent_effects(fitted), score_);
+}
+
+std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all) {
+  constexpr double far_less = 0.3;  // of what the best removes of the cost; by hand
+  const std::vector<Score> best = worth_a_refit(all, fitted.model(), refits_, score_);
+  std::vector<Fit> begun;
+  double most = 0;
+  for (const Score& s : best) {
+    begun.push_back(begun_refit(data_.train, fitted.fit, fitted.squares, s, valleys_));
+    most = std::max(most, fitted.fit.cost - begun.back().cost);
+  }
+  std::vector<Addition> additions;
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    if (fitted.fit.cost - begun[i].cost < far_less * most) continue;
+    std::optional<Trial> trial = fit(begun[i].model, known_for(best[i].effect, fitted));
+    if (!trial) continue;
+    additions.push_back({best[i], std::move(*trial)});
+    std::vector<double>& valley = valleys_[best[i].effect];  // for later rounds to start from
+    valley.clear();
+    for (const Parameter& p : additions.back().trial.model().parameters_of(best[i].effect)) valley.push_back(p.value);
+  }
+  return additions;
+}
+
+std::optional<Addition> FittedTrials::refit_at_whole_orders(const Trial& fitted) {
+  constexpr double worth_going_on = 0.05;  // of the largest remainder; by hand
+  const std::vector<std::size_t> detents = absent_detents(fitted.model());
+  if (!criterion_.worth_a_wide_search(fitted.held_out) || detents.empty()) return {};
+  auto begun = begun_at_whole_orders(data_.train, fitted.fit, fitted.squares, detents, score_, valleys_);
+  if (!begun) return {};
+  const double left = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
+  if (largest_excess(loss_on(data_.train, begun->fit.model, begun->fit.phases)) > (1 - worth_going_on) * left)
+    return {};
+  std::optional<Trial> trial = fit(begun->fit.model, nullptr);
+  if (!trial) return {};
+  return Addition{std::move(begun->score), std::move(*trial)};
+}
+
+std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
+                                               const std::vector<std::size_t>& added) {
+  constexpr double most_of_it = 0.5;  // of the largest remainder: two amplitudes can do a little of anything; by hand
+  constexpr int few = 4;              // steps, by which
+  constexpr double half_way = 0.5;    // of that must be done for a fit to go on; by hand
+  const Loss& alone = fitted.held_out;
+  if (!criterion_.worth_a_wide_search(alone)) return std::nullopt;
+  const double left = largest_excess(alone);
+  const double left_in_training = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
+  const std::vector<Score> best = worth_pairing(scores, fitted.model(), added, score_);
+  std::optional<Pair> found;
+  for (std::size_t i = 0; i + 1 < best.size(); ++i) {
+    const Trial* known_one = known_for(best[i].effect, fitted);
+    const auto one = with_effect(data_.train, fitted.model(), fitted.squares, best[i].effect, best[i].starts.front(),
+                                 phases_of(known_one));
+    if (!one) continue;
+    for (std::size_t j = i + 1; j < best.size(); ++j) {
+      Score::Start start = best[j].starts.front();
+      start.others.clear();  // they belong to a model without the first
+      const Trial* known_other = known_for(best[j].effect, fitted);
+      const Trial* known = known_one != nullptr ? known_other : nullptr;
+      const auto both = with_effect(data_.train, one->model, one->squares, best[j].effect, start,
+                                    known_other != nullptr ? one->phases : RotorPhases{});
+      if (!both) continue;
+      const Fit begun = first_steps(data_.train, both->model, few, both->phases);
+      if (largest_excess(loss_on(data_.train, begun.model, begun.phases)) >
+          (1 - half_way * most_of_it) * left_in_training)
+        continue;
+      std::optional<Trial> trial = fit(begun.model, known);
+      if (!trial) continue;
+      Pair pair{{best[i].effect, best[j].effect}, std::move(*trial)};
+      if (largest_excess(pair.trial.held_out) > (1 - most_of_it) * left) continue;
+      if (found && found->trial.held_out.error() <= pair.trial.held_out.error()) continue;
+      if (!criterion_.material(alone, pair.trial.held_out)) continue;
+      if (!determined(pair.trial.model(), pair.effects[0]) || !determined(pair.trial.model(), pair.effects[1]))
+        continue;
+      found = std::move(pair);
+    }
+  }
+  return found;
+}
+
+bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
+  // What quick errors lack is no reason to doubt that it is there.
+  const Fit judged = with_standard_errors(data_.train, fitted, true);
+  const EffectInfo& about = fitted.about(effect);
+  const std::vector<Parameter>& included = judged.model.parameters_of(effect);
+  bool any_amplitude = false;
+  for (std::size_t i = 0; i < about.parameter_count; ++i) {
+    const EffectParameter& p = about.parameter_list[i];
+    if (p.is_shape()) continue;
+    any_amplitude = true;
+    const Parameter& found = included[i];
+    if (found.value == p.null) continue;  // it rests where the effect is absent
+    const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
+    const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
+    if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
+  }
+  return !any_amplitude;
+}
+
+bool FittedTrials::explains_most_runs(const Trial& trial) {
+  std::size_t explained = 0;
+  const auto count = [&](std::span<const Record> runs, const RotorPhases& phases) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      const RotorPhases known = phases.empty() ? RotorPhases{} : RotorPhases{phases[i]};
+      if (!criterion_.remainder(loss_on(runs.subspan(i, 1), trial.model(), known))) ++explained;
+    }
+  };
+  count(data_.train, trial.fit.phases);
+  count(data_.held_out, trial.held_out_phases);
+  return 3 * explained >= 2 * (data_.train.size() + data_.held_out.size());
+}
+
+}  // namespace emtb

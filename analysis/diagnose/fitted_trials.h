@@ -1,0 +1,53 @@
+#pragma once
+
+#include <span>
+
+#include "analysis/diagnose/compare.h"
+#include "analysis/diagnose/criterion.h"
+#include "analysis/diagnose/refit.h"
+#include "analysis/diagnose/trials.h"
+
+namespace emtb {
+
+/// Trials on recorded runs: each fit is a calibration on the training runs, judged on the runs held out, or where none
+/// are named, on each training run while the others are fitted.
+class FittedTrials final : public Trials {
+ public:
+  /// @param given the model as given, which fits from elsewhere start from @param refits how many in a round
+  /// All are borrowed.
+  FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion, const ScoreOptions& score,
+               std::size_t refits);
+
+  /// The first fit, of the model as given, from several starts.
+  /// @throws ModelError where it cannot be simulated
+  Trial first_fit();
+
+  std::optional<Trial> fit(const Model& start, const Trial* known) override;
+  std::optional<Trial> fit_to_the_end(const Model& start) override;
+  std::optional<Trial> fit_from_elsewhere_too(const Model& start) override;
+  std::vector<Score> scores(const Model& fitted) override;
+  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores) override;
+  std::optional<Addition> refit_at_whole_orders(const Trial& fitted) override;
+  std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
+                                   const std::vector<std::size_t>& added) override;
+  bool determined(const Model& fitted, std::size_t effect) override;
+  bool explains_most_runs(const Trial& trial) override;
+
+ private:
+  Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
+  void leave_one_out(Trial& trial, CalibrationOptions options) const;
+  Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;
+
+  const Dataset& data_;
+  const Model& given_;
+  const Criterion& criterion_;
+  const ScoreOptions& score_;
+  std::size_t refits_;
+  Valleys valleys_;
+};
+
+/// A fitted model as it stands, with its standard errors and what rests on a bound.
+/// @param quick leaves long blocks and the length of steps out of them
+Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick = false);
+
+}  // namespace emtb

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "analysis/diagnose/score.h"
+#include "analysis/diagnose/trials.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// The effects of the library and the formulas on offer that a model does not include.
+std::vector<std::size_t> absent_effects(const Model& model);
+
+/// Friction that falls with speed is a part of dry friction: without that it makes no sense.
+bool makes_sense(std::size_t effect, const Model& model);
+
+/// Does some effect of the model need this one?
+bool needed(std::size_t effect, const Model& model);
+
+/// Which of the effects found is of the same family as this one, if any?
+std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<std::size_t>& found,
+                                          const Model& model);
+
+/// The effects of the library that pull at a shaft several times a turn, as far as a model does not include them.
+std::vector<std::size_t> absent_detents(const Model& model);
+
+/// The scored effects that are worth a refit, best first. @param at_most so many
+std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& fitted, std::size_t at_most,
+                                 const ScoreOptions& options);
+
+/// The scored effects that are worth trying two at a time, best first.
+std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& fitted,
+                                 const std::vector<std::size_t>& added, const ScoreOptions& options);
+
+/// The first steps, other than that with `begun_with`, that came near the best: what a search passed by.
+/// @param cost of the model without them
+std::vector<const Addition*> near_the_best(const std::vector<Addition>& refits, double cost, std::size_t begun_with);
+
+/// The fit, as one whose rotor phases hold with an effect more or less; null where they do not.
+const Trial* known_for(std::size_t effect, const Trial& fit);
+
+}  // namespace emtb

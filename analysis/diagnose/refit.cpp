@@ -1,0 +1,138 @@
+#include "analysis/diagnose/refit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/effect.h"
+
+namespace emtb {
+
+std::optional<RefitStart> with_effect(std::span<const Record> records, const Model& fitted, double squares,
+                                      std::size_t effect, const Score::Start& start,
+                                      std::span<const RotorPhase> phases) {
+  const FreeParameters free(fitted);
+  const EffectInfo& about = fitted.about(effect);
+  const auto at = [&](double share) {
+    Model extended = fitted;
+    for (std::size_t i = 0; i < start.others.size(); ++i) {
+      Parameter& p = extended.at(free.places()[i]);
+      p.value = std::clamp(p.value + std::min(share, 1.0) * start.others[i], p.min, p.max);
+    }
+    extended.include(effect);
+    std::vector<Parameter>& added = extended.parameters_of(effect);
+    for (std::size_t i = 0; i < added.size(); ++i) {
+      Parameter& p = added[i];
+      if (p.fixed) continue;
+      const double part = about.parameter_list[i].is_shape() ? std::min(share, 1.0) : share;
+      p.value = std::clamp(start.from[i] + part * (start.expected[i] - start.from[i]), p.min, p.max);
+    }
+    return extended;
+  };
+  RefitStart best;
+  best.phases.assign(phases.begin(), phases.end());
+  // The phases are searched for the whole way, and followed from there.
+  const auto look_at = [&](double share) {
+    RefitStart there{at(share), 0, {}};
+    ResidualsAtPhases seen = residuals_at_best_phases(records, there.model, there.model.values(), {}, best.phases);
+    there.squares = sum_of_squares(seen.residuals);
+    there.phases = std::move(seen.phases);
+    return there;
+  };
+  best = look_at(1);
+  // The score is linear; what it expects of an effect that another imitates can be far off.
+  for (const double share : {0.5, 0.2, 0.05}) {
+    if (best.squares < squares) break;
+    if (RefitStart nearer = look_at(share); !(nearer.squares >= best.squares)) best = std::move(nearer);
+  }
+  // It sees only as much of a wave as keeps step with the measured angle, which wanders.
+  for (double share = 2; about.periodic && best.squares < squares && share <= 16; share *= 2) {
+    RefitStart larger = look_at(share);
+    if (!(larger.squares < best.squares)) break;
+    best = std::move(larger);
+  }
+  if (!std::isfinite(best.squares)) return std::nullopt;
+  return best;
+}
+
+Fit first_steps(std::span<const Record> records, const Model& start, int iterations, RotorPhases phases) {
+  return fit_or_none(records, start,
+                     {.extra_starts = 0,
+                      .max_iterations = iterations,
+                      .tolerance = 1e-3,
+                      .with_covariance = false,
+                      .phases = std::move(phases)});
+}
+
+bool keeps_phases(std::size_t effect, const Model& model) {
+  const EffectInfo& about = model.about(effect);
+  return !about.periodic && about.reads != Signal::omega;
+}
+
+Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squares, const Score& score,
+                const Valleys& valleys) {
+  constexpr int few = 4, first_look = 2;  // steps
+  constexpr std::size_t go_on = 2;
+  std::vector<Score::Start> starts = score.starts;
+  if (const auto valley = valleys.find(score.effect); valley != valleys.end() && starts.size() > 1) {
+    starts.resize(1);
+    starts.push_back({valley->second, valley->second, {}});
+  }
+  const RotorPhases known = keeps_phases(score.effect, fitted.model) ? fitted.phases : RotorPhases{};
+  std::vector<Fit> begun;
+  for (const Score::Start& start : starts) {
+    const auto there = with_effect(records, fitted.model, squares, score.effect, start, known);
+    if (!there) continue;
+    const bool many = starts.size() > go_on;
+    begun.push_back(first_steps(records, there->model, many ? first_look : few, many ? there->phases : known));
+  }
+  if (begun.empty()) return {.model = fitted.model, .cost = infinity, .at_bound = {}, .phases = {}};
+  std::ranges::stable_sort(begun, {}, &Fit::cost);
+  if (begun.size() > go_on) {
+    begun.resize(go_on);
+    for (Fit& f : begun) f = first_steps(records, f.model, few - first_look, known);
+  }
+  return *std::ranges::min_element(begun, {}, &Fit::cost);
+}
+
+std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> records, const Fit& fitted,
+                                                        double squares, std::span<const std::size_t> effects,
+                                                        const ScoreOptions& options, const Valleys& valleys) {
+  constexpr int first_look = 2;  // steps
+  constexpr std::size_t go_on = 2;
+  ScoreOptions all = options;
+  all.whole_orders = true;
+  const std::vector<Score> scored = promising(score(records, fitted.model, effects, all), options);
+  if (scored.empty()) return std::nullopt;
+  Score best = scored.front();
+  const std::vector<Record> runs = shortest_records(records);
+  const double squares_there = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
+  std::vector<std::pair<double, Score::Start>> begun;
+  for (const Score::Start& start : best.starts) {
+    const auto there = with_effect(runs, fitted.model, squares_there, best.effect, start);
+    if (!there) continue;
+    const Fit f = first_steps(runs, there->model, first_look, there->phases);
+    std::vector<double> values;
+    for (const Parameter& p : f.model.parameters_of(best.effect)) values.push_back(p.value);
+    begun.push_back({f.cost, {values, values, {}}});
+  }
+  if (begun.empty()) return std::nullopt;
+  std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
+  best.starts.clear();
+  for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
+  Fit started = begun_refit(records, fitted, squares, best, valleys);
+  return BegunAtWholeOrders{std::move(best), std::move(started)};
+}
+
+Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::size_t effect,
+                     const ScoreOptions& options) {
+  const ResidualsAtPhases left =
+      residuals_at_best_phases(records, fitted.model, fitted.model.values(), {}, fitted.phases);
+  const double squares = sum_of_squares(left.residuals);
+  const std::vector<Score> scores = score(records, fitted.model, std::vector{effect}, options);
+  Fit best = begun_refit(records, fitted, squares, scores.front());
+  if (!fitted.model.about(effect).is_detent()) return best;
+  auto whole = begun_at_whole_orders(records, fitted, squares, std::vector{effect}, options);
+  return whole && whole->fit.cost < best.cost ? std::move(whole->fit) : best;
+}
+
+}  // namespace emtb

@@ -1,0 +1,347 @@
+#include "analysis/diagnose/search.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "analysis/diagnose/moves.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+/// A sensor's error shows in its own reading. A gain elsewhere that this has no part in is a makeshift: a lag of the
+/// gauge stands in for the noise of a load.
+bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& with) {
+  if (!effect.reads) return true;
+  const auto differences = Loss::difference(without, with);
+  const auto own = differences.find(*effect.reads);
+  return own == differences.end() || own->second.gain > 0;
+}
+
+}  // namespace
+
+Search::Search(Trials& trials, const Criterion& criterion, Trial first, std::size_t longest_list, Progress progress)
+    : trials_(trials),
+      criterion_(criterion),
+      longest_list_(longest_list),
+      progress_(std::move(progress)),
+      found_{std::move(first), {}, {}, {}, {}, {}} {
+  found_.steps.push_back({"fitted", {}, found_.current.train, found_.current.held_out.error()});
+}
+
+Finding Search::run() {
+  forward();
+  try_cogging_first();
+  try_fewer();
+  swap();
+  prune();
+  if (rivals_are_stale_) renew_rivals();
+  return std::move(found_);
+}
+
+/// Adds what removes most, until nothing material is left to remove.
+void Search::forward() {
+  while (found_.effects.size() < longest_list_) {
+    tell(0.1 + 0.45 * static_cast<double>(found_.effects.size()) / static_cast<double>(longest_list_),
+         "scoring absent effects");
+    const Round& of_current = *round(found_.effects, [&] { return found_.current; });
+    if (!add_best(of_current) && !add_pair(of_current)) break;
+  }
+}
+
+bool Search::add_best(const Round& of_current) {
+  const Trial& current = found_.current;
+  std::vector<Addition> additions = of_current.refits;
+  for (const Score& s : of_current.scores) remember(s, {});
+  for (const Addition& a : additions) remember(a.score, a.trial.held_out.error());
+  std::erase_if(additions, [&](const Addition& a) {
+    return mends_another(a.effect(), current.held_out, a.trial.held_out) ||
+           !shows_itself(current.model().about(a.effect()), current.held_out, a.trial.held_out);
+  });
+  std::optional<Trial> kept;
+  std::optional<Addition> best = best_that_stays(additions, kept);
+  if (!best) {
+    std::optional<Addition> whole = trials_.refit_at_whole_orders(of_current.fitted);
+    if (!whole) return false;
+    remember(whole->score, whole->trial.held_out.error());
+    additions.push_back(std::move(*whole));
+    best = best_that_stays(additions, kept);
+    if (!best) return false;
+  }
+  const std::size_t effect = best->effect();
+  found_.effects.push_back(effect);
+  found_.before.insert_or_assign(effect, current.held_out);
+  found_.current = std::move(*kept);
+  remember(best->score, found_.current.held_out.error());
+  found_.steps.push_back({"added " + id(effect), effect, current.train, current.held_out.error()});
+  return true;
+}
+
+/// The best of some refits that the data determine and that stays material when it is fitted to the end: not only where
+/// a descent was broken off.
+/// @param additions those that do not are erased @param kept its fit to the end
+std::optional<Addition> Search::best_that_stays(std::vector<Addition>& additions, std::optional<Trial>& kept) {
+  while (const Addition* best = best_of(additions, found_.current)) {
+    if (trials_.determined(best->trial.model(), best->effect())) {
+      kept = trials_.fit_from_elsewhere_too(best->trial.model());
+      if (kept && criterion_.material(found_.current.held_out, kept->held_out)) return *best;
+    }
+    std::erase_if(additions, [effect = best->effect()](const Addition& a) { return a.effect() == effect; });
+  }
+  return std::nullopt;
+}
+
+/// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
+/// parameters.
+const Addition* Search::best_of(const std::vector<Addition>& additions, const Trial& current) const {
+  const Addition* best = nullptr;
+  for (const Addition& a : additions) {
+    if (criterion_.material(current.held_out, a.trial.held_out) &&
+        (best == nullptr || a.trial.held_out.error() < best->trial.held_out.error())) {
+      best = &a;
+    }
+  }
+  if (best == nullptr) return nullptr;
+  const auto parameter_count = [](const Addition& a) { return a.trial.model().about(a.effect()).parameter_count; };
+  for (const Addition& a : additions) {
+    if (parameter_count(a) < parameter_count(*best) && criterion_.material(current.held_out, a.trial.held_out) &&
+        criterion_.tied(best->trial.held_out, a.trial.held_out)) {
+      best = &a;
+    }
+  }
+  return best;
+}
+
+bool Search::add_pair(const Round& of_current) {
+  std::optional<Pair> two = trials_.refit_of_two(of_current.fitted, of_current.scores, found_.effects);
+  if (!two) return false;
+  for (const std::size_t effect : two->effects) {
+    found_.effects.push_back(effect);
+    found_.before.insert_or_assign(effect, found_.current.held_out);
+    found_.steps.push_back({"added " + id(effect), effect, two->trial.train, two->trial.held_out.error()});
+  }
+  found_.current = std::move(two->trial);
+  return true;
+}
+
+/// Friction comes near enough to cogging to be taken first. Cogging is tried only where it explains most runs: a wave
+/// does a little of anything. Where nothing was found, it was tried in that very round.
+void Search::try_cogging_first() {
+  if (found_.effects.empty() || !criterion_.remainder(found_.current.held_out) ||
+      found_.current.model().about(found_.effects.front()).is_detent()) {
+    return;
+  }
+  tell(0.55, "trying cogging first");
+  std::optional<Chain> chain = cogging_first(first_round(), found_.effects.size() + 1);
+  if (!chain || !trials_.explains_most_runs(chain->trial) ||
+      !criterion_.material(found_.current.held_out, chain->trial.held_out)) {
+    return;
+  }
+  found_.current = std::move(chain->trial);
+  found_.before = std::move(chain->before);
+  found_.effects = std::move(chain->effects);
+  for (const std::size_t effect : found_.effects) {
+    found_.steps.push_back(
+        {"added " + id(effect) + " instead", effect, found_.current.train, found_.current.held_out.error()});
+  }
+}
+
+/// @param most so many effects in all
+std::optional<Search::Chain> Search::cogging_first(const Round& bare, std::size_t most) {
+  Chain chain{{}, {}, bare.fitted};
+  std::optional<Addition> next = trials_.refit_at_whole_orders(bare.fitted);
+  while (next && chain.effects.size() < most && trials_.determined(next->trial.model(), next->effect())) {
+    chain.before.insert_or_assign(next->effect(), chain.trial.held_out);
+    chain.effects.push_back(next->effect());
+    chain.trial = std::move(next->trial);
+    const Round& after = *round(chain.effects, [&] { return chain.trial; });
+    const Addition* best = best_of(after.refits, chain.trial);
+    next = best != nullptr ? std::optional(*best) : std::nullopt;
+  }
+  if (chain.effects.empty()) return std::nullopt;
+  if (auto kept = trials_.fit_to_the_end(chain.trial.model())) chain.trial = std::move(*kept);
+  return chain;
+}
+
+/// What took three or more may be two that the first step passed by.
+void Search::try_fewer() {
+  if (found_.effects.size() < 3) return;
+  tell(0.58, "trying fewer");
+  std::optional<Pair> two = fewer(first_round(), found_.current, found_.effects.front());
+  if (!two) return;
+  const Loss first = found_.before.at(found_.effects.front());
+  found_.effects.assign(two->effects.begin(), two->effects.end());
+  for (const std::size_t effect : found_.effects) found_.before.insert_or_assign(effect, first);
+  found_.steps.push_back({id(two->effects[0]) + " and " + id(two->effects[1]) + " instead",
+                          {},
+                          two->trial.train,
+                          two->trial.held_out.error()});
+  found_.current = std::move(two->trial);
+}
+
+/// Two effects that explain all that the many do which were pieced together one by one, and leave nothing: the first
+/// step takes what removes most, which may be neither of them. So each of the others that came near is followed by
+/// one step.
+std::optional<Pair> Search::fewer(const Round& first, const Trial& many, std::size_t begun_with) {
+  std::optional<Pair> found;
+  for (const Addition* step : near_the_best(first.refits, first.fitted.fit.cost, begun_with)) {
+    for (const Addition& second : round({step->effect()}, [&] { return step->trial; })->refits) {
+      const Trial& both = second.trial;
+      if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
+      if (criterion_.remainder(both.held_out)) continue;
+      if (criterion_.material(both.held_out, many.held_out)) continue;
+      if (!trials_.determined(both.model(), step->effect()) || !trials_.determined(both.model(), second.effect()))
+        continue;
+      found = Pair{{step->effect(), second.effect()}, both};
+    }
+  }
+  return found;
+}
+
+/// Does another effect do as well in the place of a member, or better?
+void Search::swap() {
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    tell(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found_.effects.size()), "trying rivals");
+    if (!needed(found_.effects[i], found_.current.model())) try_rivals_of(i);
+  }
+}
+
+void Search::try_rivals_of(std::size_t place) {
+  Trial& current = found_.current;
+  const std::size_t member = found_.effects[place];
+  const Round* reduced = round_without(place);
+  if (reduced == nullptr) return;
+  for (const Addition& a : reduced->refits) {
+    const Trial& trial = a.trial;
+    if (!is_rival(*reduced, a, member)) continue;
+    if (trial.held_out.error() < current.held_out.error() && !criterion_.tied(trial.held_out, current.held_out)) {
+      found_.steps.push_back(
+          {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out.error()});
+      current = trial;
+      found_.effects[place] = a.effect();
+      found_.before.insert_or_assign(a.effect(), found_.before.at(member));
+      found_.rivals.erase(member);
+      rivals_are_stale_ = true;
+    } else if (criterion_.tied(current.held_out, trial.held_out)) {
+      found_.rivals[found_.effects[place]].push_back({a.effect(), trial.model()});
+    }
+    remember(a.score, trial.held_out.error());
+  }
+}
+
+/// Rivals that were collected beside a member that has gone since say nothing of the members that stayed.
+void Search::renew_rivals() {
+  tell(0.88, "trying rivals again");
+  found_.rivals.clear();
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    const std::size_t member = found_.effects[i];
+    if (needed(member, found_.current.model())) continue;
+    const Round* reduced = round_without(i);
+    if (reduced == nullptr) continue;
+    for (const Addition& a : reduced->refits) {
+      if (!is_rival(*reduced, a, member) || !criterion_.tied(found_.current.held_out, a.trial.held_out)) continue;
+      found_.rivals[member].push_back({a.effect(), a.trial.model()});
+    }
+  }
+}
+
+/// The round of the model without one of its members; null where it has no fit.
+const Search::Round* Search::round_without(std::size_t place) {
+  std::vector<std::size_t> others = found_.effects;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
+  return round(others, [&] { return fit_without(found_.effects[place]); });
+}
+
+/// Is an addition to the model without a member something material of its own?
+bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t member) {
+  return a.effect() != member && criterion_.material(reduced.fitted.held_out, a.trial.held_out) &&
+         trials_.determined(a.trial.model(), a.effect());
+}
+
+/// What the others have made superfluous goes.
+void Search::prune() {
+  for (std::size_t i = 0; i < found_.effects.size() && found_.effects.size() > 1;) {
+    tell(0.85, "pruning");
+    const std::size_t effect = found_.effects[i];
+    std::optional<Trial> without;
+    if (needed(effect, found_.current.model()) || !superfluous(effect, without)) {
+      ++i;
+      continue;
+    }
+    found_.steps.push_back({"dropped " + id(effect), {}, without->train, without->held_out.error()});
+    found_.current = std::move(*without);
+    found_.rivals.erase(effect);
+    rivals_are_stale_ = true;
+    found_.effects.erase(found_.effects.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+/// Does the model do without an effect? @param without its fit without
+bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
+  const Trial& current = found_.current;
+  without = fit_without(effect);
+  const auto worse_without = [&] { return !without || criterion_.material(without->held_out, current.held_out); };
+  bool stays = worse_without();
+  if (stays && without && !trials_.determined(current.model(), effect)) {  // a fit without it may have lost its way
+    if (auto again = trials_.fit_from_elsewhere_too(without->model())) without = std::move(again);
+    stays = worse_without();
+  }
+  if (stays && without && mends_another(effect, without->held_out, current.held_out)) {
+    // The lesser of the two goes.
+    const auto other = fit_without(*same_family_as(effect, found_.effects, current.model()));
+    stays = other && other->held_out.error() < without->held_out.error();
+  }
+  return !stays;
+}
+
+/// Two that shape the same edges: of a filter with two poles, a lag leaves what a delay takes away. Another effect is
+/// one that removes a material share of what was there before both.
+bool Search::mends_another(std::size_t effect, const Loss& without, const Loss& with) const {
+  const auto other = same_family_as(effect, found_.effects, found_.current.model());
+  if (!other) return false;
+  const auto own = found_.before.find(effect);
+  const Loss& of_other = found_.before.at(*other);
+  const Loss& both = own != found_.before.end() && own->second.error() > of_other.error() ? own->second : of_other;
+  return !criterion_.material_beside_same_edges(both, without, with);
+}
+
+std::optional<Trial> Search::fit_without(std::size_t effect) {
+  Model without = found_.current.model();
+  without.exclude(effect);
+  return trials_.fit(without, known_for(effect, found_.current));
+}
+
+/// The round of a model; the same effects are explored once. Null where it has no fit.
+const Search::Round* Search::round(const std::vector<std::size_t>& effects,
+                                   const std::function<std::optional<Trial>()>& fitted) {
+  std::vector<std::size_t> key = effects;
+  std::ranges::sort(key);
+  if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;
+  std::optional<Trial> trial = fitted();
+  if (!trial) return nullptr;
+  Round r{std::move(*trial), {}, {}};
+  r.scores = trials_.scores(r.fitted.model());
+  if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores);
+  return &rounds_.emplace(std::move(key), std::move(r)).first->second;
+}
+
+/// That of the model as given: the search began with it.
+const Search::Round& Search::first_round() { return rounds_.at({}); }
+
+void Search::remember(const Score& score, std::optional<double> held_out) {
+  std::vector<Candidate>& candidates = found_.candidates;
+  auto known = std::ranges::find(candidates, score.effect, [](const Candidate& c) { return c.score.effect; });
+  if (known == candidates.end()) known = candidates.insert(candidates.end(), Candidate{score, {}});
+  // The first score stands: it says what the effect would have explained of the model as it was given. What is
+  // detectable is told by the last, when the others have been repaired.
+  known->score.detectable_size = score.detectable_size;
+  if (held_out && (!known->held_out_error || *held_out < *known->held_out_error)) known->held_out_error = held_out;
+}
+
+void Search::tell(double share, const std::string& doing) const {
+  if (progress_) progress_(share, doing);
+}
+
+std::string Search::id(std::size_t effect) const { return std::string(found_.current.model().about(effect).id); }
+
+}  // namespace emtb

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analysis/diagnose/criterion.h"
+#include "analysis/diagnose/trials.h"
+
+namespace emtb {
+
+/// What was tried of one absent effect.
+struct Candidate {
+  Score score;                           ///< at the model where it was last scored
+  std::optional<double> held_out_error;  ///< of the best refit that included it
+};
+
+/// A step of a search, as it is told.
+struct Step {
+  std::string action;                ///< `added coulomb_friction`
+  std::optional<std::size_t> added;  ///< the effect, where one was
+  double train = 0;
+  double held_out = 0;
+};
+
+/// A model that does as well with another effect in the place of a member.
+struct Rival {
+  std::size_t effect = 0;
+  Model model;
+};
+
+/// What a search found: a model, and how it came about.
+struct Finding {
+  Trial current;
+  std::vector<std::size_t> effects;                  ///< in the order found
+  std::map<std::size_t, Loss> before;                ///< each effect was added
+  std::map<std::size_t, std::vector<Rival>> rivals;  ///< of each member
+  std::vector<Candidate> candidates;                 ///< in the order tried
+  std::vector<Step> steps;
+};
+
+/// The search for what a model is missing: forward, adding what removes most; cogging first, where a remainder is left;
+/// fewer, where two may do what many were pieced together for; swaps; and without what became superfluous. Each is a
+/// function of its own; what is tried, and how good it is, others say: moves.h proposes, Trials fits, Criterion
+/// decides.
+class Search {
+ public:
+  using Progress = std::function<void(double share, const std::string& doing)>;
+
+  /// @param first the fit of the model as given
+  /// @param longest_list no more effects than this are added
+  /// @param progress may be empty; shares only grow
+  Search(Trials& trials, const Criterion& criterion, Trial first, std::size_t longest_list, Progress progress = {});
+
+  Finding run();
+
+ private:
+  /// A fitted model, the scores of what is absent from it, and the refits of the best of them.
+  struct Round {
+    Trial fitted;
+    std::vector<Score> scores;
+    std::vector<Addition> refits;
+  };
+  /// What is found where cogging is taken first, and after it what removes most.
+  struct Chain {
+    std::vector<std::size_t> effects;
+    std::map<std::size_t, Loss> before;
+    Trial trial;
+  };
+
+  void forward();
+  bool add_best(const Round& round);
+  bool add_pair(const Round& round);
+  void try_cogging_first();
+  void try_fewer();
+  void swap();
+  void try_rivals_of(std::size_t place);
+  void prune();
+  void renew_rivals();
+  const Round* round_without(std::size_t place);
+  bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
+  bool superfluous(std::size_t effect, std::optional<Trial>& without);
+
+  const Round* round(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted);
+  const Round& first_round();
+  std::optional<Addition> best_that_stays(std::vector<Addition>& additions, std::optional<Trial>& kept);
+  const Addition* best_of(const std::vector<Addition>& additions, const Trial& current) const;
+  std::optional<Chain> cogging_first(const Round& bare, std::size_t most);
+  std::optional<Pair> fewer(const Round& first, const Trial& many, std::size_t begun_with);
+  std::optional<Trial> fit_without(std::size_t effect);
+  bool mends_another(std::size_t effect, const Loss& without, const Loss& with) const;
+  void remember(const Score& score, std::optional<double> held_out);
+  void tell(double share, const std::string& doing) const;
+  std::string id(std::size_t effect) const;
+
+  Trials& trials_;
+  const Criterion& criterion_;
+  std::size_t longest_list_;
+  Progress progress_;
+  Finding found_;
+  bool rivals_are_stale_ = false;                     // the members have changed since they were collected
+  std::map<std::vector<std::size_t>, Round> rounds_;  // by the effects added to the model as given
+};
+
+}  // namespace emtb

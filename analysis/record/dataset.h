@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "analysis/record/noise_floor.h"
+#include "analysis/record/record.h"
+#include "model/model.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// Runs as weighed records that share one noise floor: the one way from a session to what a model is compared with.
+struct Dataset {
+  std::vector<Record> train, held_out;
+  Noise noise;
+  std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
+
+  std::vector<Record> all() const;
+};
+
+/// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
+/// @throws ModelError where a run does not fit the model.
+Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
+                Chaining chaining = Chaining::staged);
+
+/// The same of runs whose noise is known: of further runs beside a dataset, or of a run that was never made.
+/// @param order see Dataset::ripple_order; without this parameter each run is looked at by itself
+std::vector<Record> prepare_with(const Noise& noise, std::span<const Run> runs, const Model& model, Chaining chaining,
+                                 std::optional<double> order);
+Record prepare_with(const Noise& noise, const Run& run, const Model& model, Chaining chaining = Chaining::staged);
+
+}  // namespace emtb

@@ -1,0 +1,216 @@
+#include "analysis/record/inputs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "analysis/numerics/orders.h"
+#include "analysis/numerics/scatter.h"
+#include "hal/error.h"
+
+namespace emtb {
+namespace {
+
+/// [s] Half the time over which a measured voltage or torque that drives the model is averaged, where nothing changes.
+constexpr double longest_smoothing = 0.25;
+
+/// The same in samples that are `interval` [s] apart.
+std::size_t longest_reach(double interval) {
+  return static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
+}
+
+/// The mean of x over [k - half[k], k + half[k]], for every k.
+std::vector<double> moving_mean(std::span<const double> x, std::span<const std::size_t> half) {
+  std::vector<double> sum(x.size() + 1, 0.0), mean(x.size());
+  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const std::size_t reach = std::min({half[k], k, x.size() - 1 - k});  // symmetric up to the ends: no delay
+    mean[k] = (sum[k + reach + 1] - sum[k - reach]) / static_cast<double>(2 * reach + 1);
+  }
+  return mean;
+}
+
+/// How far each grid point is from the next corner of a piecewise smooth voltage, in samples, at most `longest`.
+std::vector<std::size_t> distance_to_corner(std::span<const double> e, double resolution, std::size_t longest) {
+  const std::size_t n = e.size();
+  std::vector<std::size_t> distance(n, longest);
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    if (std::abs(e[k + 1] - 2 * e[k] + e[k - 1]) > resolution) distance[k] = 0;
+  }
+  for (std::size_t k = 1; k < n; ++k) distance[k] = std::min(distance[k], distance[k - 1] + 1);
+  for (std::size_t k = n - 1; k-- > 0;) distance[k] = std::min(distance[k], distance[k + 1] + 1);
+  return distance;
+}
+
+/// How far around each sample the mean may reach before it differs from the mean over half of that by more than noise
+/// can: a corner that nobody foresaw, of a driver that is not as known.
+std::vector<std::size_t> trusted_reach(std::span<const double> x, std::vector<std::size_t> reach,
+                                       const ColouredNoise& noise) {
+  std::vector<double> sum(x.size() + 1, 0.0);
+  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  const auto mean = [&](std::size_t k, std::size_t r) {
+    return (sum[k + r + 1] - sum[k - r]) / static_cast<double>(2 * r + 1);
+  };
+  std::vector<double> tolerance(std::ranges::max(reach) / 2 + 1);
+  for (std::size_t r = 0; r < tolerance.size(); ++r) {
+    tolerance[r] = 2 * noise.of_mean(2.0 * static_cast<double>(r) + 1);
+  }
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    std::size_t& r = reach[k];
+    r = std::min({r, k, x.size() - 1 - k});  // symmetric up to the ends: no delay
+    while (r > 0 && std::abs(mean(k, r) - mean(k, r / 2)) > tolerance[r / 2]) r /= 2;
+  }
+  return reach;
+}
+
+/// What is left of the noise in moving means. They take none of its slow part away, the product of variance and
+/// correlation time: what they leave is smaller and lasts longer.
+InputNoise noise_of_means(const ColouredNoise& noise, std::span<const std::size_t> half, double interval) {
+  InputNoise left;
+  const double own = 0.5 * interval * (1 + noise.autocorrelation) / (1 - noise.autocorrelation);  // [s]
+  for (const std::size_t r : half) {
+    const double sigma = noise.of_mean(2.0 * static_cast<double>(r) + 1);
+    left.sigma.push_back(sigma);
+    left.correlated.push_back(sigma > 0 ? own * noise.sigma * noise.sigma / (sigma * sigma) : own);
+  }
+  return left;
+}
+
+/// What repeats with the angle of the shaft in a reading, by pieces of two seconds: a mean over a turn would take it
+/// away with the noise.
+std::vector<double> ripple_of(std::span<const double> x, std::span<const double> angle, double interval) {
+  constexpr double piece = 2;  // [s]
+  constexpr std::size_t most_orders = 3;
+  std::vector<double> ripple(x.size(), 0.0);
+  if (angle.empty()) return ripple;
+  const std::vector<double> quick = without_slow_changes({x.begin(), x.end()}, interval);
+  const auto size = static_cast<std::size_t>(std::max(16.0, std::round(piece / interval)));
+  std::vector<TurningStretch> pieces;
+  for (std::size_t from = 0; from < x.size(); from += size) {
+    const auto begin = static_cast<std::ptrdiff_t>(from),
+               end = static_cast<std::ptrdiff_t>(std::min(from + size, x.size()));
+    pieces.push_back({{angle.begin() + begin, angle.begin() + end}, {quick.begin() + begin, quick.begin() + end}});
+  }
+  const std::vector<Order> orders = strong_orders(pieces, most_orders);
+  if (orders.empty()) return ripple;
+  std::size_t k = 0;
+  for (TurningStretch& p : pieces) {
+    remove_orders(p, orders);
+    for (const double rest : p.value) {
+      ripple[k] = quick[k] - rest;
+      ++k;
+    }
+  }
+  return ripple;
+}
+
+/// [V] By how much the driver's mean output from each time to the next exceeds that of both: it has corners in between,
+/// where a reference that it follows with a slope is reached.
+std::vector<double> bulge_of(const ModelStructure& driver, std::span<const double> parameters, const Excitation& x) {
+  constexpr std::size_t finer = 8;  // leaves 1/64 of the bulge
+  const std::size_t n = x.t.size();
+  Excitation fine;
+  fine.initial = x.initial;
+  fine.longest_step = x.longest_step;
+  fine.quick_step = x.quick_step;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double interval = k + 1 < n ? x.t[k + 1] - x.t[k] : 0;
+    for (std::size_t i = 0; i < (k + 1 < n ? finer : 1); ++i) {
+      fine.t.push_back(x.t[k] + interval * static_cast<double>(i) / finer);
+      fine.u_ref.push_back(x.u_ref[k]);
+    }
+  }
+  Trajectory<double> y;
+  simulate<double>(driver, parameters, fine, y);
+  std::vector<double> bulge(n, 0.0);
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    const double *e = &y.e_a[k * finer], ends = 0.5 * (e[0] + e[finer]);
+    double mean = ends / finer;
+    for (std::size_t i = 1; i < finer; ++i) mean += e[i] / finer;
+    bulge[k] = mean - ends;
+  }
+  return bulge;
+}
+
+}  // namespace
+
+/// The series on the grid: the reading nearest to each grid point, at most half an interval away.
+/// @throws ModelError where there are holes: what drives a simulation must be known throughout.
+std::vector<double> on_grid(const Series& series, std::span<const double> grid, const std::string& what) {
+  if (std::ranges::equal(series.t, grid)) return series.value;
+  std::vector<double> values(grid.size());
+  std::size_t j = 0;
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    while (j + 1 < series.t.size() && std::abs(series.t[j + 1] - grid[k]) <= std::abs(series.t[j] - grid[k])) ++j;
+    const double interval = k > 0 ? grid[k] - grid[k - 1] : grid[std::min<std::size_t>(1, grid.size() - 1)] - grid[0];
+    if (std::abs(series.t[j] - grid[k]) > 0.75 * interval + 1e-9) {
+      throw ModelError(what + " has no reading near t = " + std::to_string(grid[k]) +
+                       " s. What drives the model must be known throughout: cut the session with @T0:T1");
+    }
+    values[k] = series.value[j];
+  }
+  return values;
+}
+
+std::vector<double> SteadySpeed::quiet() const { return moving_mean(raw, reach); }
+
+SteadySpeed unknown_speed(std::span<const double> grid) {
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  return {{}, std::vector<std::size_t>(grid.size(), longest_reach(interval))};
+}
+
+SteadySpeed steady_speed(const Run& run, std::span<const double> grid) {
+  const Series& omega = run.at(Signal::omega);
+  SteadySpeed s{on_grid(omega, grid, run.name + ": omega_rad_s"), {}};
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const ColouredNoise noise = coloured_noise(s.raw, omega.lsb / std::sqrt(12.0));
+  const auto longest = longest_reach(interval);
+  s.reach = trusted_reach(s.raw, std::vector<std::size_t>(grid.size(), longest), noise);
+  return s;
+}
+
+MeasuredInput measured_load(const std::string& run, const Series& torque, std::span<const double> grid,
+                            std::span<const double> angle, std::vector<std::size_t> steady) {
+  std::vector<double> raw = on_grid(torque, grid, run + ": torque_Nm");
+  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const std::vector<double> ripple = ripple_of(raw, angle, interval);
+  std::ranges::transform(raw, ripple, raw.begin(), std::minus{});
+  const ColouredNoise noise = coloured_noise(raw, torque.lsb / std::sqrt(12.0));
+  const std::vector<std::size_t> half = trusted_reach(raw, std::move(steady), noise);
+  std::vector<double> load = moving_mean(raw, half);
+  std::ranges::transform(load, ripple, load.begin(), std::plus{});
+  InputNoise left = noise_of_means(noise, half, interval);
+  bool loaded = false;
+  for (std::size_t k = 0; k < load.size() && !loaded; ++k) {
+    loaded = std::abs(load[k]) > 6 * left.sigma[k] + 2 * torque.lsb;
+  }
+  if (!loaded) return {};
+  return {std::move(load), std::move(left)};
+}
+
+MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model) {
+  const std::vector<double> measured = on_grid(e_a, x.t, run + ": e_a_V");
+  const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
+  const auto longest = longest_reach(interval);
+  Trajectory<double> driver;
+  const std::vector<double> values = model.values();
+  ModelStructure structure = model.structure();
+  structure.measured_voltage = false;
+  simulate<double>(structure, values, x, driver);
+  const std::vector<double>& expected = driver.e_a;
+  std::vector<double> added(measured.size());
+  std::ranges::transform(measured, expected, added.begin(), std::minus{});
+  const ColouredNoise noise = coloured_noise(added, e_a.lsb / std::sqrt(12.0));
+  const auto half = trusted_reach(added, distance_to_corner(expected, 0.5 * noise.sigma, longest), noise);
+  std::vector<double> quiet = moving_mean(added, half);
+  for (std::size_t k = 0; k < quiet.size(); ++k) quiet[k] += expected[k];
+  structure.measured_load = false;
+  MeasuredVoltage voltage;
+  voltage.value = std::move(quiet);
+  voltage.noise = noise_of_means(noise, half, interval);
+  voltage.bulge = bulge_of(structure, values, x);
+  return voltage;
+}
+
+}  // namespace emtb

@@ -1,0 +1,256 @@
+#include "analysis/record/noise_floor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "analysis/numerics/parallel.h"
+#include "analysis/numerics/regression.h"
+#include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
+#include "analysis/record/settled_pieces.h"
+
+namespace emtb {
+namespace {
+
+/// Scatter by third differences, which a smooth movement of the signal leaves out: 1.4826 median|d3 x| / sqrt 20.
+double third_difference_scatter(std::span<const double> x) {
+  std::vector<double> differences;
+  for (std::size_t k = 3; k < x.size(); ++k)
+    differences.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
+  return differences.empty() ? 0 : robust_sigma(std::move(differences)) / std::sqrt(20.0);
+}
+
+/// Scatter of the neighbours in pieces too short for a trend: by the median, since a piece may begin before all has
+/// settled. Negative where there are too few to tell.
+double scatter_of_neighbours(const std::vector<std::vector<double>>& pieces) {
+  constexpr std::size_t fewest = 6;
+  std::vector<double> differences;
+  for (const auto& piece : pieces) {
+    for (std::size_t i = 1; i < piece.size(); ++i) differences.push_back(std::abs(piece[i] - piece[i - 1]));
+  }
+  return differences.size() >= fewest ? robust_sigma(std::move(differences)) / std::sqrt(2.0) : -1;
+}
+
+/// A signal on the grid: each reading holds until the next.
+std::vector<double> held_on_grid(const Observation& o, std::size_t size) {
+  std::vector<double> values(size, o.size() > 0 ? o.value.front() : 0);
+  for (std::size_t i = 0; i < o.size(); ++i) {
+    const std::size_t end = i + 1 < o.size() ? o.last[i + 1] : size;
+    for (std::size_t k = o.last[i]; k < end; ++k) values[k] = o.value[i];
+  }
+  return values;
+}
+
+/// Scatter of a slow meter about what the fast signals beside it, averaged over its windows, say in a straight line:
+/// voltage, speed, direction, acceleration. What no line says counts as noise: an upper bound, for where nothing ever
+/// settles for as long as the meter takes. Negative where there are no such signals.
+double scatter_about_fast_signals(std::span<const ObservedRun> records, Signal signal) {
+  std::vector<std::vector<double>> columns(5);
+  std::vector<double> readings;
+  for (const ObservedRun& record : records) {
+    const Excitation& x = record.excitation;
+    const auto find = [&](Signal of) { return std::ranges::find(record.observations, of, &Observation::signal); };
+    const auto slow = find(signal), fast = find(Signal::omega), end = record.observations.end();
+    if (slow == end || fast == end || fast->slow) continue;
+    const std::vector<double> omega = held_on_grid(*fast, x.t.size());
+    const std::vector<double>& drive = !x.e_a.empty() ? x.e_a : x.u_ref;
+    if (drive.empty()) return -1;
+    for (std::size_t i = 0; i < slow->size(); ++i) {
+      const std::size_t a = slow->first[i], b = slow->last[i];
+      double voltage = 0, speed = 0, direction = 0;
+      const double n = static_cast<double>(b - a + 1);
+      for (std::size_t k = a; k <= b; ++k) {
+        voltage += drive[k] / n;
+        speed += omega[k] / n;
+        direction += (omega[k] > 0 ? 1 : -1) / n;
+      }
+      columns[0].push_back(1);
+      columns[1].push_back(voltage);
+      columns[2].push_back(speed);
+      columns[3].push_back(direction);
+      columns[4].push_back(omega[b] - omega[a]);
+      readings.push_back(slow->value[i]);
+    }
+  }
+  if (readings.size() < 4 * columns.size()) return -1;
+  const Regression line = regress(columns, readings);
+  std::vector<double> left;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    double predicted = 0;
+    for (std::size_t c = 0; c < columns.size(); ++c) predicted += line.value[c] * columns[c][i];
+    left.push_back(std::abs(readings[i] - predicted));
+  }
+  return robust_sigma(std::move(left));
+}
+
+/// The reference is set, so that it is the same where a run was repeated: to a digit of the card that reads it back.
+bool repeats(const ObservedRun& a, const ObservedRun& b) {
+  const std::vector<double>&x = a.excitation.u_ref, &y = b.excitation.u_ref;
+  const std::size_t n = std::min(x.size(), y.size());
+  if (n == 0 || static_cast<double>(n) < 0.98 * static_cast<double>(std::max(x.size(), y.size()))) return false;
+  double range = 0;
+  for (const double u : x) range = std::max(range, std::abs(u));
+  std::size_t apart = 0;  // where an edge fell between other readings
+  for (std::size_t k = 0; k < n; ++k) apart += std::abs(x[k] - y[k]) > 0.005 * range;
+  return 200 * apart <= n;
+}
+
+/// Half the scatter of what repeated runs differ by, in pieces of 1 s about a straight line each: what drifts from run
+/// to run, as a motor that warms, is no noise.
+std::vector<Scatter> scatter_between_repeats(std::span<const ObservedRun> records, Signal signal) {
+  std::vector<Scatter> pieces;
+  const auto piece_of = [&](std::vector<double>& differences) {
+    if (differences.size() >= 2 * fewest_readings) {
+      Scatter s = scatter_about_line(differences);
+      s.variance /= 2;
+      s.covariance /= 2;
+      pieces.push_back(s);
+    }
+    differences.clear();
+  };
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const auto next = std::find_if(records.begin() + static_cast<std::ptrdiff_t>(i) + 1, records.end(),
+                                   [&](const ObservedRun& other) { return repeats(records[i], other); });
+    if (next == records.end()) continue;
+    const auto find = [&](const ObservedRun& r) {
+      return std::ranges::find(r.observations, signal, &Observation::signal);
+    };
+    const auto one = find(records[i]), other = find(*next);
+    if (one == records[i].observations.end() || other == next->observations.end()) continue;
+    const std::vector<double>&t = records[i].excitation.t, &u = next->excitation.t;
+    std::vector<double> differences;
+    double begin = t.front();
+    for (std::size_t k = 0; k < std::min(one->size(), other->size()); ++k) {
+      const double at = t[one->last[k]];
+      const double interval = k > 0 ? at - t[one->last[k - 1]] : 0;
+      if (k > 0 && std::abs(at - u[other->last[k]]) > 0.5 * interval) break;  // readings that do not go side by side
+      differences.push_back(one->value[k] - other->value[k]);
+      if (at - begin >= std::max(settled_stretch, 20 * interval)) {
+        piece_of(differences);
+        begin = at;
+      }
+    }
+    piece_of(differences);
+  }
+  return pieces;
+}
+
+NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
+  NoiseFloor floor;
+  SettledPieces settled;
+  std::vector<const Observation*> observed;
+  double lsb = 0;
+  bool slow = false;
+  for (const ObservedRun& record : records) {
+    for (const Observation& o : record.observations) {
+      if (o.signal != signal) continue;
+      slow = o.slow;
+      observed.push_back(&o);
+      collect(record, o, settled);
+      lsb = std::max(lsb, o.lsb);
+    }
+  }
+  remove_what_repeats(settled);
+  std::vector<double> variances, correlations;
+  const auto take = [&](std::span<const double> piece) {
+    const Scatter s = scatter_about_line(piece);
+    variances.push_back(s.variance);
+    if (s.variance > 0) correlations.push_back(s.covariance / s.variance);
+  };
+  for (const TurningStretch& piece : settled.fast) take(piece.value);
+  for (const auto& piece : settled.slow) take(piece);
+  const auto pooled = [&](FloorSource from) {
+    floor.sigma = std::sqrt(median(variances));
+    floor.from = from;
+    if (!correlations.empty()) floor.autocorrelation = std::clamp(median(correlations), -0.99, 0.999);
+  };
+  const auto take_repeats = [&] {
+    variances.clear();
+    correlations.clear();
+    for (const Scatter& s : scatter_between_repeats(records, signal)) {
+      variances.push_back(s.variance);
+      if (s.variance > 0) correlations.push_back(s.covariance / s.variance);
+    }
+    return variances.size() >= 2;
+  };
+  if (variances.size() >= 2) {
+    pooled(FloorSource::settled);
+  } else if (const double scatter = scatter_of_neighbours(settled.short_slow); scatter >= 0) {
+    floor.sigma = scatter;
+    floor.from = FloorSource::settled;
+  } else if (take_repeats()) {
+    pooled(FloorSource::repeats);
+  } else {
+    std::vector<double> differences;
+    for (const Observation* o : observed) differences.push_back(third_difference_scatter(o->value));
+    floor.sigma = median(std::move(differences));
+    floor.from = FloorSource::differences;
+    floor.lower_bound = true;
+  }
+  if (slow) {
+    // The readings may all span a change, or a relaxation whose last part passes for settled: then their scatter is
+    // that of the current itself.
+    constexpr double clearly = 0.7;
+    const double beside = scatter_about_fast_signals(records, signal);
+    if (beside >= 0 && beside < (floor.lower_bound ? 1 : clearly) * floor.sigma) {
+      floor = {};
+      floor.sigma = beside;
+      floor.from = FloorSource::regression;
+    }
+  }
+  if (const double resolution = lsb / std::sqrt(12.0); floor.sigma < resolution) {
+    floor.sigma = resolution;
+    floor.from = FloorSource::resolution;
+    floor.lower_bound = false;
+  }
+  return floor;
+}
+
+}  // namespace
+
+std::string_view name_of(FloorSource source) noexcept {
+  switch (source) {
+    case FloorSource::declared:
+      return "declared";
+    case FloorSource::settled:
+      return "settled";
+    case FloorSource::repeats:
+      return "repeats";
+    case FloorSource::regression:
+      return "regression";
+    case FloorSource::differences:
+      return "differences";
+    case FloorSource::resolution:
+      return "resolution";
+    case FloorSource::assumed:
+      return "assumed";
+  }
+  return "differences";
+}
+
+Noise estimate_noise(std::span<const ObservedRun> records, const Model& model) {
+  std::map<Signal, const Observation*> first;
+  for (const ObservedRun& record : records) {
+    for (const Observation& o : record.observations) first.try_emplace(o.signal, &o);
+  }
+  const std::vector<std::pair<Signal, const Observation*>> signals(first.begin(), first.end());
+  std::vector<NoiseFloor> floors(signals.size());
+  parallel_for(signals.size(), [&](std::size_t i) {
+    const auto& [signal, o] = signals[i];
+    floors[i] = floor_of(signal, records);
+    if (const auto declared = model.noise.find(signal); declared != model.noise.end()) {
+      floors[i].sigma = std::max(declared->second, o->lsb / std::sqrt(12.0));
+      floors[i].from = FloorSource::declared;
+      floors[i].lower_bound = false;
+    }
+    if (floors[i].sigma <= 0) floors[i].sigma = 1e-9;  // a signal without any scatter at all: nothing to weigh by
+  });
+  Noise noise;
+  for (std::size_t i = 0; i < signals.size(); ++i) noise[signals[i].first] = floors[i];
+  return noise;
+}
+
+}  // namespace emtb

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "analysis/record/record.h"
+#include "hal/signal.h"
+
+namespace emtb {
+
+/// What tells a noise floor.
+enum class FloorSource { declared, settled, repeats, regression, differences, resolution, assumed };
+std::string_view name_of(FloorSource source) noexcept;  ///< as in JSON
+
+/// The noise of one signal: what even a perfect model would leave.
+struct NoiseFloor {
+  double sigma = 0;  ///< SI
+  FloorSource from = FloorSource::differences;
+  bool lower_bound = false;    ///< true: taken from differences, which coloured noise makes 3-4 times too small
+  double autocorrelation = 0;  ///< from one reading to the next, in settled stretches
+};
+
+using Noise = std::map<Signal, NoiseFloor>;
+
+/// The noise floor of each signal, the first that applies: declared in the model; scatter about a straight line in
+/// stretches of settled readings of 1 s or more, pooled over all records; scatter of repeated runs about each other;
+/// differences. For a slow meter, scatter about a line through the fast signals beside it, where that is clearly less:
+/// what settles within a few readings may still relax. Never below LSB/sqrt(12). Settled stretches come before repeats,
+/// which also differ by what an effect adds to each anew: a ripple whose angle nobody set.
+Noise estimate_noise(std::span<const ObservedRun> records, const Model& model);
+
+}  // namespace emtb

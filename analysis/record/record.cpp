@@ -1,0 +1,159 @@
+#include "analysis/record/record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "analysis/record/shaft_angle.h"
+#include "hal/error.h"
+
+namespace emtb {
+namespace {
+
+/// Where the run starts: at rest unless the first readings say otherwise.
+double first_speed(const Observation& omega, std::span<const double> grid) {
+  if (omega.slow) return 0;
+  // As many readings as the speed hardly changes in: 30 ms, three at the least.
+  std::size_t n = 0;
+  while (n < omega.size() && (n < 3 || grid[omega.last[n]] < grid.front() + 0.03)) ++n;
+  if (n < 3) return 0;
+  // Straight line through the first readings; its value at the start and how sure that is.
+  double st = 0, sy = 0, stt = 0, sty = 0;
+  const auto time_of = [&](std::size_t i) { return 0.5 * (grid[omega.first[i]] + grid[omega.last[i]]) - grid.front(); };
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = time_of(i);
+    st += t, sy += omega.value[i], stt += t * t, sty += t * omega.value[i];
+  }
+  const double count = static_cast<double>(n);
+  const double slope = (count * sty - st * sy) / (count * stt - st * st);
+  const double start = (sy - slope * st) / count;
+  double squares = 0;
+  for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - start - slope * time_of(i), 2);
+  const double error = 2 * std::sqrt(squares / std::max(1.0, count - 2) / count) + omega.lsb;
+  return std::abs(start) > 3 * error ? start : 0;
+}
+
+/// The input, and what else is set from outside.
+void set_inputs(ObservedRun& record, const Run& run, const Model& model) {
+  Excitation& x = record.excitation;
+  const Series& grid = run.at(model.input);
+  if (grid.t.size() < 10) throw ModelError(run.name + " is too short: " + std::to_string(grid.t.size()) + " samples");
+  x.t = grid.t;
+  (model.input == Signal::u_ref ? x.u_ref : model.input == Signal::e_a ? x.e_a : x.i_a) = grid.value;
+  if (run.has(Signal::armature_open)) {
+    for (const double open : on_grid(run.at(Signal::armature_open), x.t, run.name + ": armature_open")) {
+      x.armature_open.push_back(open > 0.5);
+    }
+  }
+  if (run.has(Signal::temperature)) {
+    x.temperature = on_grid(run.at(Signal::temperature), x.t, run.name + ": temperature_degC");
+  }
+}
+
+void add(ObservedRun& record, Observation o) {
+  if (o.size() > 0) record.observations.push_back(std::move(o));
+}
+
+/// A signal as its instrument read it: an instant, or where readings are few, means.
+Observation read(const Run& run, Signal signal, std::span<const double> grid) {
+  const Series& series = run.at(signal);
+  return observe(series, signal, grid, series.window > 0 || 2 * series.t.size() < grid.size());
+}
+
+/// The speed, and the angle that judges it or stands for it.
+void observe_motion(ObservedRun& record, const Run& run, std::optional<double> order) {
+  Excitation& x = record.excitation;
+  if (run.has(Signal::omega)) {
+    add(record, read(run, Signal::omega, x.t));
+    if (run.has(Signal::theta)) add(record, angle_increments(run.at(Signal::theta), x.t));
+  } else if (run.has(Signal::theta)) {
+    add(record, speed_of_encoder(run.at(Signal::theta), x.t));
+  }
+  MeasuredAngle measured = measured_angle(run, x.t, order);
+  x.angle = std::move(measured.angle);
+  x.angle_integrated = measured.wanders;
+}
+
+/// The torque, as a reading and as what loads the shaft.
+void observe_load(ObservedRun& record, const Run& run) {
+  Excitation& x = record.excitation;
+  add(record, read(run, Signal::torque, x.t));
+  const SteadySpeed speed = run.has(Signal::omega) ? steady_speed(run, x.t) : unknown_speed(x.t);
+  MeasuredInput load = measured_load(record.name, run.at(Signal::torque), x.t, x.angle, speed.reach);
+  if (load.value.empty()) return;
+  x.load = std::move(load.value);
+  record.load_noise = std::move(load.noise);
+  record.measured_load = true;
+  // What load effects see: noise that enters the predicted torque looks like a gauge that is too quick.
+  if (run.has(Signal::omega)) x.omega = speed.quiet();
+}
+
+/// The terminal voltage, as a reading and as what drives the motor.
+void observe_voltage(ObservedRun& record, const Run& run, const Model& model, Chaining chaining) {
+  Excitation& x = record.excitation;
+  if (model.input == Signal::e_a) record.measured_voltage = true;
+  if (model.input != Signal::u_ref || !run.has(Signal::e_a)) return;
+  const Series& e_a = run.at(Signal::e_a);
+  add(record, read(run, Signal::e_a, x.t));
+  if (chaining != Chaining::staged || 2 * e_a.t.size() <= x.t.size()) return;
+  MeasuredVoltage voltage = measured_voltage(record.name, e_a, x, model);
+  x.e_a = std::move(voltage.value);
+  x.e_a_bulge = std::move(voltage.bulge);
+  record.voltage_noise = std::move(voltage.noise);
+  record.measured_voltage = true;
+}
+
+/// Steps that are short enough for the motor, and the state in which it starts.
+void set_steps_and_start(ObservedRun& record, const Run& run, const Model& model) {
+  Excitation& x = record.excitation;
+  // A step is exact for a linear motor under a steady voltage. At a tenth of the mechanical time constant what the
+  // effects add at its middle is good to 1e-3; those with a time constant of their own need a fiftieth.
+  const double time_constant = model.mechanical_time_constant();
+  x.longest_step = std::clamp(time_constant / 10, 2e-4, 1e-2);
+  x.quick_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
+  x.initial.as_read = true;
+  x.initial.field_on = run.field_on;
+  for (const Observation& o : record.observations) {
+    if (o.signal == Signal::omega) x.initial.omega = first_speed(o, x.t);
+    if (o.signal == Signal::i_a && !o.slow) x.initial.i_a = o.value.front();
+  }
+}
+
+}  // namespace
+
+const Observation* ObservedRun::find(Signal signal) const {
+  const auto o = std::ranges::find(observations, signal, &Observation::signal);
+  return o != observations.end() ? &*o : nullptr;
+}
+
+ModelStructure ObservedRun::structure(const Model& model) const {
+  ModelStructure s = model.structure();
+  s.measured_voltage = measured_voltage;
+  s.measured_load = measured_load;
+  return s;
+}
+
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining) {
+  return observe_run(run, model, chaining, ripple_order(std::span(&run, 1)));
+}
+
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order) {
+  if (!run.has(model.input)) {
+    throw ModelError(run.name + " has no " + std::string(info(model.input).column) + ", the input of model `" +
+                     model.name + "`. Record it, map it with --map, or give the model another `input`");
+  }
+  ObservedRun record;
+  record.name = run.name;
+  set_inputs(record, run, model);
+  observe_motion(record, run, order);
+  if (run.has(Signal::i_a) && model.input != Signal::i_a) add(record, read(run, Signal::i_a, record.excitation.t));
+  if (run.has(Signal::torque)) observe_load(record, run);
+  observe_voltage(record, run, model, chaining);
+  if (record.observations.empty()) {
+    throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
+  }
+  set_steps_and_start(record, run, model);
+  return record;
+}
+
+}  // namespace emtb

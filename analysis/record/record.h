@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/record/inputs.h"
+#include "analysis/record/observation.h"
+#include "model/model.h"
+#include "model/simulation.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// A run in the terms of a model: what drives the simulation, stage by stage, and what it is compared with.
+///
+/// Each unit is driven by what was measured upstream, so that an error stays where it arises: the driver by u_ref, the
+/// motor by the measured e_a, the shaft by the measured torque. `chained` drives the motor with the simulated driver
+/// instead. Effects that repeat with the angle see the measured one: that of an encoder, or the integral of the
+/// measured speed. A simulated one would drift off by turns.
+struct ObservedRun {
+  std::string name;
+  Excitation excitation;
+  bool measured_voltage = false;
+  bool measured_load = false;
+  InputNoise voltage_noise;  ///< [V] of the measured e_a
+  InputNoise load_noise;     ///< [N m] of the measured torque
+  std::vector<Observation> observations;
+
+  std::size_t length() const { return excitation.t.size(); }
+
+  /// The observation of a signal; null where it was not read.
+  const Observation* find(Signal signal) const;
+
+  /// The model's equations as this run drives them.
+  ModelStructure structure(const Model& model) const;
+};
+
+/// A run that is weighed, too: each reading has its sigma. Whole when made (dataset.h), and not changed any more.
+struct Record : ObservedRun {
+  double angle_wander = 0;  ///< [rad^2/s] variance that an integrated angle gains
+};
+
+enum class Chaining { staged, chained };
+
+/// The first step from a run to a record.
+/// @param order of the shaft with which the speeds of a set of runs repeat, see ripple_order(); absent: none
+/// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order);
+/// The same of a run by itself.
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
+
+}  // namespace emtb

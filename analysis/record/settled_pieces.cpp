@@ -1,0 +1,131 @@
+#include "analysis/record/settled_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "analysis/numerics/scatter.h"
+#include "analysis/numerics/statistics.h"
+
+namespace emtb {
+
+Scatter scatter_about_line(std::span<const double> y) {
+  const auto n = static_cast<double>(y.size());
+  const double middle = (n - 1) / 2;
+  double mean = 0, slope = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) mean += y[i] / n;
+  const double spread = n * (n * n - 1) / 12;
+  for (std::size_t i = 0; i < y.size(); ++i) slope += (static_cast<double>(i) - middle) * (y[i] - mean) / spread;
+  double squares = 0, products = 0, before = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const double r = y[i] - mean - slope * (static_cast<double>(i) - middle);
+    squares += r * r;
+    if (i > 0) products += r * before;
+    before = r;
+  }
+  const double variance = squares / (n - 2);
+  return {variance, products / (n - 2), std::abs(slope) * n, mean - slope * (middle + 1)};
+}
+
+namespace {
+
+/// With what rounding leaves out, so that readings that are all the same have some.
+double deviation(const Scatter& s, double lsb) { return std::sqrt(s.variance + lsb * lsb / 12); }
+
+/// Still on its way: what bends in the readings would count as noise.
+bool moves(std::span<const double> y, double lsb) {
+  constexpr double far = 4;  // standard deviations
+  const Scatter s = scatter_about_line(y);
+  return s.rise > far * deviation(s, lsb);
+}
+
+/// The readings of a slow meter from where they no longer relax: the first ones are left out while they lie off the
+/// line through the others. An exponential approach does so to its end, until steps of the meter hide it.
+std::span<const double> settled_part(std::span<const double> y, double lsb) {
+  constexpr double off = 2;  // standard errors of a prediction
+  while (y.size() > fewest_readings) {
+    const std::span<const double> others = y.subspan(1);
+    const Scatter s = scatter_about_line(others);
+    const auto n = static_cast<double>(others.size());
+    const double error = deviation(s, lsb) * std::sqrt(1 + 1 / n + 3 * (n + 1) / (n * (n - 1)));
+    if (std::abs(y.front() - s.before) <= off * error) break;
+    y = others;
+  }
+  return y;
+}
+
+/// Half-open stretches of the grid over which the input does not change, for 1 s or more.
+std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excitation& x,
+                                                                    const std::vector<double>& input) {
+  std::vector<std::pair<std::size_t, std::size_t>> stretches;
+  const double tolerance = 6 * difference_scatter(input);
+  std::size_t begin = 0;
+  for (std::size_t k = 1; k <= input.size(); ++k) {
+    if (k < input.size() && std::abs(input[k] - input[begin]) <= tolerance) continue;
+    if (x.t[k - 1] - x.t[begin] >= settled_stretch) stretches.emplace_back(begin, k);
+    begin = k;
+  }
+  return stretches;
+}
+
+}  // namespace
+
+void collect(const ObservedRun& record, const Observation& o, SettledPieces& settled) {
+  const Excitation& x = record.excitation;
+  const std::vector<double>& input = !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
+  for (const auto& [begin, end] : constant_stretches(x, input)) {
+    // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces of 1
+    // s.
+    const double from = 0.5 * (x.t[begin] + x.t[end - 1]), until = x.t[end - 1];
+    TurningStretch piece;
+    std::vector<double> time;
+    double piece_begin = from;
+    const auto take = [&] {
+      if (o.slow && piece.value.size() >= 2) settled.short_slow.push_back(piece.value);
+      if (piece.value.size() < fewest_readings) return;
+      if (o.slow) {
+        const std::span<const double> part = settled_part(piece.value, o.lsb);
+        if (!moves(part, o.lsb)) settled.slow.emplace_back(part.begin(), part.end());
+      } else if (!moves(piece.value, o.lsb)) {
+        settled.fast.push_back(piece);
+        settled.time.push_back(time);
+      }
+    };
+    for (std::size_t i = 0; i < o.size(); ++i) {
+      const double t = x.t[o.last[i]];
+      if (x.t[o.first[i]] < from || t > until) continue;
+      if (!o.slow && t - piece_begin >= settled_stretch) {
+        take();
+        piece = {};
+        time.clear();
+        piece_begin = t;
+      }
+      piece.value.push_back(o.value[i]);
+      piece.angle.push_back(x.angle.empty() ? 0 : x.angle[o.last[i]]);
+      time.push_back(t);
+    }
+    if (o.slow || until - piece_begin >= 0.9 * settled_stretch) take();
+  }
+}
+
+void remove_what_repeats(SettledPieces& settled) {
+  constexpr double slowest = 4, fastest = 30;  // [Hz]
+  const auto enough = [](const TurningStretch& piece, std::size_t orders) { return piece.value.size() > 20 * orders; };
+  const std::vector<Order> orders = strong_orders(settled.fast, 4);
+  for (TurningStretch& piece : settled.fast) {
+    if (enough(piece, orders.size())) remove_orders(piece, orders);
+  }
+  std::vector<TurningStretch> in_time;
+  for (std::size_t i = 0; i < settled.fast.size(); ++i) {
+    in_time.push_back({settled.time[i], settled.fast[i].value});
+    for (double& t : in_time.back().angle) t *= 2 * std::numbers::pi;
+  }
+  const std::vector<Order> lines = strong_orders(in_time, 2, slowest, fastest);
+  for (std::size_t i = 0; i < settled.fast.size(); ++i) {
+    if (enough(in_time[i], lines.size())) remove_orders(in_time[i], lines);
+    settled.fast[i].value = std::move(in_time[i].value);
+  }
+}
+
+}  // namespace emtb

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "analysis/numerics/orders.h"
+#include "analysis/record/record.h"
+
+namespace emtb {
+
+inline constexpr double settled_stretch = 1.0;  ///< [s] shortest stretch that tells a scatter
+inline constexpr std::size_t fewest_readings = 5;
+
+/// Scatter about a straight line: variance, covariance of neighbours, how far the line rises over all readings, and
+/// what it says of a reading before the first.
+struct Scatter {
+  double variance = 0, covariance = 0, rise = 0, before = 0;
+};
+
+Scatter scatter_about_line(std::span<const double> y);
+
+/// The pieces of a signal in which nothing changes but noise, and what repeats with the angle or in time.
+struct SettledPieces {
+  std::vector<TurningStretch> fast;
+  std::vector<std::vector<double>> time;  ///< [s] of the fast ones' readings
+  std::vector<std::vector<double>> slow;
+  std::vector<std::vector<double>> short_slow;  ///< pieces of a slow meter that may be too short to tell a trend
+};
+
+/// Collects the settled pieces of one observation.
+void collect(const ObservedRun& record, const Observation& o, SettledPieces& settled);
+
+/// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is
+/// no noise, something shakes the machine.
+void remove_what_repeats(SettledPieces& settled);
+
+}  // namespace emtb

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "model/dual.h"
+#include "model/machine/equations.h"
+#include "model/slew.h"
+#include "model/structure.h"
+
+namespace emtb {
+
+/// The driver: what it makes of the reference, before its load takes a part.
+///
+///     target = clamp(gain u(t - delay) + offset, min, max);  -fall <= de/dt <= rise;  then a lag
+///     e_a    = e - R_o i + V_d exp(-|i|/i_c)
+template <class Scalar>
+class Driver {
+ public:
+  explicit Driver(const DriverModel& known) : known_(known) {}
+
+  void add(std::size_t effect, std::size_t parameter) { effects_.add(effect, parameter); }
+
+  /// The driver as known; its effects change it in every step.
+  void reset(Balance<Scalar>& terms) const {
+    terms.gain = Scalar(known_.gain);
+    terms.min = Scalar(known_.min);
+    terms.max = Scalar(known_.max);
+    terms.rise = Scalar(known_.rise);
+    terms.fall = Scalar(known_.fall);
+    terms.delay = terms.offset = terms.lag = Scalar(0.0);
+    terms.output_resistance = terms.light_load_rise = terms.light_load_current = Scalar(0.0);
+    terms.one_quadrant = false;
+  }
+
+  /// @param e where it stands; absent: settled at the reference
+  void start(double u_ref, const std::optional<double>& e, Equations<Scalar>& equations) {
+    changes_ = {{-infinity, u_ref}};
+    arrived_ = 0;
+    voltage_ = slewed_ = e ? Scalar(*e) : target_of(u_ref, equations);
+  }
+
+  /// Moves the output over a step. @return its mean
+  Scalar follow(double u_ref, double t, double h, Equations<Scalar>& equations) {
+    if (effects_.empty()) {  // all is known, nothing has a derivative
+      const double target = clamped(known_.gain * u_ref, known_.min, known_.max);
+      const Slewed<double> e = slew(value_of(voltage_), target, known_.rise, known_.fall, h);
+      voltage_ = Scalar(e.end);
+      return Scalar(e.mean);
+    }
+    if (u_ref != changes_.back().u_ref) changes_.push_back({t, u_ref});
+    const Scalar mean = slewed_mean(t, h, equations), before = voltage_;
+    const Balance<Scalar>& terms = equations.terms;
+    if (!any(differs(terms.lag, Scalar(0.0)))) {
+      voltage_ = slewed_;
+      return mean;
+    }
+    voltage_ = first_order_lag(terms.lag, h, 2.0 * mean - slewed_, slewed_, before);
+    return mean - terms.lag * (voltage_ - before) / h;
+  }
+
+  /// [V] at the end of the last step, before its load takes a part.
+  const Scalar& voltage() const { return voltage_; }
+
+  /// [V] at its terminals, which its own load bends.
+  Scalar terminal_voltage(const Balance<Scalar>& terms, const Scalar& i_a) const {
+    if (effects_.empty()) return voltage_;
+    Scalar e = voltage_ - terms.output_resistance * i_a;
+    if (any(differs(terms.light_load_rise, Scalar(0.0))) && value_of(voltage_) > 0) {
+      e += terms.light_load_rise * exp(-abs(i_a) / terms.light_load_current);
+    }
+    return e;
+  }
+
+ private:
+  /// What it makes of a reference in the end.
+  Scalar target_of(double u_ref, Equations<Scalar>& equations) {
+    Balance<Scalar>& terms = equations.terms;
+    reset(terms);
+    terms.u = Scalar(u_ref);
+    equations.middle.u_ref = u_ref;
+    effects_.apply(equations.middle, equations);
+    return clamped(terms.gain * terms.u + terms.offset, terms.min, terms.max);
+  }
+
+  /// The mean before the lag. The references that arrive during the step act each from its change on; the delay is what
+  /// moves them.
+  Scalar slewed_mean(double t, double h, Equations<Scalar>& equations) {
+    const Balance<Scalar>& terms = equations.terms;
+    Scalar area(0.0), from(0.0);
+    const auto drive = [&](double u, const Scalar& until) {
+      const Scalar target = target_of(u, equations);
+      const Slewed<Scalar> e = slew(slewed_, target, terms.rise, terms.fall, until - from);
+      slewed_ = e.end;
+      area += e.mean * (until - from);
+      from = until;
+    };
+    while (arrived_ + 1 < changes_.size() && changes_[arrived_ + 1].t + value_of(terms.delay) < t + h) {
+      drive(changes_[arrived_].u_ref, (changes_[arrived_ + 1].t - t) + terms.delay);
+      ++arrived_;
+    }
+    drive(changes_[arrived_].u_ref, Scalar(h));
+    forget_references();
+    return area / h;
+  }
+
+  /// A reference that changes all the time would fill the memory of a machine that runs all day.
+  void forget_references() {
+    constexpr std::size_t many = 4096;
+    if (arrived_ < many) return;
+    changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(arrived_));
+    arrived_ = 0;
+  }
+
+  const DriverModel& known_;
+  EffectParts<Scalar> effects_;
+  Scalar voltage_{};
+  Scalar slewed_{};  ///< [V] before the lag
+
+  struct Change {
+    double t, u_ref;
+  };
+  std::vector<Change> changes_;  ///< of the reference; kept only where effects may delay them
+  std::size_t arrived_ = 0;      ///< the last that the driver has seen
+};
+
+}  // namespace emtb

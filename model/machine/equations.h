@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "model/catalogue.h"
+#include "model/effect.h"
+
+namespace emtb {
+
+/// What drives one step, from the data or from the stage above.
+struct StepInput {
+  double u_ref = 0;      ///< [V] held over the step
+  double e_a_mean = 0;   ///< [V] terminal voltage, over the step; used where the structure says `measured_voltage`
+  double e_a_end = 0;    ///< [V]
+  double i_a = 0;        ///< [A] of a current drive, held over the step
+  double load = 0;       ///< [N m] measured load torque, mean over the step: a passive load
+  double omega = 0;      ///< [rad/s] measured speed in the middle: predicts the load where `measured_load`
+  double omega_end = 0;  ///< [rad/s] the same at the end, where the gauge is read
+  std::optional<double> angle_middle, angle_end;  ///< [rad] measured: what periodic effects see; absent: as simulated
+  std::optional<double> angle_pull;               ///< [1/s] see Excitation::angle_pull
+  bool angle_integrated = false;                  ///< see Excitation::angle_integrated
+  double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [degC] where measured
+  bool armature_open = false;
+};
+
+/// What moves, now and a step before.
+template <class Scalar>
+struct Motion {
+  Scalar i_a{};    ///< [A]
+  Scalar omega{};  ///< [rad/s]
+  Scalar i_a_before{}, omega_before{};
+
+  /// Extrapolated to the middle of the step to come.
+  Scalar i_a_in_middle() const { return i_a + 0.5 * (i_a - i_a_before); }
+  Scalar omega_in_middle() const { return omega + 0.5 * (omega - omega_before); }
+};
+
+/// The equations of one step, which the stages of a machine share.
+template <class Scalar>
+struct Equations {
+  std::span<const Scalar> p;  ///< all parameters, in the order of the structure
+  State<Scalar> middle;       ///< the state in the middle of the step, extrapolated: what effects see
+  Balance<Scalar> terms;      ///< what the effects act on
+};
+
+/// The effects of one stage or several, with the memory that they keep.
+template <class Scalar>
+class EffectParts {
+ public:
+  /// @param parameter the place of its first one
+  void add(std::size_t effect, std::size_t parameter) {
+    const EffectInfo& info = effect_catalogue()[effect];
+    parts_.push_back({apply_of<Scalar>(effect), parameter, info.parameter_count, memory_.size(), info.memory});
+    memory_.resize(memory_.size() + info.memory);
+  }
+
+  bool empty() const { return parts_.empty(); }
+
+  void apply(const State<Scalar>& x, Equations<Scalar>& equations) {
+    for (const Part& part : parts_) {
+      part.apply(equations.p.subspan(part.parameter, part.parameters),
+                 std::span(memory_).subspan(part.memory, part.memories), x, equations.terms);
+    }
+  }
+
+ private:
+  struct Part {
+    ApplyEffect<Scalar> apply;
+    std::size_t parameter, parameters, memory, memories;
+  };
+  std::vector<Part> parts_;
+  std::vector<Scalar> memory_;
+};
+
+}  // namespace emtb

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cmath>
+
+#include "model/dual.h"
+#include "model/machine/equations.h"
+
+namespace emtb {
+
+/// The angle of the rotor as what repeats with it sees it: simulated, or measured by a sensor whose angle wanders.
+template <class Scalar>
+class RotorAngle {
+ public:
+  /// @param turned [rad] added to the angle at the start, and to a measured one
+  explicit RotorAngle(const Scalar& turned) : turned_(turned) {}
+
+  /// @param period [rad] of the fastest wave; 0: nothing repeats
+  void start(double theta, double period, const StepInput& in) {
+    theta_ = turned_ + theta;
+    lead_ = Scalar(0.0);
+    period_ = period;
+    measured_ = Scalar(in.angle_end.value_or(0));
+    behind_ = Scalar(0.0);
+  }
+
+  /// [rad] as simulated.
+  const Scalar& theta() const { return theta_; }
+
+  Scalar in_middle(const StepInput& in, double h, const Scalar& omega) const {
+    return !in.angle_middle ? theta_ + 0.5 * h * omega
+           : in.angle_pull  ? turned_ + measured_ + lead_ + 0.5 * h * omega
+                            : turned_ + *in.angle_middle + behind_;
+  }
+
+  Scalar at_end(const StepInput& in) const { return in.angle_end ? turned_ + *in.angle_end + behind_ + lead_ : theta_; }
+
+  /// @param way [rad] over the step
+  void advance(const StepInput& in, double h, const Scalar& way) {
+    theta_ += way;
+    if (!in.angle_end) return;
+    const Scalar angle = *in.angle_end + behind_;
+    if (in.angle_pull && period_ > 0) {
+      lead_ = (lead_ + way - (angle - measured_)) * (1 / (1 + h * *in.angle_pull));
+      lead_ -= period_ * std::round(value_of(lead_) / period_);  // another wave is as good
+    }
+    measured_ = angle;
+  }
+
+  /// What the sensors do puts a measured angle behind the rotor's by so much [rad].
+  void put_behind(const Scalar& behind) { behind_ = behind; }
+
+ private:
+  Scalar theta_{};
+  Scalar turned_{};
+  Scalar lead_{};      ///< [rad] of the simulated rotor over a measured angle that wanders
+  Scalar measured_{};  ///< [rad] at the end of the last step
+  Scalar behind_{};
+  double period_ = 0;
+};
+
+}  // namespace emtb

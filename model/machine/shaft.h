@@ -1,0 +1,75 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/machine/armature.h"
+#include "model/machine/equations.h"
+
+namespace emtb {
+
+/// [N m] What acts on the shaft: what pulls at it, and what opposes any motion and holds it at rest.
+template <class Scalar>
+struct ShaftTorque {
+  Scalar pull{};
+  Scalar dry_friction{};
+
+  /// What the load effects say of a measured load pulls as they do, as far as the gauge shows it; the rest is a
+  /// brake's, which takes torque but does not push: at rest it holds.
+  void take_load(const Scalar& measured, const Scalar& said, const Scalar& omega) {
+    const bool all = value_of(measured) == 0 || value_of(said) / value_of(measured) > 1;
+    const Scalar pulls = all ? measured : said, rest = measured - pulls;
+    if (value_of(rest) * value_of(omega) >= 0) {
+      pull -= pulls;
+      dry_friction += abs(rest);
+    } else {
+      pull -= measured;
+    }
+  }
+};
+
+/// The shaft, by the trapezoidal rule fitted to its own decay; dry friction by an implicit soft threshold, so that it
+/// sticks exactly.
+///
+///     J dω/dt = K_m φ i - B ω - torques - dry friction
+///
+/// What depends on the armature, J, B and the length of the step only is kept until one of these changes.
+template <class Scalar>
+class Shaft {
+ public:
+  /// Where does something differ from what it is solved for?
+  auto changed(const Balance<Scalar>& terms) const {
+    return differs(terms.inertia, inertia_) | differs(terms.viscous, viscous_);
+  }
+
+  void solve(const Armature<Scalar>& armature, const Balance<Scalar>& terms, double h) {
+    inertia_ = terms.inertia;
+    viscous_ = terms.viscous;
+    // With J/h the trapezoidal rule lets the speed decay by (J/h - d)/(J/h + d), where d is half of what damps it; with
+    // J/h + d²h/(3J) that is the [2/2] Padé approximant of the exponential: fourth order, and never past zero. A torque
+    // that grows over the step then counts more at its end, from which less has decayed.
+    const Scalar& k_b = armature.k_b();
+    const Scalar& k_m = armature.k_m();
+    const Scalar inertia = terms.inertia / h;
+    const Scalar conductance = armature.mean().v0 + armature.mean().v1;
+    const Scalar damping = 0.5 * (terms.viscous + k_m * k_b * conductance);
+    late_ = k_m * conductance * damping / (6.0 * inertia);
+    const Scalar fitted = inertia + damping * damping / (3.0 * inertia);
+    momentum_ = fitted - 0.5 * terms.viscous;
+    inverse_inertia_ = 1.0 / (fitted + 0.5 * terms.viscous + k_m * k_b * armature.mean().v1);
+  }
+
+  /// [N m/V] of a voltage that grows over the step.
+  const Scalar& late() const { return late_; }
+
+  /// [rad/s] at the end of the step.
+  Scalar speed_after(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
+    return soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction) * inverse_inertia_;
+  }
+
+ private:
+  Scalar viscous_{}, inertia_{};  ///< that it is solved for
+  Scalar late_{};
+  Scalar momentum_{};         ///< J'/h - B/2; J' is J but for what the trapezoidal rule errs
+  Scalar inverse_inertia_{};  ///< 1/(J'/h + B/2 + K_m K_b mean.v1)
+};
+
+}  // namespace emtb

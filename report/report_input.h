@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/mapping.h"
+#include "model/model.h"
+#include "report/investigation_story.h"
+#include "report/page.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// A run of the report.
+struct ReportRun {
+  std::string spec;  ///< as the command line names its session
+  bool held_out = false;
+  Run run;                  ///< what was used
+  Run whole;                ///< what the file holds of that run
+  double from = 0, to = 0;  ///< [s] the span of `whole` that was used
+};
+
+/// What a report tells of, besides the diagnosis.
+struct ReportInput {
+  /// @param given its file's model, and how the command was called
+  static ReportInput of(std::string model_file, Model given, std::string command);
+
+  std::string model_file;
+  Model model;  ///< as given
+  std::vector<ReportRun> runs;
+  std::string map_file;         ///< empty: none
+  std::string candidates_file;  ///< empty: none
+  std::string software;         ///< `emtb 0.1.0, commit abc1234`
+  std::string date;
+  std::string command;  ///< as it was called
+  std::function<void(const NamedFigure&)> on_figure;
+  std::optional<InvestigationStory> story;  ///< where the bench itself made the runs
+
+  /// Adds the runs of a session, as it is named on the command line.
+  void add(const std::string& spec, bool as_held_out, const Mapping& mapping = {});
+  std::vector<Run> part(bool held_out) const;
+
+  bool every_run_has(Signal signal) const;
+  bool some_run_has(Signal signal) const;
+};
+
+}  // namespace emtb

@@ -1,0 +1,277 @@
+#include "report/report_page.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <map>
+
+#include "figures/number.h"
+#include "hal/error.h"
+#include "model/catalogue.h"
+#include "report/data_section.h"
+#include "report/figures_of_diagnosis.h"
+#include "report/next_steps.h"
+#include "report/symbols.h"
+#include "report/verdict.h"
+#include "report/words.h"
+
+namespace emtb {
+namespace {
+
+std::string summary_of(const ReportInput& in) {
+  std::size_t held = 0;
+  for (const ReportRun& r : in.runs) held += r.held_out;
+  const auto runs = [](std::size_t n, const std::string& kind) {
+    return std::to_string(n) + " " + kind + (n == 1 ? " run" : " runs");
+  };
+  return "Model `" + in.model.name + "` beside " + runs(in.runs.size() - held, "training") + " and " +
+         runs(held, "held-out") + ". " + in.date + ".";
+}
+
+void verdict_section(Page& page, const ReportInput& in, const Diagnosis& d) {
+  page.section("Verdict").lead(verdict_in_words(d));
+  page.paragraph(
+      "Errors are given in noise floors: 1 means that the model is off by no more than the instruments scatter.");
+  for (const MissingEffect& m : d.missing) {
+    const EffectInfo& e = d.about(m.effect);
+    std::string name(e.name);
+    name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+    page.paragraph(name + " (`" + std::string(e.id) + "`): " + std::string(e.what) + " " + "Equation: `" +
+                   std::string(e.equation) + "`.");
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [signal, fit] : d.signals) {
+    rows.push_back({compared_symbol(signal), printed(fit.rmse, 3), printed_unit(info(signal).unit),
+                    printed(fit.noise.sigma, 3), printed(fit.ratio, 3),
+                    printed(std::round(100 * fit.fit_percent) / 100, 4) + " %"});
+  }
+  page.table("What remains with the final model, on " + judged_on(d), "lrlrrr",
+             {"signal", "RMSE", "unit", "noise floor σ", "RMSE/σ", "fit"}, rows);
+  next_steps(page, in, d);
+}
+
+void overlay_section(Page& page, const ReportInput& in, const Diagnosis& d, const Dataset& data) {
+  page.section("Measured over simulated");
+  page.paragraph(
+      in.model.input == Signal::u_ref
+          ? "Each unit is driven by what was measured before it, so that an error shows where it arises: the "
+            "driver by u_{ref}, the motor by the measured voltage, the shaft by the measured torque."
+      : in.model.input == Signal::e_a ? "The model is driven by the recorded terminal voltage e_{a}."
+                                      : "The model is driven by the recorded current i_{a}.");
+  std::size_t train = 0, held = 0;
+  for (const ReportRun& r : in.runs) {
+    const Record& record = r.held_out ? data.held_out[held++] : data.train[train++];
+    const std::string name = short_name(r.run.name) + (r.held_out ? ", held out" : ", training");
+    page.subsection(name);
+    const std::vector<Overlay> after = overlays(record, d.final);
+    std::vector<Overlay> before;
+    if (!d.missing.empty()) before = overlays(record, d.base);
+    for (std::size_t s = 0; s < after.size(); ++s) {
+      page.figure(overlay_figure(name, after[s], before.empty() ? std::optional<Overlay>{} : before[s]));
+    }
+  }
+}
+
+void where_section(Page& page, const Diagnosis& d) {
+  page.section("Where it fails");
+  page.paragraph(
+      "The mean residual (measured − simulated) of all runs, against one condition at a time. A model that lacks "
+      "nothing stays "
+      "within the grey band (± one noise floor of a single reading) wherever one looks; a bend says on what the "
+      "missing "
+      "effect depends.");
+  std::map<Signal, const ResidualMap*> first;  // of each signal, the map that tells most
+  for (const ResidualMap& m : d.where) first.try_emplace(m.signal, &m);
+  std::vector<const ResidualMap*> order(first.size());
+  std::ranges::transform(first, order.begin(), [](const auto& of_signal) { return of_signal.second; });
+  std::ranges::stable_sort(order, std::ranges::greater{},
+                           [](const ResidualMap* m) { return *std::ranges::max_element(m->ratio); });
+  for (const ResidualMap* most : order) {
+    const ResidualMap& m = *most;
+    const std::vector<NamedFigure> figures = residual_map_figures(m.signal, d);
+    if (figures.empty()) continue;
+    std::string caption = "Residual of " + compared_symbol(m.signal) +
+                          ", the most telling condition first: " + condition_axis(m.against).label + " explains " +
+                          printed(100 * m.explained, 2) + " % of its variance with the base model";
+    for (const ResidualMap& after : d.where_final) {
+      if (!d.missing.empty() && after.signal == m.signal && after.against == m.against)
+        caption += ", " + printed(100 * after.explained, 2) + " % with the final one";
+    }
+    page.small_multiples(figures, caption + ".");
+  }
+}
+
+/// What a parameter is: its meaning, or the effect that brought it.
+std::string meaning_of(const std::string& name) {
+  if (const std::size_t dot = name.find('.'); dot != std::string::npos) return "`" + name.substr(0, dot) + "`";
+  for (const BaseParameter& b : base_parameters)
+    if (b.symbol == name) return std::string(b.name);
+  return "";
+}
+
+std::string with_error(double value, const Parameter& p) {
+  return p.std_error ? printed(value, *p.std_error) : printed(value);
+}
+
+/// Its value in a model; a dash where the model has no such parameter.
+std::string value_in(const Model& model, const std::string& name) {
+  const std::vector<std::string> names = model.names();
+  const auto at = std::ranges::find(names, name);
+  if (at == names.end()) return "–";
+  const auto i = static_cast<std::size_t>(at - names.begin());
+  return with_error(model.values()[i], model.at(i));
+}
+
+/// Between which values it was free to move, and what else kept it: a tie, a bound, a prior.
+std::string bounds_of(const Diagnosis& d, const std::string& name, const Parameter& p) {
+  const Model& model = d.final;
+  const auto tie = model.tie.find(name);
+  std::string remark;
+  if (tie != model.tie.end()) {
+    remark = "= " + symbol_of(tie->second) + " (tied)";
+  } else if (p.fixed) {
+    remark = "fixed";
+  } else if (std::ranges::find(d.at_bound, name) != d.at_bound.end()) {
+    remark = "rests on its bound";
+  } else if (p.prior) {
+    remark = "prior " + printed(p.prior->value, p.prior->std);
+  }
+  const bool free = !p.fixed && tie == model.tie.end();
+  std::string bounds = free ? printed(p.min) + " … " + printed(p.max) : "";
+  if (!remark.empty()) bounds.append(bounds.empty() ? "" : "; ").append(remark);
+  return bounds;
+}
+
+std::vector<std::vector<std::string>> parameter_rows(const Diagnosis& d) {
+  std::vector<std::vector<std::string>> rows;
+  const std::vector<std::string> names = d.final.names();
+  const std::vector<double> values = d.final.values();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (d.final.input == Signal::i_a && (names[i] == "R_a" || names[i] == "K_b")) continue;  // not in its equations
+    const Parameter& p = d.final.at(i);
+    std::string interval = "–";
+    if (p.std_error && !d.final.tie.contains(names[i]))
+      interval = printed_range(values[i] - normal_95 * *p.std_error, values[i] + normal_95 * *p.std_error);
+    const std::size_t dot = names[i].find('.');
+    rows.push_back({symbol_of(names[i].substr(dot == std::string::npos ? 0 : dot + 1)), meaning_of(names[i]),
+                    value_in(d.base, names[i]), with_error(values[i], p), interval, printed_unit(p.unit),
+                    bounds_of(d, names[i], p)});
+  }
+  return rows;
+}
+
+void parameter_section(Page& page, const Diagnosis& d) {
+  page.section("Parameters");
+  page.table("Values ± standard errors, which hold for correlated residuals too (block sandwich)", "llrrrll",
+             {"", "parameter", "base model", "final model", "95 % interval", "unit", "bounds"}, parameter_rows(d));
+  page.figure(parameter_figure(d));
+  if (d.undetermined.empty()) {
+    page.paragraph("These runs determine every free parameter of the final model.");
+    return;
+  }
+  std::vector<std::string> items;
+  for (const Undetermined& u : d.undetermined)
+    items.push_back(combination(u) + ": " +
+                    (std::isfinite(u.relative_error) && u.relative_error < 100
+                         ? "±" + printed(100 * u.relative_error, 2) + " %"
+                         : std::string("anything fits as well")));
+  page.paragraph("These runs do not determine, in relative changes:").list(items);
+}
+
+void candidate_section(Page& page, const Diagnosis& d) {
+  page.section("Candidates");
+  page.paragraph(
+      "Every effect of the library, and every formula on offer, that the base model does not have, best first. "
+      "Visibility: the share of what it "
+      "does "
+      "that the "
+      "fitted parameters cannot imitate (0: an exact alias in these data). p: how often chance alone would promise as "
+      "much. "
+      "Found from: the size that the whole procedure would have found in these data with a probability of 0.8.");
+  std::vector<std::vector<std::string>> rows;
+  for (const Candidate& c : d.candidates) {
+    const EffectParameter& p = d.about(c.score.effect).parameter_list[0];
+    const std::string unit = with_space(printed_unit(p.unit)), symbol = symbol_of(std::string(p.symbol));
+    const double size = c.score.detectable_size;
+    const bool promises = c.score.predicted_drop >= 1;
+    std::string expected = "–";
+    if (promises)
+      expected = c.score.expected().empty() ? "there" : symbol + " = " + printed(c.score.expected()[0], 3).append(unit);
+    rows.push_back({"`" + d.id(c.score.effect) + "`", promises ? printed(c.score.predicted_drop, 3) : "< 1", expected,
+                    printed(c.score.visibility, 2), c.score.p_value < 1e-12 ? "< 10⁻¹²" : printed(c.score.p_value, 2),
+                    c.held_out_error ? printed(*c.held_out_error, 3) : "not refitted",
+                    std::isfinite(size) && size > 0 ? printed(size, 2).append(unit) : "cannot be seen"});
+  }
+  page.table("Scores at the model without the effect, and the error once refitted with it", "lrrrrrr",
+             {"effect", "predicted drop [σ²]", "expected", "visibility", "p", "held-out error", "found from"}, rows);
+  if (d.candidates.empty()) return;
+  page.figure(promise_figure(d));
+  if (std::ranges::any_of(d.candidates, [](const Candidate& c) { return c.held_out_error.has_value(); }))
+    page.figure(refit_figure(d));
+}
+
+void staircase_section(Page& page, const Diagnosis& d) {
+  page.section("How the error falls").figure(staircase_figure(d));
+  std::vector<std::vector<std::string>> rows;
+  for (const Step& s : d.steps) rows.push_back({step_name(s), printed(s.train, 3), printed(s.held_out, 3)});
+  page.table("Error in noise floors", "lrr",
+             {"step", "training runs",
+              d.judged_on_training ? "the one run"
+              : d.left_one_out     ? "held out in turn"
+                                   : "held-out runs"},
+             rows);
+}
+
+void missing_section(Page& page, const Diagnosis& d) {
+  page.section("What the equations lack", !d.missing_base.empty());
+  for (const MissingCurve& base : d.missing_base) {
+    const auto after = std::ranges::find_if(d.missing_final, [&](const MissingCurve& c) {
+      return c.quantity == base.quantity && c.against == base.against;
+    });
+    const bool changed = !d.missing.empty() && after != d.missing_final.end();
+    page.figure(missing_figure(base, changed ? std::optional(*after) : std::nullopt));
+  }
+  if (d.missing_base.empty())
+    page.paragraph(
+        "No missing torque or voltage was recovered from these runs: that takes a fast current or a speed that moves "
+        "through its range. The residual maps above show where the model fails all the same.");
+}
+
+}  // namespace
+
+Page report_page(const ReportInput& in, const Diagnosis& d) {
+  const Dataset& data = *d.data;
+  Page page("What the model `" + in.model.name + "` is missing", summary_of(in), in.on_figure);
+  verdict_section(page, in, d);
+  if (in.story) tell(page, *in.story, d);
+  overlay_section(page, in, d, data);
+  where_section(page, d);
+  parameter_section(page, d);
+  candidate_section(page, d);
+  staircase_section(page, d);
+  missing_section(page, d);
+  data_section(page, in, data);
+  repeat_section(page, in, &d);
+  return page;
+}
+
+Page refusal_page(const ReportInput& in, const std::string& why) {
+  Page page("The model `" + in.model.name + "` cannot be judged on these runs", summary_of(in), in.on_figure);
+  page.section("Why not").lead(why);
+  page.paragraph(
+      "Nothing was fitted, and nothing can be said of what the model is missing. Below stands what was recorded.");
+  signals_lacking(page, in);
+  page.section("As recorded");
+  raw_figures(page, in, false);
+  repeat_section(page, in, nullptr);
+  return page;
+}
+
+void write_page(const std::string& file, const Page& page, const std::string& option) {
+  std::ofstream out(file);
+  out << page.html();
+  if (!out.flush()) throw Error(file + ": cannot be written. Give another " + option + " FILE.html");
+}
+
+}  // namespace emtb

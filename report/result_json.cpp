@@ -1,0 +1,187 @@
+#include "report/result_json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+json number(const std::optional<double>& value) { return value ? number(*value) : json(nullptr); }
+
+std::string name(Signal signal) { return std::string(info(signal).name); }
+
+json parameter_json(const Parameter& p) {
+  return {{"value", p.value}, {"std_error", number(p.std_error)}, {"unit", p.unit}};
+}
+
+json maps_json(const std::vector<ResidualMap>& maps) {
+  json list = json::array();
+  for (const ResidualMap& m : maps) {
+    list.push_back({{"signal", name(m.signal)},
+                    {"against", name_of(m.against)},
+                    {"bins", m.bins},
+                    {"mean", m.mean},
+                    {"rmse", m.rmse},
+                    {"floors", m.ratio},
+                    {"explained", m.explained}});
+  }
+  return list;
+}
+
+json undetermined_json(const std::vector<Undetermined>& list) {
+  json out = json::array();
+  for (const Undetermined& u : list) {
+    out.push_back({{"combination", u.combination}, {"relative_error", number(u.relative_error)}});
+  }
+  return out;
+}
+
+json curves_json(const std::vector<MissingCurve>& curves) {
+  json list = json::array();
+  for (const MissingCurve& c : curves) {
+    list.push_back({{"quantity", c.quantity},
+                    {"unit", c.unit},
+                    {"against", c.against},
+                    {"x", c.x},
+                    {"value", c.value},
+                    {"std_error", c.std_error}});
+  }
+  return list;
+}
+
+}  // namespace
+
+json to_json(const std::map<Signal, SignalFit>& signals) {
+  json out = json::object();
+  for (const auto& [signal, fit] : signals) {
+    out[name(signal)] = {{"sigma", fit.noise.sigma},
+                         {"sigma_from", name_of(fit.noise.from)},
+                         {"lower_bound", fit.noise.lower_bound},
+                         {"rmse", fit.rmse},
+                         {"floors", fit.ratio},
+                         {"fit_percent", fit.fit_percent},
+                         {"unit", std::string(info(signal).unit)}};
+  }
+  return out;
+}
+
+json parameters_json(const Model& model, const LikelihoodIntervals& intervals) {
+  json out = json::object();
+  const std::vector<std::string> names = model.names();
+  const std::vector<double> values = model.values();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    Parameter p = model.at(i);
+    p.value = values[i];
+    if (const auto tie = model.tie.find(names[i]); tie != model.tie.end()) {
+      for (std::size_t j = 0; j < names.size(); ++j) {
+        if (names[j] == tie->second) p.std_error = model.at(j).std_error;
+      }
+    }
+    out[names[i]] = parameter_json(p);
+    if (const auto interval = intervals.find(names[i]); interval != intervals.end()) {
+      const LikelihoodInterval& v = interval->second;
+      out[names[i]]["interval95"] = {
+          {"low", v.low}, {"high", v.high}, {"low_at_bound", v.low_at_bound}, {"high_at_bound", v.high_at_bound}};
+    }
+  }
+  return out;
+}
+
+/// The experiment that would best tell tied effects apart; its profile is null where none of the menu can.
+json next_json(const Diagnosis& d) {
+  if (d.next.empty()) return nullptr;
+  const Proposal& best = d.next.front();
+  const auto tied = std::ranges::find_if(d.missing, [](const MissingEffect& m) { return !m.tied_with.empty(); });
+  json separates = json::array({d.id(tied->effect)});
+  for (const std::size_t rival : tied->tied_with) separates.push_back(d.id(rival));
+  json record = json::array();
+  for (const Signal signal : best.record) record.push_back(info(signal).column);
+  json knots = json::array();
+  for (const Knot& knot : best.profile.knots()) knots.push_back({knot.t, knot.value});
+  const bool worth = best.separation >= worth_an_experiment;
+  return {{"profile", worth ? json(best.profile.name()) : json(nullptr)},
+          {"what", worth ? best.what : "nothing on this bench can tell them apart"},
+          {"record", worth ? record : json::array()},
+          {"knots", worth ? knots : json::array()},
+          {"separates", separates},
+          {"separation", number(best.separation)}};
+}
+
+json to_json(const Diagnosis& d) {
+  json out;
+  out["verdict"] = word(d.verdict);
+  out["missing"] = json::array();
+  for (const MissingEffect& m : d.missing) {
+    json tied = json::array(), parameters = json::object();
+    for (const std::size_t rival : m.tied_with) tied.push_back(d.id(rival));
+    for (const Parameter& p : m.parameters) parameters[p.symbol] = parameter_json(p);
+    out["missing"].push_back({{"id", d.id(m.effect)}, {"tied_with", tied}, {"parameters", parameters}});
+  }
+  out["candidates"] = json::array();
+  for (const Candidate& c : d.candidates) {
+    json expected = json::object();
+    const EffectInfo& about = d.about(c.score.effect);
+    for (std::size_t i = 0; i < c.score.expected().size(); ++i) {
+      expected[std::string(about.parameters()[i].symbol)] = number(c.score.expected()[i]);
+    }
+    out["candidates"].push_back({{"id", d.id(c.score.effect)},
+                                 {"predicted_drop", number(c.score.predicted_drop)},
+                                 {"visibility", number(c.score.visibility)},
+                                 {"p_value", number(c.score.p_value)},
+                                 {"held_out_error", number(c.held_out_error)},
+                                 {"detectable_size", number(c.score.detectable_size)},
+                                 {"expected", expected}});
+  }
+  out["parameters"] = parameters_json(d.final);
+  out["error"] = {{"base", {{"train", number(d.base_train)}, {"held_out", number(d.base_held_out)}}},
+                  {"final", {{"train", number(d.final_train)}, {"held_out", number(d.final_held_out)}}}};
+  out["signals"] = to_json(d.signals);
+  out["steps"] = json::array();
+  for (const Step& s : d.steps) {
+    out["steps"].push_back({{"added", s.added ? json(d.id(*s.added)) : json(nullptr)},
+                            {"action", s.action},
+                            {"train", number(s.train)},
+                            {"held_out", number(s.held_out)}});
+  }
+  out["unexplained"] = number(d.final_held_out);
+  out["where"] = maps_json(d.where);
+  out["where_final"] = maps_json(d.where_final);
+  out["missing_curves"] = {{"base", curves_json(d.missing_base)}, {"final", curves_json(d.missing_final)}};
+  out["at_bound"] = d.at_bound;
+  out["undetermined"] = undetermined_json(d.undetermined);
+  out["held_out"] = d.judged_on_training ? "none" : d.left_one_out ? "each run in turn" : "named";
+  out["next_experiment"] = next_json(d);
+  return out;
+}
+
+json to_json(const Comparison& c) {
+  json out;
+  out["error"] = {{"staged", c.error}, {"chained", c.chained_error}};
+  out["signals"] = to_json(c.signals);
+  for (const auto& [signal, floors] : c.chained) out["signals"][name(signal)]["chained_floors"] = floors;
+  out["failing_unit"] = c.failing_unit ? json(name_of(*c.failing_unit)) : json(nullptr);
+  out["where"] = maps_json(c.where);
+  return out;
+}
+
+void write_json(const std::string& file, const json& value) {
+  if (file.empty()) return;
+  if (file == "-") {
+    std::cout << value.dump(2) << "\n";
+    return;
+  }
+  std::ofstream out(file);
+  out << value.dump(2) << "\n";
+  if (!out.flush()) throw Error(file + ": cannot be written. Give another --json FILE");
+}
+
+}  // namespace emtb

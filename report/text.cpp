@@ -1,0 +1,68 @@
+#include "report/text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace emtb {
+namespace {
+
+/// Characters as a terminal shows them: continuation bytes of UTF-8 take no room.
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+}  // namespace
+
+std::string pretty(double value, int digits) {
+  if (!std::isfinite(value)) return "-";
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+std::string pretty(double value, double std_error, const std::string& unit) {
+  const double relative = value != 0 && std_error > 0 ? std_error / std::abs(value) : 1e-3;
+  const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(relative))) + 1, 2, 7);
+  return pretty(value, digits) + " +- " + pretty(std_error, 2) + (unit.empty() ? "" : " " + unit);
+}
+
+Table::Table(std::vector<std::string> heading) { rows_.push_back(std::move(heading)); }
+
+void Table::row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+
+std::string Table::text(const std::string& indent) const {
+  std::vector<std::size_t> widths;
+  for (const auto& cells : rows_) {
+    widths.resize(std::max(widths.size(), cells.size()));
+    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], width_of(cells[i]));
+  }
+  std::string out;
+  for (const auto& cells : rows_) {
+    std::string line = indent;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string space(widths[i] - width_of(cells[i]), ' ');
+      line += (i > 0 ? "  " : "") + (i == 0 ? cells[i] + space : space + cells[i]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
+}
+
+std::string shell_quoted(const std::string& word) {
+  if (!word.empty() && word.find_first_of(" \t\n\"'`$&|;<>()*?[]{}#!~\\") == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+std::string bar(double share, int width) {
+  const int half = width / 2;
+  const int length = std::clamp(static_cast<int>(std::lround(std::abs(share) * half)), 0, half);
+  const std::string filled(static_cast<std::size_t>(length), '#'), rest(static_cast<std::size_t>(half - length), ' ');
+  const std::string empty(static_cast<std::size_t>(half), ' ');
+  return share < 0 ? rest + filled + "|" + empty : empty + "|" + filled + rest;
+}
+
+}  // namespace emtb

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace emtb {
+
+/// A number as people read it: `digits` significant ones, no trailing zeros.
+std::string pretty(double value, int digits = 4);
+
+/// `0.0547 +- 0.0003 N m`, the value with as many digits as its error is worth.
+std::string pretty(double value, double std_error, const std::string& unit);
+
+/// Columns that line up; the first is left-aligned, the others right.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> heading);
+  void row(std::vector<std::string> cells);
+  std::string text(const std::string& indent = "") const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// A word as a shell takes it.
+std::string shell_quoted(const std::string& word);
+
+/// A bar of at most `width` characters: to the right for positive shares (of 1), to the left of the middle for
+/// negative.
+std::string bar(double share, int width);
+
+}  // namespace emtb

@@ -1,0 +1,109 @@
+#include "report/verdict.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "figures/number.h"
+#include "report/symbols.h"
+#include "report/text.h"
+#include "report/words.h"
+
+namespace emtb {
+
+namespace {
+
+/// What remains, and the signal that shows it most: the others may be at their floors.
+std::string remainder_in_words(const Diagnosis& d) {
+  std::string text = pretty(d.final_held_out, 3) + " times the noise floor remains";
+  const auto worst =
+      std::ranges::max_element(d.signals, {}, [](const auto& signal_and_fit) { return signal_and_fit.second.ratio; });
+  if (worst == d.signals.end() || d.signals.size() < 2) return text;
+  return text + ", " + pretty(worst->second.ratio, 3) + " in " + std::string(info(worst->first).name);
+}
+
+/// `Coulomb friction (T_c = 0.0547 ± 0.0003 N m)`
+std::string in_words(const Diagnosis& d, const MissingEffect& m) {
+  std::vector<std::string> values;
+  for (const Parameter& p : m.parameters) values.push_back(symbol_of(p.symbol) + " = " + value_of(p));
+  return std::string(d.about(m.effect).name) + (values.empty() ? "" : " (" + joined(values, ", ") + ")");
+}
+
+std::string missing_in_words(const Diagnosis& d) {
+  std::vector<std::string> list;
+  for (const MissingEffect& m : d.missing) list.push_back(in_words(d, m));
+  return joined(list);
+}
+
+std::string fall(const Diagnosis& d) {
+  return "from " + floors(d.base_held_out) + " to " + printed(d.final_held_out, 3);
+}
+
+}  // namespace
+
+std::string verdict_text(const Diagnosis& d) {
+  std::ostringstream out;
+  switch (d.verdict) {
+    case Verdict::found:
+    case Verdict::tied:
+      out << (d.verdict == Verdict::found ? "found:" : "found, but tied with others that do as well:");
+      break;
+    case Verdict::unknown_effect:
+      out << "unknown_effect: something is missing that nothing in the library explains; " << remainder_in_words(d)
+          << (d.missing.empty() ? "." : ", even with");
+      break;
+    case Verdict::nothing_missing:
+      out << "nothing_missing: what is left is noise, or too little to matter.";
+      break;
+    case Verdict::cannot_tell:
+      out << "cannot_tell: nothing in these runs moves enough to inform the model.";
+      break;
+  }
+  out << "\n";
+  for (const MissingEffect& m : d.missing) {
+    out << "  " << d.about(m.effect).id << " (" << d.about(m.effect).equation << ")";
+    for (const Parameter& p : m.parameters) {
+      out << "  " << p.symbol << " = "
+          << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
+    }
+    out << "\n";
+    for (const std::size_t rival : m.tied_with)
+      out << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";
+  }
+  if (!d.next.empty()) out << "  " << in_words(d.next.front()) << "\n";
+  return out.str();
+}
+
+std::string verdict_in_words(const Diagnosis& d) {
+  const std::string found = missing_in_words(d);
+  switch (d.verdict) {
+    case Verdict::found:
+      return "The model lacks " + found + ". With " + (d.missing.size() == 1 ? "it" : "them") + " the error on " +
+             judged_on(d) + " falls " + fall(d) + "; nothing else is missing that these runs could show.";
+    case Verdict::tied: {
+      std::vector<std::string> rivals;
+      for (const MissingEffect& m : d.missing) {
+        std::vector<std::string> names;
+        for (const std::size_t rival : m.tied_with) names.emplace_back(d.about(rival).name);
+        if (!names.empty())
+          rivals.push_back(joined(names, " or ") + " in the place of " + std::string(d.about(m.effect).name));
+      }
+      return "The model lacks " + found + ", or what does as well in these runs: " + joined(rivals) +
+             ". The error on " + judged_on(d) + " falls " + fall(d) + " either way; other runs must tell which it is.";
+    }
+    case Verdict::unknown_effect:
+      return d.missing.empty()
+                 ? "Something is missing that no effect in the library explains: the error on " + judged_on(d) +
+                       " is " + floors(d.final_held_out) + "."
+                 : "The model lacks " + found + ": the error on " + judged_on(d) + " falls " + fall(d) + ". But " +
+                       floors(d.final_held_out) +
+                       " are more than noise: something else is missing that no effect in the library explains.";
+    case Verdict::nothing_missing:
+      return "Nothing is missing that these runs could show: the error on " + judged_on(d) + " is " +
+             floors(d.final_held_out) + (d.missing.empty() ? "." : ", with " + found + ".");
+    case Verdict::cannot_tell:
+      return "These runs cannot tell: nothing in them moves enough to inform the model.";
+  }
+  return {};
+}
+
+}  // namespace emtb

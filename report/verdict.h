@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "analysis/diagnose/diagnose.h"
+
+namespace emtb {
+
+/// The verdict for the terminal: the word, each effect with its values and rivals, and the next experiment.
+std::string verdict_text(const Diagnosis& diagnosis);
+
+/// The verdict in a sentence or two, with numbers, for the page.
+std::string verdict_in_words(const Diagnosis& diagnosis);
+
+}  // namespace emtb

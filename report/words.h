@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analysis/diagnose/diagnose.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// Parts of sentences that a page has in several places.
+
+std::string with_space(const std::string& unit);  ///< ` N m`; nothing without a unit
+std::string value_of(const Parameter& p);         ///< `0.0547 ± 0.0003 N m`
+std::string joined(const std::vector<std::string>& words, const std::string& last = " and ");  ///< `a, b and c`
+std::string floors(double error);                                                              ///< `1.02 noise floors`
+
+/// Which runs the errors of a diagnosis are of: `runs that no fit has seen`.
+std::string judged_on(const Diagnosis& diagnosis);
+
+/// Where a noise floor comes from.
+std::string source_in_words(const NoiseFloor& noise);
+
+}  // namespace emtb

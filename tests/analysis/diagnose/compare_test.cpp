@@ -1,0 +1,98 @@
+#include "analysis/diagnose/compare.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "model/catalogue.h"
+#include "tests/analysis/own_record.h"
+
+namespace emtb {
+namespace {
+
+using synthetic::OwnRecord;
+using synthetic::true_servo;
+
+/// The floors of a servo's own record.
+Noise own_floors() {
+  return {{Signal::omega, {.sigma = OwnRecord::sigma_omega, .from = "declared"}},
+          {Signal::i_a, {.sigma = OwnRecord::sigma_i_a, .from = "declared"}}};
+}
+
+/// The fit of the speed where its reading errs as a function of (t, omega) says.
+template <class Error>
+SignalFit fit_of_speed(const Error& error) {
+  OwnRecord own(true_servo());
+  return fit_of(own.with_error(Signal::omega, error), true_servo(), own_floors()).at(Signal::omega);
+}
+
+TEST(FitOf, IsAHundredPercentWhereNothingIsLeft) {
+  const SignalFit fit = fit_of_speed([](double, double) { return 0.0; });
+  EXPECT_NEAR(fit.fit_percent, 100, 1e-9);
+  EXPECT_NEAR(fit.rmse, 0, 1e-9);
+}
+
+TEST(FitOf, IsWhatIsLeftOverTheSpreadOfTheReadings) {
+  OwnRecord own(true_servo());
+  const std::vector<PreparedRun>& records = own.with_error(Signal::omega, [](double, double) { return 5.0; });
+  double sum = 0, squares = 0, n = 0;
+  for (const Observation& o : records[0].observations) {
+    if (o.signal != Signal::omega) continue;
+    for (const double v : o.value) sum += v, squares += v * v, n += 1;
+  }
+  ASSERT_EQ(n, 1000);
+  const double spread = std::sqrt(squares / n - std::pow(sum / n, 2));
+  const SignalFit fit = fit_of(records, true_servo(), own_floors()).at(Signal::omega);
+  EXPECT_NEAR(fit.rmse, 5, 1e-9) << "[rad/s]";
+  EXPECT_NEAR(fit.ratio, 5 / OwnRecord::sigma_omega, 1e-9);
+  EXPECT_NEAR(fit.fit_percent, 100 * (1 - 5 / spread), 1e-6);
+  EXPECT_EQ(fit.noise.from, "declared");
+}
+
+TEST(FitOf, IsNoneWhereTheSpeedIsNoBetterThanItsMean) {
+  // The reading is half of what the model says: the model errs by as much as the reading spreads.
+  const SignalFit fit = fit_of_speed([](double, double omega) { return -0.5 * omega; });
+  EXPECT_NEAR(fit.fit_percent, 0, 2) << "but for the little that the mean is off zero";
+}
+
+/// A servo's run with the voltage measured, and a gauge that reads no load.
+Run whole_run() {
+  constexpr double sigma_torque = 1e-4;  // [N m]
+  Run run = synthetic::record({}, synthetic::steps, 1e-3, {.omega = 0.5, .i_a = 0.05, .e_a = 0.05});
+  synthetic::Noise noise(7);
+  Series torque = run.at(Signal::omega);
+  for (double& v : torque.value) v = noise(sigma_torque);
+  run.signals[Signal::torque] = torque;
+  return run;
+}
+
+std::string failing_unit(const Model& model) {
+  const std::vector<Run> runs{whole_run()};
+  Model judge = true_servo();
+  judge.noise = {{Signal::omega, 0.5}, {Signal::i_a, 0.05}, {Signal::e_a, 0.05}, {Signal::torque, 1e-4}};
+  return compare(runs, model, judge).failing_unit;
+}
+
+TEST(FailingUnit, IsNoneWhereAllAreRight) { EXPECT_EQ(failing_unit(true_servo()), ""); }
+
+TEST(FailingUnit, IsTheDriverWhoseVoltageIsOff) {
+  Model model = true_servo();
+  model.driver->gain *= 1.1;
+  EXPECT_EQ(failing_unit(model), "driver") << "the motor is driven by what was measured";
+}
+
+TEST(FailingUnit, IsTheMotorWhoseSpeedIsOff) {
+  Model model = true_servo();
+  model.at(4).value *= 1.2;  // J
+  EXPECT_EQ(failing_unit(model), "motor");
+}
+
+TEST(FailingUnit, IsTheLoadThatTheGaugeDoesNotRead) {
+  Model model = true_servo();
+  model.include(effect_index("eddy_brake"));
+  model.parameters_of(effect_index("eddy_brake"))[0].value = 0.01;  // [N m]
+  EXPECT_EQ(failing_unit(model), "load") << "the shaft is loaded by what was measured";
+}
+
+}  // namespace
+}  // namespace emtb

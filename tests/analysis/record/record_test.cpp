@@ -1,0 +1,234 @@
+#include "analysis/record/record.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "hal/error.h"
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+using synthetic::record;
+using synthetic::series;
+using synthetic::servo_model;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const Observation* observation(const ObservedRun& run, Signal signal) {
+  const auto o = std::ranges::find(run.observations, signal, &Observation::signal);
+  return o == run.observations.end() ? nullptr : &*o;
+}
+
+std::string complaint_of_preparing(const emtb::Run& run, const Model& model = servo_model()) {
+  try {
+    observe_run(run, model);
+  } catch (const ModelError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+/// u_ref and omega at 1 kHz for 2 s.
+emtb::Run plain_run() {
+  emtb::Run run;
+  run.name = "steps.csv#a";
+  run.signals[Signal::u_ref] = series(1e-3, 2, [](double t) { return t < 0.5 ? 0.0 : 2.0; });
+  run.signals[Signal::omega] = series(1e-3, 2, [](double t) { return t < 0.5 ? 0.0 : 180.0; });
+  return run;
+}
+
+// ---- what is compared
+
+TEST(PrepareRun, AFastReadingIsAnInstant) {
+  const ObservedRun run = observe_run(plain_run(), servo_model());
+  const Observation* omega = observation(run, Signal::omega);
+  ASSERT_TRUE(omega);
+  EXPECT_FALSE(omega->slow);
+  EXPECT_EQ(omega->size(), 2000U);
+  EXPECT_EQ(omega->first, omega->last);
+}
+
+TEST(PrepareRun, AMeterWithAWindowReadsTheMeanOverIt) {
+  emtb::Run run = plain_run();
+  Series meter = series(0.5, 2, [](double) { return 1.0; });
+  meter.window = 0.4;
+  run.signals[Signal::i_a] = meter;
+  const ObservedRun prepared = observe_run(run, servo_model());
+  const Observation* i_a = observation(prepared, Signal::i_a);
+  ASSERT_TRUE(i_a);
+  EXPECT_TRUE(i_a->slow);
+  EXPECT_THAT(i_a->first, ElementsAre(100, 600, 1100));  // the first window began before the run
+  EXPECT_THAT(i_a->last, ElementsAre(500, 1000, 1500));
+}
+
+TEST(PrepareRun, AMeterWithoutAWindowReadsTheMeanSinceItsReadingBefore) {
+  emtb::Run run = plain_run();
+  Series& meter = run.signals[Signal::i_a];
+  meter.t = {0.3, 0.7, 1.25, 1.9};
+  meter.value = {1, 2, 3, 4};
+  const ObservedRun prepared = observe_run(run, servo_model());
+  const Observation* i_a = observation(prepared, Signal::i_a);
+  ASSERT_TRUE(i_a);
+  EXPECT_THAT(i_a->first, ElementsAre(300, 700, 1250));
+  EXPECT_THAT(i_a->last, ElementsAre(700, 1250, 1900));
+  EXPECT_THAT(i_a->value, ElementsAre(2, 3, 4));
+}
+
+TEST(Observation, PredictsAMeanByTheTrapezoidalRule) {
+  Observation o;
+  o.first = {0, 2};
+  o.last = {4, 2};
+  o.value = {0, 0};
+  EXPECT_EQ(o.predicted(0, [](std::size_t k) { return static_cast<double>(k * k); }),
+            (0.5 * 0 + 1 + 4 + 9 + 0.5 * 16) / 4);
+  EXPECT_EQ(o.predicted(1, [](std::size_t k) { return static_cast<double>(k * k); }), 4);
+}
+
+TEST(SpeedFromAngle, IsExactForAConstantAcceleration) {
+  const Series theta = series(1e-3, 1, [](double t) { return 3 + 20 * t + 0.5 * 70 * t * t; });
+  const Series omega = speed_from_angle(theta, 10);
+  ASSERT_GT(omega.t.size(), 90U);
+  for (std::size_t i = 0; i < omega.t.size(); ++i) EXPECT_NEAR(omega.value[i], 20 + 70 * omega.t[i], 1e-9);
+  EXPECT_NEAR(omega.t[1] - omega.t[0], 0.01, 1e-12);  // closer ones would share their noise
+}
+
+TEST(PrepareRun, ComparesWithTheSlopeOfTheAngleWhereThereIsNoSpeed) {
+  emtb::Run run = plain_run();
+  run.signals.erase(Signal::omega);
+  run.signals[Signal::theta] = series(1e-3, 2, [](double t) { return 30 * t; });
+  const ObservedRun prepared = observe_run(run, servo_model());
+  const Observation* omega = observation(prepared, Signal::omega);
+  ASSERT_TRUE(omega);
+  for (std::size_t i = 0; i < omega->size(); ++i) {
+    ASSERT_NEAR(omega->value[i], 30, 1e-9);
+    ASSERT_LT(omega->first[i], omega->last[i]);
+  }
+  EXPECT_NEAR(prepared.excitation.initial.omega, 30, 0.1);
+}
+
+// ---- where it starts
+
+TEST(PrepareRun, StartsAtTheSpeedThatTheFirstReadingsTell) {
+  synthetic::Noise noise(4);
+  emtb::Run run = plain_run();
+  run.signals[Signal::omega] = series(1e-3, 2, [&](double t) { return 120 - 50 * t + noise(0.2); });
+  EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 120, 0.3);
+  run.signals[Signal::omega] = series(1e-3, 2, [&](double) { return noise(0.2); });
+  EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0) << "noise is no motion";
+}
+
+// ---- what drives the model
+
+TEST(PrepareRun, AGaugeThatReadsZeroIsNoLoad) {
+  synthetic::Noise noise(4);
+  emtb::Run run = plain_run();
+  run.signals[Signal::torque] = series(1e-3, 2, [&](double) { return noise(0.001); });
+  ObservedRun prepared = observe_run(run, servo_model());
+  EXPECT_FALSE(prepared.measured_load);
+  EXPECT_TRUE(observation(prepared, Signal::torque)) << "it is still compared with";
+  run.signals[Signal::torque] = series(1e-3, 2, [&](double t) { return (t < 1 ? 0 : 0.01) + noise(0.001); });
+  prepared = observe_run(run, servo_model());
+  EXPECT_TRUE(prepared.measured_load);
+  EXPECT_TRUE(prepared.structure(servo_model()).measured_load);
+  EXPECT_NEAR(prepared.excitation.load[1500], 0.01, 0.001);
+}
+
+TEST(PrepareRun, QuietsAMeasuredLoadButForWhatRepeatsWithTheAngle) {
+  emtb::Run run = plain_run();
+  const double speed = 180, ripple = 0.006, sigma = 0.002;  // [rad/s], [N m] of a weight off centre and of the noise
+  synthetic::Noise noise(5);
+  run.signals[Signal::omega] = series(1e-3, 20, [&](double) { return speed; });
+  run.signals[Signal::u_ref] = series(1e-3, 20, [](double) { return 2.0; });
+  run.signals[Signal::torque] = series(1e-3, 20, [&](double t) { return ripple * std::sin(speed * t) + noise(sigma); });
+  const ObservedRun prepared = observe_run(run, servo_model());
+  ASSERT_TRUE(prepared.measured_load);
+  double squares = 0;
+  for (std::size_t k = 0; k < prepared.length(); ++k) {
+    squares += std::pow(prepared.excitation.load[k] - ripple * std::sin(speed * prepared.excitation.t[k]), 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(prepared.length())), 0.25 * sigma);
+}
+
+TEST(PrepareRun, QuietsTheMeasuredVoltageWithoutTouchingItsCorners) {
+  const double sigma = 0.05;
+  const std::vector<synthetic::Hold> plan{{0.7, 0}, {0.8, 3}, {0.8, -4}, {0.7, 1}};
+  const emtb::Run clean = record({}, plan, 1e-3), noisy = record({}, plan, 1e-3, {.e_a = sigma});
+  const ObservedRun prepared = observe_run(noisy, servo_model());
+  ASSERT_TRUE(prepared.measured_voltage);
+  const std::vector<double>& e = prepared.excitation.e_a;
+  const std::vector<double>& exact = clean.at(Signal::e_a).value;
+  double squares = 0;
+  for (std::size_t k = 0; k < e.size(); ++k) {
+    ASSERT_LT(std::abs(e[k] - exact[k]), 4 * sigma) << "a corner was smeared at t = " << clean.at(Signal::e_a).t[k];
+    squares += std::pow(e[k] - exact[k], 2);
+    EXPECT_LE(prepared.voltage_noise.sigma[k], 1.2 * sigma);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(e.size())), 0.25 * sigma);
+}
+
+TEST(PrepareRun, QuietsTheMeasuredVoltageAlsoWhereTheDriverIsNotAsKnown) {
+  // Corners where the model does not expect them: a gain that is wrong by half, slopes that are wrong by four.
+  const std::vector<synthetic::Hold> plan{{0.7, 0}, {0.8, 3}, {0.8, -4}, {0.7, 1}};
+  const double sigma = 0.05;
+  const emtb::Run run = record({}, plan, 1e-3, {.e_a = sigma});
+  const std::vector<double> exact = record({}, plan, 1e-3).at(Signal::e_a).value;
+  Model other_gain = servo_model(), other_slopes = servo_model();
+  other_gain.driver->gain = 2;
+  other_slopes.driver->rise = other_slopes.driver->fall = 8000;
+  for (const Model& model : {other_gain, other_slopes}) {
+    const std::vector<double> e = observe_run(run, model).excitation.e_a;
+    double squares = 0, worst = 0;
+    for (std::size_t k = 0; k < e.size(); ++k) {
+      squares += std::pow(e[k] - exact[k], 2);
+      worst = std::max(worst, std::abs(e[k] - exact[k]));
+    }
+    EXPECT_LT(worst, 8 * sigma);
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(e.size())), 0.5 * sigma);
+  }
+}
+
+TEST(PrepareRun, ChainedDrivesTheMotorWithTheDriverOfTheModel) {
+  const emtb::Run run = record({}, synthetic::steps, 1e-3);
+  EXPECT_TRUE(observe_run(run, servo_model()).measured_voltage);
+  const ObservedRun chained = observe_run(run, servo_model(), Chaining::chained);
+  EXPECT_FALSE(chained.measured_voltage);
+  EXPECT_TRUE(observation(chained, Signal::e_a)) << "still compared with";
+}
+
+TEST(PrepareRun, KnowsWhenTheArmatureIsOpen) {
+  emtb::Run run = plain_run();
+  run.signals[Signal::armature_open] = series(1e-3, 2, [](double t) { return t > 1.5 ? 1.0 : 0.0; });
+  const ObservedRun prepared = observe_run(run, servo_model());
+  EXPECT_EQ(prepared.excitation.armature_open[1400], 0);
+  EXPECT_EQ(prepared.excitation.armature_open[1600], 1);
+}
+
+// ---- messages
+
+TEST(PrepareRun, SaysWhatIsMissing) {
+  emtb::Run run = plain_run();
+  run.signals.erase(Signal::u_ref);
+  EXPECT_THAT(complaint_of_preparing(run),
+              AllOf(HasSubstr("steps.csv#a has no u_ref_V"), HasSubstr("`servo`"), HasSubstr("--map")));
+  run = plain_run();
+  run.signals.erase(Signal::omega);
+  EXPECT_THAT(complaint_of_preparing(run), AllOf(HasSubstr("steps.csv#a"), HasSubstr("omega_rad_s")));
+  run = plain_run();
+  run.signals[Signal::u_ref] = series(1e-3, 0.005, [](double) { return 1.0; });
+  EXPECT_THAT(complaint_of_preparing(run), HasSubstr("too short: 5 samples"));
+}
+
+TEST(PrepareRun, RefusesAHoleInWhatDrivesTheModel) {
+  emtb::Run run = record({}, synthetic::steps, 1e-3);
+  Series& e_a = run.signals[Signal::e_a];
+  e_a.t.erase(e_a.t.begin() + 800, e_a.t.begin() + 900);
+  e_a.value.erase(e_a.value.begin() + 800, e_a.value.begin() + 900);
+  EXPECT_THAT(complaint_of_preparing(run), AllOf(HasSubstr("e_a_V has no reading near t = 0.8"), HasSubstr("@T0:T1")));
+}
+
+}  // namespace
+}  // namespace emtb
