@@ -193,8 +193,8 @@ void Service::refuse_if_busy(const std::string& what, const rpc::Peer& peer) con
 }
 
 /// What a session says of itself.
-SessionWriter::Description Service::describe(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
-                                             double now) const {
+SessionWriter::Description Service::session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
+                                               double now) const {
   SessionWriter::Description description{.channels = recorded_channels(settings_.channels, bench_.rate),
                                          .attributes = {{"profile", order.profile.name()},
                                                         {"bench", bench_.name},
@@ -224,7 +224,7 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   auto order =
       std::make_unique<const Order>(Order{next_run_, std::move(experiment.profile), std::move(experiment.pauses)});
 
-  const SessionWriter::Description description = describe(*order, params, peer, now);
+  const SessionWriter::Description description = session_of(*order, params, peer, now);
   const auto path = session_path(settings_.data, static_cast<std::int64_t>(now), order->profile.name());
   try {
     recorder_.open(path, description, order->profile.name());

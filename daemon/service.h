@@ -89,8 +89,8 @@ class Service {
   nlohmann::json estimates(const rpc::Params& params);
   nlohmann::json config() const;
 
-  SessionWriter::Description describe(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
-                                      double now) const;
+  SessionWriter::Description session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
+                                        double now) const;
   nlohmann::json pause() const;
   nlohmann::json fault() const;
   nlohmann::json signals() const;
