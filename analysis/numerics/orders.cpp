@@ -27,7 +27,7 @@ constexpr double collinear = 1e-6;           ///< sine and cosine of an order at
 constexpr double surroundings = 0.25;        ///< of an order, to each side: whose median is what chance does there
 constexpr std::size_t tell_a_median = 199;   ///< of the surroundings, at the most
 constexpr std::size_t fewest_around = 9;     ///< of the surroundings
-constexpr std::size_t looked_at = 12;        ///< peaks, the strongest first
+constexpr std::size_t most_peaks = 12;       ///< peaks, the strongest first
 constexpr double smoothest = 0.3;  ///< of the power of white noise: what is below is no peak, whatever its colour
 
 /// Power over the order, summed over all stretches, each weighed by its own variance.
@@ -201,7 +201,7 @@ std::optional<Order> strongest(std::span<const TurningStretch> stretches, double
     if (size >= fewest_around && excess > enough) peaks.push_back({power[i], {order, 0, excess}});
   }
   std::ranges::sort(peaks, std::greater{}, &Peak::power);
-  for (std::size_t k = 0; k < std::min(looked_at, peaks.size()); ++k) {
+  for (std::size_t k = 0; k < std::min(most_peaks, peaks.size()); ++k) {
     Order found = peaks[k].order;
     found.per_turn = refined(stretches, found.per_turn, spectrum.step);
     // At one speed, slow changes appear at the order of the sampling. At others that is another order.

@@ -189,7 +189,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Sweep{"ReadReturnsAFault", [](FaultyBench& b) { b.card->failure = Failure::error; }, Fault::device_lost},
         Sweep{"ReadGivesNaN", [](FaultyBench& b) { b.card->failure = Failure::nan; }, Fault::non_finite},
-        Sweep{"ReadGivesInfinity", [](FaultyBench& b) { b.meter->failure = Failure::infinity; }, Fault::non_finite},
+        Sweep{"ReadGivesInfinity", [](FaultyBench& b) { b.meter->failure = Failure::infinite; }, Fault::non_finite},
         Sweep{"ReadStalls", [](FaultyBench& b) { b.meter->failure = Failure::stall; }, Fault::stale_signal},
         Sweep{"DeviceDisappears", [](FaultyBench& b) { b.card->failure = Failure::gone; }, Fault::device_lost},
         Sweep{"SecondDeviceDisappears", [](FaultyBench& b) { b.meter->failure = Failure::gone; }, Fault::device_lost},
