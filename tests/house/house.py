@@ -34,27 +34,16 @@ docs/source-layout.md: allows tools -> analysis/investigate, which nothing uses
 analysis/diagnose/diagnose.cpp: N lines
 analysis/live/estimator.cpp: N lines
 analysis/live/misfit.cpp: N lines
-daemon/service.cpp: N lines
 figures/svg.cpp: N lines
 model/step.h: N lines
-session/csv.cpp: N lines
-tests/daemon/loop_test.cpp: N lines
-tests/drivers/serial_meter/meter_test.cpp: N lines
-tests/model/step_test.cpp: N lines
 tools/report_page.cpp: N lines
 analysis/diagnose/diagnose.cpp: diagnose() has N lines
-analysis/estimate/first_spin.cpp: judge_first_spin() has N lines
-analysis/estimate/inertia.cpp: estimate_acceleration() has N lines
-analysis/estimate/inertia.cpp: estimate_switch_on() has N lines
 analysis/live/misfit.cpp: look() has N lines
 analysis/live/misfit.cpp: set_up() has N lines
 analysis/record/prepared_run.cpp: prepare_run() has N lines
-daemon/daemon.cpp: Daemon() has N lines
 figures/svg.cpp: panel() has N lines
 model/step.h: step() has N lines
-tests/drivers/usb1608g/board.cpp: vendor() has N lines
 analysis/diagnose/diagnose.cpp: knows the effect `cogging`
-analysis/estimate/inertia.cpp: knows the effect `coulomb_friction`
 analysis/live/change.cpp: knows the effect `coulomb_friction`
 analysis/live/change.cpp: knows the effect `current_offset`
 analysis/live/change.cpp: knows the effect `load_torque`
