@@ -37,15 +37,15 @@ std::string source_in_words(const NoiseFloor& noise) {
       return "what repeated runs differ by";
     case FloorSource::regression:
       return "scatter of the slow meter about a straight line through the fast signals beside it";
-    case FloorSource::resolution:
-      return "the instrument's resolution, LSB/√12";
     case FloorSource::differences:
       return noise.lower_bound ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
                                : "differences of readings";
+    case FloorSource::resolution:
+      return "the instrument's resolution, LSB/√12";
     case FloorSource::assumed:
-      return "assumed: nothing was measured of it";
+      return "assumed: a thousandth of the signal's range";
   }
-  return {};
+  return std::string(name_of(noise.from));
 }
 
 std::string autocorrelation_in_words(const NoiseFloor& noise) {

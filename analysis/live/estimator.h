@@ -32,6 +32,7 @@ struct LiveInnovation {
   double sigma = 0;       ///< SI, the noise floor of `value`
 };
 
+/// All that is estimated now.
 struct LiveEstimates {
   double t = 0;                           ///< [s] from the start of the run, of the last sample that is in
   std::uint64_t samples = 0;              ///< ticks since the estimator began

@@ -169,7 +169,7 @@ LiveMisfit::LiveMisfit(Setup setup)
         return unknowns;
       }()),
       point_(std::move(setup.values)),
-      pass_(plan_, this) {
+      pass_(plan_, *this) {
   const auto n = static_cast<Eigen::Index>(plan_.unknowns());
   base_prior_ = Eigen::MatrixXd::Zero(n, n);
   base_prior_g_ = Eigen::VectorXd::Zero(n);

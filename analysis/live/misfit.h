@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/live/change.h"
+#include "analysis/live/normal_equations.h"
 #include "analysis/live/pass.h"
 #include "analysis/live/sums.h"
 #include "model/model.h"
@@ -44,7 +45,7 @@ class LiveMisfit final : private LiveRows {
   void forget_chapter() { pass_.forget_chapter(); }
 
   /// The noise floor of each output, as the estimator has it. @param of_gauge [N m] noise of a reading of the torque
-  void hear(const std::vector<Colour>& colours, double of_gauge) {
+  void set_noise(const std::vector<Colour>& colours, double of_gauge) {
     heard_ = colours;
     // A motor averages it over its time constant, of two blocks.
     load_noise_ = gauge_ ? of_gauge / std::sqrt(2.0 * static_cast<double>(plan_.block)) : 0;

@@ -67,11 +67,4 @@ class LagSums {
   double r_ = 0, blocks_ = 0, pairs_ = 0;
 };
 
-/// A⁻¹ of a symmetric, positive A whose rows may be of very different sizes.
-Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& a);
-
-/// The step that minimizes ½ stepᵀ H step - gᵀ step within low <= step <= high.
-Eigen::VectorXd bounded_step(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const Eigen::VectorXd& low,
-                             const Eigen::VectorXd& high);
-
 }  // namespace emtb

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "analysis/live/voltage.h"
+#include "analysis/live/steady_mean.h"
 #include "tests/analysis/synthetic.h"
 
 namespace emtb {
