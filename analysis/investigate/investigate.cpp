@@ -6,6 +6,7 @@
 
 #include "analysis/diagnose/foresee.h"
 #include "analysis/fit/calibrate.h"
+#include "analysis/record/dataset.h"
 #include "experiment/first_experiments.h"
 #include "hal/error.h"
 
