@@ -29,11 +29,16 @@ std::size_t ring_size(const BenchConfig& config, const Bench& bench) {
   return static_cast<std::size_t>(std::clamp(per_second * ring_seconds, 4096.0, 4e6));
 }
 
-/// Of what a session holds: the command in the place of a read-back.
-std::vector<Channel> recorded(std::vector<Channel> all, double period) {
-  std::erase_if(all, [](const Channel& c) { return c.signal == Signal::u_ref; });
-  all.push_back({.signal = Signal::u_ref, .period = period, .source = "commanded reference"});
-  return all;
+std::string in_words(const Closed& closed) {
+  switch (closed.outcome) {
+    case Outcome::done:
+      return "done";
+    case Outcome::stopped:
+      return "stopped";
+    case Outcome::fault:
+      break;
+  }
+  return closed.text;
 }
 
 }  // namespace
@@ -51,53 +56,10 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
       estimator_({.channels = channels_,
                   .loop_rate = config_.rate,
                   .rate = config_.estimates ? config_.estimates->rate : BenchConfig::Estimates{}.rate}),
-      recorder_(ring_, mailbox_.recorder_failed, settings_.open_sink,
-                {.closed =
-                     [this](const Closed& closed) {
-                       settings_.log(closed.path.string() + ": " +
-                                     (closed.outcome == Outcome::done      ? "done"
-                                      : closed.outcome == Outcome::stopped ? "stopped"
-                                                                           : closed.text));
-                       service_.closed(closed);
-                     },
-                 .record = [this](const Record& record) { estimator_.take(record); },
-                 .happened = [this](const std::string& text) { settings_.log(text); },
-                 .figures = [this] { return service_.figures(); },
-                 .clocks =
-                     [this] {
-                       std::vector<std::string> texts;
-                       for (const DeviceClock& clock : device_clocks(bench_)) texts.push_back(describe(clock));
-                       return texts;
-                     },
-                 .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); },
-                 .remarks = [this] { return estimator_.remarks(); }},
-                {.disk_low = &mailbox_.disk_low,
-                 .room = settings_.room,
-                 .black_box =
-                     BlackBox({.folder = settings_.data,
-                               .channels = recorded(channels_, 1 / config_.rate),
-                               .period = 1 / config_.rate,
-                               .attributes = {{"bench", config_.name}, {"software", std::string("emtbd ") + version}},
-                               .config = config_.text})}),
-      service_(config_,
-               {.data = settings_.data,
-                .channels = channels_,
-                .pace = settings_.pace,
-                .room = settings_.room,
-                .clocks = [this] { return device_clocks(bench_); },
-                .recorded = settings_.recorded,
-                .replay_of = settings_.replay_of},
-               mailbox_, live_, recorder_, estimator_),
-      loop_(bench_,
-            {.limits = config_.limits,
-             .reference = config_.reference.limits,
-             .rate = config_.reference.rate,
-             .field_min = config_.field_min,
-             .tacho = config_.tacho,
-             .R_a = config_.motor.R_a.value_or(0),
-             .period = 1 / config_.rate,
-             .real_time = !settings_.set_pace},
-            mailbox_, live_, ring_) {
+      recorder_(ring_, mailbox_.recorder_failed, settings_.open_sink, listeners_of_recorder(),
+                surroundings_of_recorder()),
+      service_(config_, service_settings(), mailbox_, live_, recorder_, estimator_),
+      loop_(bench_, loop_settings(), mailbox_, live_, ring_) {
   follow_named_model();
   service_.connect({.subscribe = [this](std::uint64_t peer, double period) { server_.subscribe(peer, period); },
                     .clients = [this] { return server_.clients(); },
@@ -109,15 +71,70 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
     settings_.log("real time: " + step.what + (step.ok ? ": yes" : ": no: " + step.why));
   }
   service_.set_realtime(loop_thread_->realtime());
-  recorder_thread_ = std::thread([this] {
-    while (!quit_) {
-      if (recorder_.work(wall()) > 1000) continue;  // more is likely waiting
-      std::this_thread::sleep_for(std::chrono::milliseconds(recorder_.recording() ? 5 : 50));
-    }
-  });
+  recorder_thread_ = std::thread([this] { record(); });
   server_.start({.line = [this](std::string_view line, const rpc::Peer& peer) { return service_.answer(line, peer); },
                  .gone = [this](const rpc::Peer& peer) { service_.gone(peer); },
                  .live = [this](std::uint64_t peer) { return service_.live_line(peer); }});
+}
+
+Recorder::Listeners Daemon::listeners_of_recorder() {
+  return {.closed =
+              [this](const Closed& closed) {
+                settings_.log(closed.path.string() + ": " + in_words(closed));
+                service_.closed(closed);
+              },
+          .record = [this](const Record& record) { estimator_.take(record); },
+          .happened = [this](const std::string& text) { settings_.log(text); },
+          .figures = [this] { return service_.figures(); },
+          .clocks =
+              [this] {
+                std::vector<std::string> texts;
+                for (const DeviceClock& clock : device_clocks(bench_)) texts.push_back(describe(clock));
+                return texts;
+              },
+          .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); },
+          .remarks = [this] { return estimator_.remarks(); }};
+}
+
+Recorder::Surroundings Daemon::surroundings_of_recorder() {
+  return {.disk_low = &mailbox_.disk_low,
+          .room = settings_.room,
+          .black_box = BlackBox({.folder = settings_.data,
+                                 .channels = recorded_channels(channels_, config_.rate),
+                                 .period = 1 / config_.rate,
+                                 .attributes = {{"bench", config_.name}, {"software", std::string("emtbd ") + version}},
+                                 .config = config_.text})};
+}
+
+Service::Settings Daemon::service_settings() const {
+  return {.data = settings_.data,
+          .channels = channels_,
+          .pace = settings_.pace,
+          .room = settings_.room,
+          .clocks = [this] { return device_clocks(bench_); },
+          .recorded = settings_.recorded,
+          .replay_of = settings_.replay_of};
+}
+
+Loop::Settings Daemon::loop_settings() const {
+  return {.limits = config_.limits,
+          .reference = config_.reference.limits,
+          .rate = config_.reference.rate,
+          .field_min = config_.field_min,
+          .tacho = config_.tacho,
+          .R_a = config_.motor.R_a.value_or(0),
+          .period = 1 / config_.rate,
+          .real_time = !settings_.set_pace};
+}
+
+/// The recorder's thread.
+void Daemon::record() {
+  constexpr std::size_t a_batch = 1000;                        // records: after so many, more are likely waiting
+  constexpr std::chrono::milliseconds recording{5}, idle{50};  // rests, short against the ring's seconds
+  while (!quit_) {
+    if (recorder_.work(wall()) > a_batch) continue;
+    std::this_thread::sleep_for(recorder_.recording() ? recording : idle);
+  }
 }
 
 Daemon::~Daemon() {

@@ -50,7 +50,12 @@ class Daemon {
     ~GuardedBench() { reference->make_safe(); }
   };
 
+  Recorder::Listeners listeners_of_recorder();
+  Recorder::Surroundings surroundings_of_recorder();
+  Service::Settings service_settings() const;
+  Loop::Settings loop_settings() const;
   void follow_named_model();
+  void record();
 
   const BenchConfig& config_;
   GuardedBench bench_;

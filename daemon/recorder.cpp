@@ -262,6 +262,12 @@ void Recorder::attempt(const std::function<void()>& write) {
   }
 }
 
+std::vector<Channel> recorded_channels(std::vector<Channel> channels, double rate) {
+  std::erase_if(channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
+  channels.push_back({.signal = Signal::u_ref, .period = 1 / rate, .source = "commanded reference"});
+  return channels;
+}
+
 std::filesystem::path session_path(const std::filesystem::path& data, std::int64_t utc, const std::string& profile) {
   const std::time_t time = utc;
   std::tm parts{};

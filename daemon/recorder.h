@@ -130,6 +130,11 @@ class Recorder {
   std::map<Signal, Batch> batches_;
 };
 
+/// What a session holds of a bench: its channels, and the commanded reference in the place of one that is read back. A
+/// read-back is a step of the converter off and a tick late; what drives the model is the command.
+/// @param rate [Hz] of the loop
+std::vector<Channel> recorded_channels(std::vector<Channel> channels, double rate);
+
 /// A free file name: `DATA/<utc yyyymmddThhmmssZ>-<profile>.h5`, with -2, -3 ... where taken.
 /// @param utc seconds since 1970
 std::filesystem::path session_path(const std::filesystem::path& data, std::int64_t utc, const std::string& profile);

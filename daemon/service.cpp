@@ -1,21 +1,16 @@
 #include "daemon/service.h"
 
-#include <pwd.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "config/model.h"
-#include "config/profile.h"
-#include "config/profile_path.h"
 #include "daemon/finite_or_null.h"
-#include "daemon/traffic.h"
+#include "daemon/status_json.h"
 #include "emtb/version.h"
 
 namespace emtb {
@@ -28,72 +23,7 @@ constexpr double default_rate = 20;                      // [Hz] of live lines
 constexpr double highest_rate = 50;                      // [Hz]
 constexpr auto reset_within = std::chrono::seconds(15);  // the slowest meter's patience
 
-std::string_view word(Outcome outcome) {
-  constexpr std::array<std::string_view, 3> words{"done", "stopped", "fault"};
-  return words[static_cast<std::size_t>(outcome)];
-}
-
-json fault_json(Fault fault, const std::string& what) {
-  if (fault == Fault::none) return nullptr;
-  const std::string_view words = text(fault);
-  return {{"code", static_cast<int>(fault)}, {"name", words.substr(0, words.find(':'))}, {"text", what}};
-}
-
-std::string user_name(unsigned uid) {
-  std::array<char, 4096> buffer{};
-  passwd entry{};
-  passwd* found = nullptr;
-  getpwuid_r(uid, &entry, buffer.data(), buffer.size(), &found);
-  return found != nullptr ? found->pw_name : std::to_string(uid);
-}
-
-json who(const rpc::Peer& peer) {
-  return {{"pid", peer.pid}, {"uid", peer.uid}, {"gid", peer.gid}, {"user", user_name(peer.uid)}};
-}
-
-json percentiles(const Durations& durations) {
-  return {{"p50", durations.percentile(0.5) * 1e6},
-          {"p99", durations.percentile(0.99) * 1e6},
-          {"p999", durations.percentile(0.999) * 1e6},
-          {"max", durations.max * 1e6}};
-}
-
-/// `[[8, 120], [9, 3]]`: 120 times up to 8 us, three times up to 9; bins in which there is something.
-json histogram(const Durations& durations) {
-  json bins = json::array();
-  for (std::size_t i = 0; i < Durations::bins; ++i) {
-    if (durations.count[i] > 0) bins.push_back({std::llround(Durations::upper_edge(i) * 1e6), durations.count[i]});
-  }
-  return bins;
-}
-
-std::string figures_text(const char* what, const Durations& durations) {
-  std::array<char, 120> words{};
-  std::snprintf(words.data(), words.size(), "%s %.0f us (50 %%), %.0f (99 %%), %.0f (99.9 %%), %.0f at most", what,
-                durations.percentile(0.5) * 1e6, durations.percentile(0.99) * 1e6, durations.percentile(0.999) * 1e6,
-                durations.max * 1e6);
-  return words.data();
-}
-
 double utc_now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
-bool is_inline(const std::string& profile) {
-  return profile.find('\n') != std::string::npos || profile.find(": ") != std::string::npos;
-}
-
-/// [min]; infinity where there is none. The file of a session is written last when its run ends.
-double minutes_since_the_last_session(const std::filesystem::path& data) {
-  using Time = std::filesystem::file_time_type;
-  auto latest = Time::min();
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(data, error)) {
-    if (entry.path().extension() == ".h5") latest = std::max(latest, entry.last_write_time(error));
-  }
-  if (latest == Time::min()) return std::numeric_limits<double>::infinity();
-  return std::chrono::duration<double, std::ratio<60>>(Time::clock::now() - latest).count();
-}
-
-std::string volts(double value) { return json(value).dump() + " V"; }
 
 }  // namespace
 
@@ -104,7 +34,13 @@ Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, 
       mailbox_(mailbox),
       live_(live),
       recorder_(recorder),
-      estimator_(estimator) {
+      estimator_(estimator),
+      admission_(bench, live,
+                 {.data = settings_.data,
+                  .channels = settings_.channels,
+                  .room = settings_.room,
+                  .recorded = settings_.recorded,
+                  .replay_of = settings_.replay_of}) {
   using rpc::Params;
   using rpc::Peer;
   const auto plain = [this](const char* name, auto method) {  // those that take no parameters
@@ -237,85 +173,6 @@ std::string Service::live_line(std::uint64_t peer) const {
   return rpc::notification("live", params);
 }
 
-Experiment Service::find_experiment(const std::string& text) const {
-  if (settings_.recorded) {
-    if (text == settings_.recorded->name() || text == "replay") return {.profile = *settings_.recorded};
-    throw Refusal(rpc::code::bad_profile, "this daemon replays " + settings_.replay_of +
-                                              ", whose reference is recorded. Run `replay`, or start emtbd on a bench");
-  }
-  try {
-    if (!is_inline(text)) return read_experiment(profile_path(text, bench_.file));
-    const YamlMap yaml = YamlMap::parse(text, "profile");
-    if (yaml.text_or("kind", "") == "from_csv")
-      yaml.fail("kind", "is from_csv: a text that is sent has no files beside it");
-    return read_experiment(yaml);
-  } catch (const Error& e) {
-    throw Refusal(rpc::code::bad_profile, e.what());
-  }
-}
-
-void Service::check(const Experiment& experiment) const {
-  const Profile& profile = experiment.profile;
-  const Limits& limits = bench_.reference.limits;
-  if (profile.max() > limits.max || profile.min() < limits.min) {
-    throw Refusal(rpc::code::bad_profile, "profile " + profile.name() + " goes from " + volts(profile.min()) + " to " +
-                                              volts(profile.max()) + ", but " + bench_.name + " allows " +
-                                              volts(limits.min) + " to " + volts(limits.max) +
-                                              ". Lower its level, or see reference in the bench file");
-  }
-  if (bench_.limits.time && experiment.longest() > *bench_.limits.time) {
-    throw Refusal(rpc::code::bad_profile, "profile " + profile.name() + " lasts " + json(experiment.longest()).dump() +
-                                              " s" + (experiment.pauses.empty() ? "" : " with its pauses") +
-                                              ", but limits.time of " + bench_.name + " is " +
-                                              json(*bench_.limits.time).dump() + " s");
-  }
-}
-
-void Service::refuse_unless_ready(const Experiment& experiment) const {
-  const Needs& needs = experiment.needs;
-  const auto refuse = [&](const char* need, const std::string& why) {
-    throw Refusal(rpc::code::not_ready, "profile " + experiment.profile.name() + " needs " + why, {{"need", need}});
-  };
-  const auto reading = [&](Signal signal) {  // NaN: not measured
-    const bool measured = std::ranges::find(settings_.channels, signal, &Channel::signal) != settings_.channels.end();
-    return measured ? live_.value[index(signal)].load() : std::nan("");
-  };
-  const auto said = [](double value, const char* unit) {
-    return std::isnan(value) ? std::string("which this bench does not measure")
-                             : "but reads " + json(std::round(value * 100) / 100).dump() + " " + unit;
-  };
-  if (needs.at_rest) {
-    constexpr double hardly = 0.02;  // of the largest speed: above a tacho's noise and offset
-    const double rest = bench_.tacho ? bench_.tacho->omega : bench_.limits.omega ? hardly * *bench_.limits.omega : 1.0;
-    const double omega = reading(Signal::omega);
-    if (!(std::abs(omega) <= rest)) {
-      refuse("at_rest", "the motor at rest: omega within " + json(rest).dump() + " rad/s, " + said(omega, "rad/s") +
-                            ". Wait until it stands");
-    }
-  }
-  if (needs.field) {
-    if (!bench_.field_min) refuse("field", "a field that is proved. Write field: {min: ...} in the bench file");
-    const double i_f = reading(Signal::i_f);
-    if (!(std::abs(i_f) >= *bench_.field_min)) {
-      refuse("field", "the field: i_f of " + json(*bench_.field_min).dump() + " A or more, " + said(i_f, "A"));
-    }
-  }
-  if (needs.temperature) {
-    const double temperature = reading(Signal::temperature);
-    if (!(temperature <= *needs.temperature)) {
-      refuse("temperature", "a temperature of " + json(*needs.temperature).dump() + " degC at most, " +
-                                said(temperature, "degC") + ". Let it cool");
-    }
-  }
-  if (needs.idle) {
-    const double idle = minutes_since_the_last_session(settings_.data);
-    if (idle < *needs.idle) {
-      refuse("idle", "a cold motor: " + json(*needs.idle).dump() + " min without a run, but the last one ended " +
-                         json(std::floor(idle * 10) / 10).dump() + " min ago. Wait");
-    }
-  }
-}
-
 json Service::pause() const {
   const int waiting = live_.pause.load();
   if (!current_ || waiting < 0 || static_cast<std::size_t>(waiting) >= current_->order->pauses.size()) return nullptr;
@@ -335,26 +192,11 @@ void Service::refuse_if_busy(const std::string& what, const rpc::Peer& peer) con
                 {{"who", who(controller)}, {"run", current_->order->id}});
 }
 
-json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
-  params.only({"profile", "note", "operator", "brake"});
-  refuse_if_busy("a run", peer);
-  const double now = utc_now();
-  Experiment experiment = find_experiment(params.text("profile"));
-  check(experiment);
-  if (live_.state.load() != LoopState::armed) {
-    const json cause = fault();
-    const std::string why = cause.is_null() ? "not armed yet" : cause["text"].get<std::string>();
-    throw Refusal(rpc::code::latched, "the bench is latched (" + why + "). See that it is safe, then `emtb reset`",
-                  {{"fault", cause}});
-  }
-
-  refuse_unless_ready(experiment);
-  refuse_if_disk_is_full(experiment);
-  auto order =
-      std::make_unique<const Order>(Order{next_run_, std::move(experiment.profile), std::move(experiment.pauses)});
-
-  SessionWriter::Description description{.channels = settings_.channels,
-                                         .attributes = {{"profile", order->profile.name()},
+/// What a session says of itself.
+SessionWriter::Description Service::session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
+                                               double now) const {
+  SessionWriter::Description description{.channels = recorded_channels(settings_.channels, bench_.rate),
+                                         .attributes = {{"profile", order.profile.name()},
                                                         {"bench", bench_.name},
                                                         {"operator", params.text_or("operator", user_name(peer.uid))},
                                                         {"note", params.text_or("note", "")},
@@ -363,9 +205,26 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
                                          .config = bench_.text};
   if (const std::string brake = params.text_or("brake", ""); !brake.empty()) description.attributes["brake"] = brake;
   if (!settings_.replay_of.empty()) description.attributes["replay_of"] = settings_.replay_of;
-  // A read-back is a step of the converter off and a tick late; what drives the model is the command.
-  std::erase_if(description.channels, [](const Channel& c) { return c.signal == Signal::u_ref; });
-  description.channels.push_back({.signal = Signal::u_ref, .period = 1 / bench_.rate, .source = "commanded reference"});
+  return description;
+}
+
+json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
+  params.only({"profile", "note", "operator", "brake"});
+  refuse_if_busy("a run", peer);
+  const double now = utc_now();
+  Experiment experiment = admission_.find(params.text("profile"));
+  if (live_.state.load() != LoopState::armed) {
+    const json cause = fault();
+    const std::string why = cause.is_null() ? "not armed yet" : cause["text"].get<std::string>();
+    throw Refusal(rpc::code::latched, "the bench is latched (" + why + "). See that it is safe, then `emtb reset`",
+                  {{"fault", cause}});
+  }
+
+  admission_.refuse_unless_ready(experiment);
+  auto order =
+      std::make_unique<const Order>(Order{next_run_, std::move(experiment.profile), std::move(experiment.pauses)});
+
+  const SessionWriter::Description description = session_of(*order, params, peer, now);
   const auto path = session_path(settings_.data, static_cast<std::int64_t>(now), order->profile.name());
   try {
     recorder_.open(path, description, order->profile.name());
@@ -392,27 +251,13 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   return answer;
 }
 
-void Service::refuse_if_disk_is_full(const Experiment& experiment) const {
-  if (!settings_.room) return;
-  constexpr double each = 2 * sizeof(double) * 1.1;  // [bytes] time and value, and what HDF5 adds
-  const double rate = readings_per_second(settings_.channels, bench_.rate);
-  const double needed = rate * experiment.longest() * each + static_cast<double>(disk_reserve);
-  const auto room = static_cast<double>(settings_.room());
-  if (room >= needed) return;
-  const auto megabytes = [](double bytes) { return std::to_string(std::llround(bytes / 1e6)) + " MB"; };
-  throw Refusal(rpc::code::cannot_record, settings_.data.string() + ": the disk is nearly full: " + megabytes(room) +
-                                              " are free, " + experiment.profile.name() + " needs " +
-                                              megabytes(needed) +
-                                              ". Make room, or start emtbd with another --data DIR");
-}
-
 std::string Service::figures() const {
   const std::lock_guard lock(mutex_);
   if (!current_) return {};
   const Durations late = live_.lateness.durations().since(current_->late);
   if (late.total() == 0 || settings_.pace != "1") return {};
-  return figures_text("woke late by", late) + "; " +
-         figures_text("worked", live_.work.durations().since(current_->work)) + "; " +
+  return percentiles_text("woke late by", late) + "; " +
+         percentiles_text("worked", live_.work.durations().since(current_->work)) + "; " +
          std::to_string(live_.missed.load() - current_->missed) + " deadlines missed";
 }
 

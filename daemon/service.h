@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/bench.h"
+#include "daemon/admission.h"
 #include "daemon/device_clock.h"
 #include "daemon/estimator.h"
 #include "daemon/loop.h"
@@ -88,10 +89,8 @@ class Service {
   nlohmann::json estimates(const rpc::Params& params);
   nlohmann::json config() const;
 
-  void refuse_if_disk_is_full(const Experiment& experiment) const;
-  Experiment find_experiment(const std::string& text) const;
-  void check(const Experiment& experiment) const;
-  void refuse_unless_ready(const Experiment& experiment) const;
+  SessionWriter::Description session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
+                                        double now) const;
   nlohmann::json pause() const;
   nlohmann::json fault() const;
   nlohmann::json signals() const;
@@ -104,6 +103,7 @@ class Service {
   Live& live_;
   Recorder& recorder_;
   Estimator& estimator_;
+  const Admission admission_;
   Socket socket_;
   std::vector<RealtimeStep> realtime_;
   rpc::Methods methods_;

@@ -105,54 +105,55 @@ void draw(const Trace& t, const Scale& xs, const Scale& ys, Dots& dots) {
   }
 }
 
-}  // namespace
+int rows_of(const Panel& panel, const TerminalStyle& style) {
+  return std::max(3, static_cast<int>(std::lround(style.lines * panel.height / 200)));
+}
 
-std::string to_terminal(const Figure& figure, const TerminalStyle& style) {
-  std::vector<Scale> ys;
-  std::size_t margin = 0;
-  for (const Panel& p : figure.panels) {
-    const int rows = std::max(3, static_cast<int>(std::lround(style.lines * p.height / 200)));
-    ys.emplace_back(p.y_axis, y_range(p), 0.04, rows / 3.0);
-    for (const Tick& tick : ys.back().ticks()) margin = std::max(margin, columns_of(tick.label));
+/// What y is, and the legend.
+std::string head_of(const Panel& panel, const Scale& ys, bool colour) {
+  std::string head = plain(ys.title());
+  for (const Trace& t : panel.traces) {
+    if (!drawn(t) || t.name.empty()) continue;
+    const std::string code = colour ? "\033[" + std::to_string(ansi[static_cast<std::size_t>(t.pen.ink)]) + "m" : "";
+    head += "   " + code + "── " + plain(t.name) + (colour ? "\033[0m" : "");
   }
-  const int columns = std::max(16, style.width - static_cast<int>(margin) - 3);
-  const Scale xs(figure.x_axis, x_range(figure), 0, columns / 12.0);
-  std::string out = figure.title.empty() ? "" : plain(figure.title) + "\n";
-  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
-    const Panel& p = figure.panels[i];
-    const int rows = std::max(3, static_cast<int>(std::lround(style.lines * p.height / 200)));
-    Dots dots(columns, rows);
-    std::string head = plain(ys[i].title());
-    for (const Reference& r : p.references) {  // first, so that what is measured hides them
-      if (r.vertical) continue;
-      const int y = static_cast<int>(std::lround((1 - ys[i].share(r.at)) * (dots.height() - 1)));
-      for (int x = 0; x < dots.width(); x += 4) dots.set(x, y, r.pen.ink);
-    }
-    for (const bool band : {true, false}) {
-      for (const Trace& t : p.traces)
-        if (drawn(t) && (t.kind == Trace::Kind::band) == band) draw(t, xs, ys[i], dots);
-    }
-    for (const Trace& t : p.traces) {
-      if (!drawn(t) || t.name.empty()) continue;
-      const std::string code =
-          style.colour ? "\033[" + std::to_string(ansi[static_cast<std::size_t>(t.pen.ink)]) + "m" : "";
-      head += "   " + code + "── " + plain(t.name) + (style.colour ? "\033[0m" : "");
-    }
-    out += head + "\n";
-    std::vector<std::string> labels(static_cast<std::size_t>(rows));
-    for (const Tick& tick : ys[i].ticks()) {
-      const double share = ys[i].share(tick.at);
-      const long row = std::lround((1 - share) * (dots.height() - 1)) / dots_down;
-      if (row >= 0 && row < rows) labels[static_cast<std::size_t>(row)] = tick.label;
-    }
-    for (int r = 0; r < rows; ++r) {
-      const std::string& label = labels[static_cast<std::size_t>(r)];
-      std::string line =
-          spaces(margin - columns_of(label)) + label + (label.empty() ? " │" : " ┤") + dots.row(r, style.colour);
-      line.erase(line.find_last_not_of(' ') + 1);
-      out += line + "\n";
-    }
+  return head;
+}
+
+Dots dots_of(const Panel& panel, const Scale& xs, const Scale& ys, int columns, int rows) {
+  Dots dots(columns, rows);
+  for (const Reference& r : panel.references) {  // first, so that what is measured hides them
+    if (r.vertical) continue;
+    const int y = static_cast<int>(std::lround((1 - ys.share(r.at)) * (dots.height() - 1)));
+    for (int x = 0; x < dots.width(); x += 4) dots.set(x, y, r.pen.ink);
   }
+  for (const bool band : {true, false}) {
+    for (const Trace& t : panel.traces)
+      if (drawn(t) && (t.kind == Trace::Kind::band) == band) draw(t, xs, ys, dots);
+  }
+  return dots;
+}
+
+/// The rows of a panel, with the labels of y before them.
+std::string panel_of(const Dots& dots, const Scale& ys, int rows, std::size_t margin, bool colour) {
+  std::vector<std::string> labels(static_cast<std::size_t>(rows));
+  for (const Tick& tick : ys.ticks()) {
+    const double share = ys.share(tick.at);
+    const long row = std::lround((1 - share) * (dots.height() - 1)) / dots_down;
+    if (row >= 0 && row < rows) labels[static_cast<std::size_t>(row)] = tick.label;
+  }
+  std::string out;
+  for (int r = 0; r < rows; ++r) {
+    const std::string& label = labels[static_cast<std::size_t>(r)];
+    std::string line = spaces(margin - columns_of(label)) + label + (label.empty() ? " │" : " ┤") + dots.row(r, colour);
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
+}
+
+/// The line under the panels, and what x is.
+std::string x_axis_of(const Scale& xs, std::size_t margin, int columns, const TerminalStyle& style) {
   std::string rule(margin, ' '), labels = spaces(margin + 2);
   rule += " └";
   std::vector<char> marked(static_cast<std::size_t>(columns), 0);
@@ -172,7 +173,28 @@ std::string to_terminal(const Figure& figure, const TerminalStyle& style) {
   } else {
     labels += "\n" + spaces(margin + 2 + (static_cast<std::size_t>(columns) - columns_of(title)) / 2) + title;
   }
-  return out + rule + "\n" + labels + "\n";
+  return rule + "\n" + labels + "\n";
+}
+
+}  // namespace
+
+std::string to_terminal(const Figure& figure, const TerminalStyle& style) {
+  std::vector<Scale> ys;
+  std::size_t margin = 0;
+  for (const Panel& p : figure.panels) {
+    ys.emplace_back(p.y_axis, y_range(p), 0.04, rows_of(p, style) / 3.0);
+    for (const Tick& tick : ys.back().ticks()) margin = std::max(margin, columns_of(tick.label));
+  }
+  const int columns = std::max(16, style.width - static_cast<int>(margin) - 3);
+  const Scale xs(figure.x_axis, x_range(figure), 0, columns / 12.0);
+  std::string out = figure.title.empty() ? "" : plain(figure.title) + "\n";
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const Panel& p = figure.panels[i];
+    const int rows = rows_of(p, style);
+    out += head_of(p, ys[i], style.colour) + "\n" +
+           panel_of(dots_of(p, xs, ys[i], columns, rows), ys[i], rows, margin, style.colour);
+  }
+  return out + x_axis_of(xs, margin, columns, style);
 }
 
 TerminalStyle style_of_stdout() {

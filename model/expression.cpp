@@ -90,7 +90,7 @@ Slopes slopes_of(Operation operation, double a, double b, double y) {
     case Operation::divide:
       return {1 / b, -y / b};
     case Operation::power:
-      return {a != 0 ? b * y / a : b * std::pow(a, b - 1), 0};  // by the exponent: see evaluate()
+      return {a != 0 ? b * y / a : b * std::pow(a, b - 1), 0};  // by the exponent: see differentiate()
     case Operation::arc_tangent_of_two:
       return {b / (a * a + b * b), -a / (a * a + b * b)};
     case Operation::smaller:
@@ -126,7 +126,7 @@ Slopes slopes_of(Operation operation, double a, double b, double y) {
     case Operation::hyperbolic_tangent:
       return {1 - y * y};
     default:
-      return {};  // what jumps; the simplest stand in evaluate()
+      return {};  // what jumps; the simplest stand in differentiate()
   }
 }
 
@@ -181,44 +181,52 @@ Expression::Place Expression::apply(Operation operation, Place a, Place b, Place
 double Expression::evaluate(const TermInput& x, std::span<const double> p, TermInput& by_input,
                             std::span<double> by_parameter) const {
   std::array<double, most_values> value;  // only as far as it is used: to clear it all would take longer than the rest
-  const std::size_t n = first_ + steps_.size();
   value[0] = x.omega;
   value[1] = x.i_a;
   value[2] = x.theta;
   value[3] = x.u_ref;
   value[4] = x.t;
   std::ranges::copy(p, value.begin() + quantities);
+  compute(value.data());
+
+  std::array<double, most_values> by;
+  std::fill_n(by.begin(), first_ + steps_.size(), 0.0);
+  differentiate(value.data(), by.data());
+  by_input = {by[0], by[1], by[2], by[3], by[4]};
+  std::copy_n(by.begin() + quantities, by_parameter.size(), by_parameter.begin());
+  return value[result_];
+}
+
+void Expression::compute(double* v) const {
   // What formulas mostly consist of is computed here, without a call.
-  double* const v = value.data();
-  for (std::size_t i = first_; i < n; ++i) {
-    const Step& s = steps_[i - first_];
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const Step& s = steps_[i];
+    double& value = v[first_ + i];
     switch (s.operation) {
       case Operation::constant:
-        v[i] = s.value;
+        value = s.value;
         break;
       case Operation::add:
-        v[i] = v[s.a] + v[s.b];
+        value = v[s.a] + v[s.b];
         break;
       case Operation::subtract:
-        v[i] = v[s.a] - v[s.b];
+        value = v[s.a] - v[s.b];
         break;
       case Operation::multiply:
-        v[i] = v[s.a] * v[s.b];
+        value = v[s.a] * v[s.b];
         break;
       case Operation::negate:
-        v[i] = -v[s.a];
+        value = -v[s.a];
         break;
       default:
-        v[i] = computed(s.operation, v[s.a], v[s.b], v[s.c]);
+        value = computed(s.operation, v[s.a], v[s.b], v[s.c]);
     }
   }
+}
 
-  // d[i]: the derivative of the result with respect to the i-th value.
-  std::array<double, most_values> by;
-  std::fill_n(by.begin(), n, 0.0);
-  double* const d = by.data();
+void Expression::differentiate(const double* v, double* d) const {
   d[result_] = 1;
-  for (std::size_t i = n; i-- > first_;) {
+  for (std::size_t i = first_ + steps_.size(); i-- > first_;) {
     const double from = d[i];
     if (from == 0) continue;  // also: a branch that was not chosen may be NaN
     const Step& s = steps_[i - first_];
@@ -252,9 +260,6 @@ double Expression::evaluate(const TermInput& x, std::span<const double> p, TermI
       }
     }
   }
-  by_input = {by[0], by[1], by[2], by[3], by[4]};
-  std::copy_n(by.begin() + quantities, by_parameter.size(), by_parameter.begin());
-  return value[result_];
 }
 
 }  // namespace emtb

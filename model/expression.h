@@ -79,6 +79,10 @@ class Expression final : public Term {
     Place a = 0, b = 0, c = 0;
     double value = 0;  ///< of a constant
   };
+  /// From the beginning to the end. @param v values: the quantities and parameters are there, the steps' are computed
+  void compute(double* v) const;
+  /// From the end to the beginning. @param d derivatives of the result with respect to the values: zeros, in; out
+  void differentiate(const double* v, double* d) const;
   Place append(const Step& step);
   Place power_of(Place base, int exponent);
   std::optional<double> constant_at(Place place) const;

@@ -130,8 +130,7 @@ void data_section(Page& page, const ReportInput& in, const Dataset& data) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& [signal, noise] : data.noise) {
     rows.push_back({compared_symbol(signal), printed(noise.sigma, 3), printed_unit(info(signal).unit),
-                    source_in_words(noise),
-                    noise.from == FloorSource::settled ? printed(noise.autocorrelation, 2) : "–"});
+                    source_in_words(noise), autocorrelation_in_words(noise)});
   }
   page.table("Noise floor of each signal: the same for all models that are compared here", "lrllr",
              {"signal", "σ", "unit", "where it comes from", "autocorrelation"}, rows);

@@ -23,7 +23,7 @@ ReportInput ReportInput::of(std::string model_file, Model given, std::string com
           .date = date,
           .command = std::move(command),
           .on_figure = {},
-          .story = {}};
+          .investigation = nullptr};
 }
 
 void ReportInput::add(const std::string& spec, bool as_held_out, const Mapping& mapping) {

@@ -2,13 +2,12 @@
 
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "analysis/investigate/investigate.h"
 #include "config/mapping.h"
 #include "model/model.h"
-#include "report/investigation_story.h"
 #include "report/page.h"
 #include "session/session.h"
 
@@ -37,7 +36,7 @@ struct ReportInput {
   std::string date;
   std::string command;  ///< as it was called
   std::function<void(const NamedFigure&)> on_figure;
-  std::optional<InvestigationStory> story;  ///< where the bench itself made the runs
+  const Investigation* investigation = nullptr;  ///< where the bench itself made the runs: how it came to the diagnosis
 
   /// Adds the runs of a session, as it is named on the command line.
   void add(const std::string& spec, bool as_held_out, const Mapping& mapping = {});

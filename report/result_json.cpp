@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/profile.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -171,6 +172,31 @@ json to_json(const Comparison& c) {
   out["failing_unit"] = c.failing_unit ? json(name_of(*c.failing_unit)) : json(nullptr);
   out["where"] = maps_json(c.where);
   return out;
+}
+
+json rounds_json(const Investigation& investigation) {
+  json list = json::array();
+  for (const InvestigationRound& r : investigation.rounds) {
+    json missing = json::array();
+    for (const InvestigationRound::Named& m : r.missing) missing.push_back({{"id", m.id}, {"tied_with", m.tied_with}});
+    list.push_back({{"verdict", word(r.verdict)},
+                    {"missing", missing},
+                    {"base", r.base},
+                    {"final", r.final},
+                    {"sessions", r.sessions}});
+  }
+  return list;
+}
+
+json foretold_json(const Investigation& investigation) {
+  if (!investigation.foretold) return nullptr;
+  const ForetoldRun& foretold = *investigation.foretold;
+  const auto errors = [](const Comparison& c) { return json{{"error", c.error}, {"chained_error", c.chained_error}}; };
+  return {{"profile", to_yaml(foretold.profile)},
+          {"prediction", foretold.prediction},
+          {"session", foretold.recording.name},
+          {"base", errors(foretold.base)},
+          {"final", errors(foretold.final)}};
 }
 
 void write_json(const std::string& file, const json& value) {

@@ -6,6 +6,7 @@
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/diagnose.h"
 #include "analysis/fit/profile_likelihood.h"
+#include "analysis/investigate/investigate.h"
 
 namespace emtb {
 
@@ -13,6 +14,11 @@ namespace emtb {
 nlohmann::ordered_json to_json(const Diagnosis& diagnosis);
 nlohmann::ordered_json to_json(const Comparison& comparison);
 nlohmann::ordered_json to_json(const std::map<Signal, SignalFit>& signals);
+nlohmann::ordered_json rounds_json(const Investigation& investigation);
+
+/// The run that was foretold; null where none was made.
+nlohmann::ordered_json foretold_json(const Investigation& investigation);
+
 nlohmann::ordered_json parameters_json(const Model& model, const LikelihoodIntervals& intervals = {});
 
 /// Writes to a file, or for `-` to standard output; nothing where the name is empty. @throws Error where it cannot.

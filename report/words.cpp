@@ -28,14 +28,28 @@ std::string judged_on(const Diagnosis& d) {
 std::string floors(double error) { return printed(error, 3) + " noise floors"; }
 
 std::string source_in_words(const NoiseFloor& noise) {
-  if (noise.from == FloorSource::declared) return "declared in the model file";
-  if (noise.from == FloorSource::settled) return "scatter about a straight line in settled stretches";
-  if (noise.from == FloorSource::repeats) return "what repeated runs differ by";
-  if (noise.from == FloorSource::resolution) return "the instrument's resolution, LSB/√12";
-  if (noise.from == FloorSource::differences)
-    return noise.lower_bound ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
-                             : "differences of readings";
+  switch (noise.from) {
+    case FloorSource::declared:
+      return "declared in the model file";
+    case FloorSource::settled:
+      return "scatter about a straight line in settled stretches";
+    case FloorSource::repeats:
+      return "what repeated runs differ by";
+    case FloorSource::regression:
+      return "scatter of the slow meter about a straight line through the fast signals beside it";
+    case FloorSource::differences:
+      return noise.lower_bound ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
+                               : "differences of readings";
+    case FloorSource::resolution:
+      return "the instrument's resolution, LSB/√12";
+    case FloorSource::assumed:
+      return "assumed: a thousandth of the signal's range";
+  }
   return std::string(name_of(noise.from));
+}
+
+std::string autocorrelation_in_words(const NoiseFloor& noise) {
+  return noise.from == FloorSource::settled ? printed(noise.autocorrelation, 2) : "–";
 }
 
 }  // namespace emtb

@@ -21,4 +21,7 @@ std::string judged_on(const Diagnosis& diagnosis);
 /// Where a noise floor comes from.
 std::string source_in_words(const NoiseFloor& noise);
 
+/// From one reading to the next, where it is known: in settled stretches.
+std::string autocorrelation_in_words(const NoiseFloor& noise);
+
 }  // namespace emtb

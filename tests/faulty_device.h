@@ -30,12 +30,12 @@ enum class Failure {
   error,     ///< the call returns a fault
   time_out,  ///< the driver reports that the device did not answer in time
   nan,       ///< a reading that is no number
-  infinity,
-  stall,    ///< nothing comes any more, and no fault is reported
-  gone,     ///< the device disappeared: every call fails, start() throws
-  refused,  ///< start() throws; what runs goes on
-  ahead,    ///< time stamps of a clock that is a second ahead
-  behind,   ///< and a second behind
+  infinite,  ///< a reading without end
+  stall,     ///< nothing comes any more, and no fault is reported
+  gone,      ///< the device disappeared: every call fails, start() throws
+  refused,   ///< start() throws; what runs goes on
+  ahead,     ///< time stamps of a clock that is a second ahead
+  behind,    ///< and a second behind
 };
 
 /// An input device that reads `value` on each of its signals at each call, and fails on request.
@@ -63,7 +63,7 @@ class FaultyInput final : public InputDevice {
     for (; count < channels_.size() && count < out.size(); ++count) {
       double value = values_[count];
       if (failure == Failure::nan) value = std::nan("");
-      if (failure == Failure::infinity) value = std::numeric_limits<double>::infinity();
+      if (failure == Failure::infinite) value = std::numeric_limits<double>::infinity();
       out[count] = {channels_[count].signal, clock_->now() - latency + error, value, sequence_};
     }
     ++sequence_;

@@ -115,6 +115,69 @@ ChannelSeen seen_on(BenchInputs& inputs, Signal signal, double seconds) {
   throw Error("the device does not measure it");
 }
 
+/// Asks for references until an empty line, and reads the channel at each. What cannot be taken is said, and goes on.
+std::vector<SensorPoint> ask_for_points(BenchInputs& inputs, Signal signal, std::string_view raw_unit,
+                                        const CalibrateOptions& o) {
+  const auto& hold = inputs.devices.front().hold;
+  const std::string unit(info(signal).unit);
+  std::vector<SensorPoint> points;
+  std::string line;
+  while (std::cout << points.size() + 1 << "> " << std::flush, std::getline(std::cin, line)) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) break;
+    try {
+      const double reference = reference_of(line, signal, o.arm);
+      if (hold) hold(signal, reference);
+      points.push_back(point_at(reference, seen_on(inputs, signal, o.seconds)));
+      std::cout << "   " << pretty(reference, 6) << " " << unit << " at " << pretty(points.back().raw, 6) << " +- "
+                << pretty(points.back().scatter, 2) << " " << raw_unit << "\n";
+    } catch (const Error& e) {
+      std::cout << "   not taken: " << e.what() << "\n";
+    }
+  }
+  std::cout << "\n";
+  return points;
+}
+
+/// `residual 0.01 rad/s, 5 points`
+std::string residual_in_words(const SensorFit& fit, std::size_t points, const std::string& unit) {
+  return points > 2 ? "residual " + pretty(fit.residual, 2) + " " + unit + ", " + std::to_string(points) + " points"
+                    : "residual unknown, 2 points";
+}
+
+/// Beside what stood in the file.
+void tell_fit(const SensorFit& fit, const Conversion& old, std::size_t points, const std::string& unit) {
+  std::cout << "scale " << pretty(fit.scale, 6) << " " << unit << " per " << old.unit << ", offset "
+            << pretty(fit.offset, 6) << " " << unit << "; " << residual_in_words(fit, points, unit) << "\n";
+  if (points == 2) std::cout << "Two points always lie on a line: a third would show whether the sensor does.\n";
+  const double change = fit.scale / old.scale;
+  if (change < 0) {
+    std::cout << "The sign has changed: either it was wrong, or the references were typed without theirs.\n";
+  } else if (change > much || change < 1 / much) {
+    std::cout << "The scale has changed by a factor of " << pretty(change, 3) << ".\n";
+  }
+}
+
+/// @throws Error where the file is no longer what was read.
+std::filesystem::path write_conversion(const BenchConfig& bench, const std::vector<std::string>& path,
+                                       const SensorFit& fit, const Conversion& old, const std::string& residual) {
+  const std::array numbers = as_in_file(fit, old);
+  const std::filesystem::path file = std::filesystem::canonical(bench.file);  // a link stays one
+  if (YamlMap::read_text(file) != bench.text) {
+    throw Error(file.string() + ": has changed meanwhile, and stays as it is. Write scale: " +
+                pretty(numbers[0].second, 6) + ", " + numbers[1].first + ": " + pretty(numbers[1].second, 6));
+  }
+  const std::string text = edited(bench.text, file, path, numbers, "calibrated " + today() + ": " + residual);
+  const auto mode = std::filesystem::status(file).permissions();
+  replace_file(file, [&](const std::filesystem::path& draft) {
+    std::ofstream out(draft, std::ios::binary);
+    out << text;
+    out.flush();
+    if (!out) throw SessionError(draft.string() + ": cannot be written");
+    std::filesystem::permissions(draft, mode);
+  });
+  return file;
+}
+
 }  // namespace
 
 int calibrate_channel(const CalibrateOptions& o) {
@@ -127,7 +190,7 @@ int calibrate_channel(const CalibrateOptions& o) {
   BenchInputs inputs = open_one(bench, place.device);
   const std::string unit(info(*signal).unit);
 
-  const auto& hold = inputs.devices.front().hold;
+  const bool simulated = static_cast<bool>(inputs.devices.front().hold);
   Channel channel;
   for (const Channel& one : inputs.devices.front().input->channels()) {
     if (one.signal == *signal) channel = one;
@@ -140,53 +203,13 @@ int calibrate_channel(const CalibrateOptions& o) {
 
   std::cout << o.signal << " is " << channel.source << ": scale " << pretty(old.scale, 6) << " " << unit << " per "
             << old.unit << ", offset " << pretty(old.offset, 6) << " " << unit
-            << (hold ? ".\nThe machine is simulated: type a value, and it is held there. An empty line ends.\n"
-                     : ".\nHold the machine at a known value, let it settle, type the value. An empty line ends.\n");
-  std::vector<SensorPoint> points;
-  std::string line;
-  while (std::cout << points.size() + 1 << "> " << std::flush, std::getline(std::cin, line)) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) break;
-    try {
-      const double reference = reference_of(line, *signal, o.arm);
-      if (hold) hold(*signal, reference);
-      points.push_back(point_at(reference, seen_on(inputs, *signal, o.seconds)));
-      std::cout << "   " << pretty(reference, 6) << " " << unit << " at " << pretty(points.back().raw, 6) << " +- "
-                << pretty(points.back().scatter, 2) << " " << old.unit << "\n";
-    } catch (const Error& e) {
-      std::cout << "   not taken: " << e.what() << "\n";
-    }
-  }
-  std::cout << "\n";
-
+            << (simulated
+                    ? ".\nThe machine is simulated: type a value, and it is held there. An empty line ends.\n"
+                    : ".\nHold the machine at a known value, let it settle, type the value. An empty line ends.\n");
+  const std::vector<SensorPoint> points = ask_for_points(inputs, *signal, old.unit, o);
   const SensorFit fit = fit_sensor(points, channel.lsb / std::abs(old.scale), o.share);
-  const std::string residual = points.size() > 2 ? "residual " + pretty(fit.residual, 2) + " " + unit + ", " +
-                                                       std::to_string(points.size()) + " points"
-                                                 : std::string("residual unknown, 2 points");
-  std::cout << "scale " << pretty(fit.scale, 6) << " " << unit << " per " << old.unit << ", offset "
-            << pretty(fit.offset, 6) << " " << unit << "; " << residual << "\n";
-  if (points.size() == 2) std::cout << "Two points always lie on a line: a third would show whether the sensor does.\n";
-  const double change = fit.scale / old.scale;
-  if (change < 0) {
-    std::cout << "The sign has changed: either it was wrong, or the references were typed without theirs.\n";
-  } else if (change > much || change < 1 / much) {
-    std::cout << "The scale has changed by a factor of " << pretty(change, 3) << ".\n";
-  }
-
-  const std::array numbers = as_in_file(fit, old);
-  const std::filesystem::path file = std::filesystem::canonical(bench.file);  // a link stays one
-  if (YamlMap::read_text(file) != bench.text) {
-    throw Error(file.string() + ": has changed meanwhile, and stays as it is. Write scale: " +
-                pretty(numbers[0].second, 6) + ", " + numbers[1].first + ": " + pretty(numbers[1].second, 6));
-  }
-  const std::string text = edited(bench.text, file, place.path, numbers, "calibrated " + today() + ": " + residual);
-  const auto mode = std::filesystem::status(file).permissions();
-  replace_file(file, [&](const std::filesystem::path& draft) {
-    std::ofstream out(draft, std::ios::binary);
-    out << text;
-    out.flush();
-    if (!out) throw SessionError(draft.string() + ": cannot be written");
-    std::filesystem::permissions(draft, mode);
-  });
+  tell_fit(fit, old, points.size(), unit);
+  const auto file = write_conversion(bench, place.path, fit, old, residual_in_words(fit, points.size(), unit));
   std::cout << file.string() << ": written\n";
   return 0;
 }

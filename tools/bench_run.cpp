@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/signal.h"
+#include "report/progress.h"
 #include "report/text.h"
-#include "tools/progress.h"
 
 namespace emtb {
 namespace {

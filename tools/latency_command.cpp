@@ -6,11 +6,11 @@
 #include <thread>
 
 #include "hal/error.h"
+#include "report/progress.h"
 #include "report/result_json.h"
 #include "server/client.h"
 #include "tools/commands.h"
 #include "tools/own_daemon.h"
-#include "tools/progress.h"
 
 namespace emtb {
 namespace {

@@ -21,13 +21,13 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/figures_of_diagnosis.h"
+#include "report/progress.h"
 #include "report/result_json.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/verdict.h"
 #include "session/spec.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
 
 namespace emtb {
 namespace {
@@ -325,6 +325,35 @@ int compare_command(const ModelOptions& o) {
   return 0;
 }
 
+/// The error from step to step, as bars.
+void print_steps(const Diagnosis& d) {
+  double largest = 1;
+  for (const Step& s : d.steps) largest = std::max(largest, s.held_out);
+  Table steps({"error (1 = noise floor)", "training", "held-out", ""});
+  for (const Step& s : d.steps) {
+    const auto length = static_cast<std::size_t>(std::lround(50 * s.held_out / largest));
+    steps.row(
+        {s.action, pretty(s.train), pretty(s.held_out), std::string(length, '#') + std::string(50 - length, ' ')});
+  }
+  std::cout << steps.text();
+}
+
+/// What was tried, best first.
+void print_candidates(const Diagnosis& d) {
+  Table candidates(
+      {"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
+  for (const Candidate& c : d.candidates) {
+    const EffectInfo& about = d.about(c.score.effect);
+    const EffectParameter& p = about.parameter_list[0];
+    const std::string expected =
+        c.score.expected().empty() ? "there" : std::string(p.symbol) + " " + pretty(c.score.expected()[0], 3);
+    candidates.row({std::string(about.id), pretty(c.score.predicted_drop, 3), expected, std::string(p.unit),
+                    pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
+                    pretty(c.score.detectable_size, 2)});
+  }
+  std::cout << candidates.text();
+}
+
 int diagnose_command(const ModelOptions& o) {
   const Model model = o.model_with_candidates();
   const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
@@ -351,29 +380,10 @@ int diagnose_command(const ModelOptions& o) {
                 : d.judged_on_training ? ": one run, judged on itself"
                                        : "")
             << "\n\n";
-  double largest = 1;
-  for (const Step& s : d.steps) largest = std::max(largest, s.held_out);
-  Table steps({"error (1 = noise floor)", "training", "held-out", ""});
-  for (const Step& s : d.steps) {
-    const auto length = static_cast<std::size_t>(std::lround(50 * s.held_out / largest));
-    steps.row(
-        {s.action, pretty(s.train), pretty(s.held_out), std::string(length, '#') + std::string(50 - length, ' ')});
-  }
-  std::cout << steps.text() << "\n";
-  std::cout << verdict_text(d);
+  print_steps(d);
+  std::cout << "\n" << verdict_text(d) << "\n";
+  print_candidates(d);
   std::cout << "\n";
-  Table candidates(
-      {"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
-  for (const Candidate& c : d.candidates) {
-    const EffectInfo& about = d.about(c.score.effect);
-    const EffectParameter& p = about.parameter_list[0];
-    const std::string expected =
-        c.score.expected().empty() ? "there" : std::string(p.symbol) + " " + pretty(c.score.expected()[0], 3);
-    candidates.row({std::string(about.id), pretty(c.score.predicted_drop, 3), expected, std::string(p.unit),
-                    pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
-                    pretty(c.score.detectable_size, 2)});
-  }
-  std::cout << candidates.text() << "\n";
   print_parameters(d.final, d.at_bound, d.undetermined, intervals);
   std::cout << "\n";
   print_signals(d.signals);

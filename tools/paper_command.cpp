@@ -1,8 +1,8 @@
 #include <iostream>
 
 #include "paper/page.h"
+#include "report/progress.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
 
 namespace emtb {
 

@@ -6,11 +6,11 @@
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
+#include "report/progress.h"
 #include "report/report_page.h"
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
 
 namespace emtb {
 namespace {

@@ -144,7 +144,7 @@ StaticEstimate estimate_acceleration(std::span<const Run> runs, const KnownParam
   if (alike && !(known.T_c && known.B)) {
     result.lacking =
         "the acceleration follows from the speed (one rise to one speed), so J, B and T_c cannot be told "
-        "apart. Run up and down to several speeds, or give T_c and B: --model FILE with coulomb_friction";
+        "apart. Run up and down to several speeds, or give T_c and B: --model FILE with dry friction";
     return result;
   }
   result.r_squared = fit.r_squared;

@@ -16,7 +16,19 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr double bins_per_period = 5;  ///< of the highest order: it then loses 6 % of its power
-constexpr std::size_t longest_spectrum = std::size_t{1} << 21;
+constexpr std::size_t longest_spectrum = std::size_t{1} << 21;  ///< bins: some 40 MB
+constexpr std::size_t shortest_spectrum = 1024;                 ///< bins
+
+// By hand, held by StrongOrders.* where nothing else is said.
+constexpr std::size_t fewest_readings = 16;  ///< of a stretch
+constexpr double fewest_periods = 3;         ///< of the lowest order in a stretch
+constexpr double rounding = 1e-20;           ///< of the squares of what does not vary: ten digits of each reading
+constexpr double collinear = 1e-6;           ///< sine and cosine of an order at readings that do not tell them apart
+constexpr double surroundings = 0.25;        ///< of an order, to each side: whose median is what chance does there
+constexpr std::size_t tell_a_median = 199;   ///< of the surroundings, at the most
+constexpr std::size_t fewest_around = 9;     ///< of the surroundings
+constexpr std::size_t most_peaks = 12;       ///< peaks, the strongest first
+constexpr double smoothest = 0.3;  ///< of the power of white noise: what is below is no peak, whatever its colour
 
 /// Power over the order, summed over all stretches, each weighed by its own variance.
 struct Spectrum {
@@ -33,7 +45,7 @@ double mean_of(std::span<const double> x) {
 
 bool turns_enough(const TurningStretch& s, double lowest) {
   const auto [low, high] = std::ranges::minmax(s.angle);
-  return s.value.size() >= 16 && high - low >= 3 * two_pi / lowest;
+  return s.value.size() >= fewest_readings && high - low >= fewest_periods * two_pi / lowest;
 }
 
 /// Sum of the squares about the mean; 0 where that is rounding alone.
@@ -41,7 +53,7 @@ double squares_of(const TurningStretch& s) {
   const double mean = mean_of(s.value);
   double squares = 0;
   for (const double v : s.value) squares += (v - mean) * (v - mean);
-  return squares > 1e-20 * mean * mean * static_cast<double>(s.value.size()) ? squares : 0;
+  return squares > rounding * mean * mean * static_cast<double>(s.value.size()) ? squares : 0;
 }
 
 Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest) {
@@ -51,7 +63,7 @@ Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest) 
     const auto [low, high] = std::ranges::minmax(s.angle);
     longest = std::max(longest, high - low);
   }
-  std::size_t size = 1024;
+  std::size_t size = shortest_spectrum;
   while (static_cast<double>(size) * bin < 2 * longest && size < longest_spectrum) size *= 2;
   Spectrum spectrum{std::vector<double>(size / 2, 0.0), two_pi / (static_cast<double>(size) * bin), 0};
   Eigen::FFT<double> fft;
@@ -100,7 +112,7 @@ FittedWave fitted_wave(const TurningStretch& s, double per_turn) {
   const double mean = mean_of(s.value);
   const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(s.value.data(), w.rows()).array() - mean;
   const Eigen::Matrix2d information = w.transpose() * w;
-  if (information.determinant() <= 1e-6 * information(0, 0) * information(1, 1)) return {};
+  if (information.determinant() <= collinear * information(0, 0) * information(1, 1)) return {};
   const Eigen::Vector2d product = w.transpose() * y;
   const Eigen::Vector2d size = information.inverse() * product;
   return {size, size.dot(product)};
@@ -147,7 +159,7 @@ bool clear_in_half(std::span<const TurningStretch> stretches, double per_turn) {
 
 /// The order near `start` that explains most, by golden section.
 double refined(std::span<const TurningStretch> stretches, double start, double reach) {
-  constexpr double golden = 0.6180339887498949;
+  constexpr double golden = 0.6180339887498949;  // 1/(golden ratio): each step keeps one of its two points
   double a = start - reach, b = start + reach;
   double c = b - golden * (b - a), d = a + golden * (b - a);
   double at_c = share_of(stretches, c).squares, at_d = share_of(stretches, d).squares;
@@ -179,18 +191,17 @@ std::optional<Order> strongest(std::span<const TurningStretch> stretches, double
   std::vector<Peak> peaks;
   for (std::size_t i = std::max<std::size_t>(1, index(lowest)); i + 1 < index(highest); ++i) {
     if (power[i] < power[i - 1] || power[i] < power[i + 1]) continue;
-    if (power[i] < enough * 0.3 * spectrum.stretches) continue;  // cheap first: noise is not coloured without end
+    if (power[i] < enough * smoothest * spectrum.stretches) continue;  // cheap first
     const double order = static_cast<double>(i) * spectrum.step;
-    const std::size_t from = index(0.75 * order), to = index(1.25 * order) + 1;
+    const std::size_t from = index((1 - surroundings) * order), to = index((1 + surroundings) * order) + 1;
     std::vector<double> around;  // as many as tell a median
-    for (std::size_t k = from; k < to; k += 1 + (to - from) / 199) around.push_back(power[k]);
+    for (std::size_t k = from; k < to; k += 1 + (to - from) / tell_a_median) around.push_back(power[k]);
     const std::size_t size = around.size();
     const double excess = power[i] / std::max(median(std::move(around)), 1e-300);
-    if (size >= 9 && excess > enough) peaks.push_back({power[i], {order, 0, excess}});
+    if (size >= fewest_around && excess > enough) peaks.push_back({power[i], {order, 0, excess}});
   }
   std::ranges::sort(peaks, std::greater{}, &Peak::power);
-  constexpr std::size_t looked_at = 12;
-  for (std::size_t k = 0; k < std::min(looked_at, peaks.size()); ++k) {
+  for (std::size_t k = 0; k < std::min(most_peaks, peaks.size()); ++k) {
     Order found = peaks[k].order;
     found.per_turn = refined(stretches, found.per_turn, spectrum.step);
     // At one speed, slow changes appear at the order of the sampling. At others that is another order.
@@ -204,7 +215,8 @@ std::optional<Order> strongest(std::span<const TurningStretch> stretches, double
 }  // namespace
 
 std::vector<double> without_slow_changes(std::vector<double> x, double interval) {
-  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(0.25 / interval)));
+  constexpr double half = 0.25;  // [s] half of what counts as slow
+  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(half / interval)));
   std::vector<double> sum(x.size() + 1, 0.0);
   std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
   for (std::size_t k = 0; k < x.size(); ++k) {
@@ -226,7 +238,7 @@ void remove_orders(TurningStretch& stretch, std::span<const Order> orders) {
     const Eigen::MatrixXd w = waves(stretch, order.per_turn);
     Eigen::Map<Eigen::VectorXd> y(stretch.value.data(), w.rows());
     const Eigen::Matrix2d information = w.transpose() * w;
-    if (information.determinant() <= 1e-6 * information(0, 0) * information(1, 1)) continue;
+    if (information.determinant() <= collinear * information(0, 0) * information(1, 1)) continue;
     y -= w * (information.inverse() * (w.transpose() * y));
   }
 }

@@ -12,10 +12,13 @@
 namespace emtb {
 namespace {
 
-constexpr double segment = 4;          // [s] of which a spectrum is made
-constexpr double lowest = 1.5;         // [Hz]
-constexpr double stands_out = 5;       // times the median of its surroundings
-constexpr double highest_share = 0.2;  // of the sampling rate: five readings a period
+// By hand, held by Ringing.* where nothing else is said.
+constexpr double segment = 4;                 // [s] of which a spectrum is made: a quarter of a hertz from line to line
+constexpr double lowest = 1.5;                // [Hz] below, all that settles looks like it
+constexpr double stands_out = 5;              // times the median of its surroundings
+constexpr double highest_share = 0.2;         // of the sampling rate: five readings a period
+constexpr std::size_t fewest_readings = 100;  // of the longest series
+constexpr std::size_t fewest_around = 5;      // lines whose median is a level
 
 /// The power of all series, segment by segment, which overlap by half.
 std::vector<double> power_of(std::span<const std::vector<double>> series, std::size_t size) {
@@ -44,7 +47,7 @@ std::vector<double> power_of(std::span<const std::vector<double>> series, std::s
 double ringing_frequency(std::span<const std::vector<double>> series, double interval) {
   std::size_t longest = 0, size = 64;
   for (const std::vector<double>& x : series) longest = std::max(longest, x.size());
-  if (longest < 100) return 0;
+  if (longest < fewest_readings) return 0;
   while (static_cast<double>(size) * interval < segment && size < 2 * longest) size *= 2;
   const std::vector<double> raw = power_of(series, size);
   std::vector<double> sum(raw.size() + 1, 0.0), power(raw.size(), 0.0);
@@ -59,10 +62,10 @@ double ringing_frequency(std::span<const std::vector<double>> series, double int
   double best = stands_out, frequency = 0;
   for (std::size_t i = first; i < last; ++i) {
     std::vector<double> around;
-    for (std::size_t k = i / 2; k < 2 * i; ++k) {
+    for (std::size_t k = i / 2; k < 2 * i; ++k) {  // an octave to each side, but for a fifth around itself
       if (5 * k < 4 * i || 4 * k > 5 * i) around.push_back(power[k]);
     }
-    if (around.size() < 5) continue;
+    if (around.size() < fewest_around) continue;
     const double excess = power[i] / std::max(median(std::move(around)), 1e-300);
     if (excess > best) best = excess, frequency = static_cast<double>(i) * step;
   }

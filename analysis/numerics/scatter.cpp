@@ -31,7 +31,7 @@ double clipped_sigma(std::span<const double> sizes, double about) {
 /// @param step of the instrument: a median of few steps is a whole number of them and tells little; then the mean
 /// square of all but edges
 double second_difference(std::span<const double> x, std::size_t lag, double step) {
-  constexpr double few = 3;  // steps
+  constexpr double few = 3;  // steps: by hand (ColouredNoise.IsFoundBehindStepsAsLargeAsItself)
   std::vector<double> sizes;
   sizes.reserve(x.size());
   for (std::size_t k = lag; k + lag < x.size(); ++k) sizes.push_back(std::abs(x[k + lag] - 2 * x[k] + x[k - lag]));
@@ -51,7 +51,7 @@ double ColouredNoise::of_mean(double n) const {
 ColouredNoise coloured_noise(std::span<const double> x, double least) {
   // For white noise the variance of a second difference is 6 sigma^2; for autocorrelation rho, over one sample,
   // (6 - 8 rho + 2 rho^2) sigma^2, and over many again 6 sigma^2.
-  constexpr std::size_t many = 100;
+  constexpr std::size_t many = 100;  // readings: by hand, longer than the memory of noise at 0.97 (ColouredNoise.*)
   const double step = std::sqrt(12.0) * least;
   const auto by = [&](std::size_t lag) { return second_difference(x, lag, step) / std::sqrt(6.0); };
   const double white = std::max(by(1), least);
@@ -74,7 +74,8 @@ double difference_scatter(std::span<const double> x) {
   if (robust > 0) return robust;
   // A coarse grid: most readings repeat. A constant (the reference itself) has edges only, and they are not noise.
   const auto changes = static_cast<double>(std::ranges::count_if(differences, [](double d) { return d > 0; }));
-  const bool steps_only = changes < 0.05 * static_cast<double>(differences.size());
+  constexpr double edges = 0.05;  // share of the readings that may change: by hand (DifferenceScatter.*)
+  const bool steps_only = changes < edges * static_cast<double>(differences.size());
   return steps_only ? 0 : std::sqrt(squares / static_cast<double>(differences.size()) / 2);
 }
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/record/prepared_run.h"
+#include "analysis/record/record.h"
 #include "model/simulation.h"
 #include "tests/analysis/synthetic.h"
 
@@ -41,7 +41,7 @@ class OwnRecord {
     for (int n = 0; n < 40; ++n) plan.push_back({0.25, 0.5 * (3 + lowest) + 0.5 * (3 - lowest) * std::sin(2.4 * n)});
     Run run = record({}, plan, 1e-2);
     run.signals.erase(Signal::e_a);
-    records_.push_back(prepare_run(run, truth));
+    records_.push_back({observe_run(run, truth)});
     Excitation& x = records_[0].excitation;
     x.initial = {};
     if (lowest > 0) x.initial.omega = 4 * plan.front().u_ref / Truth{}.K_b;
@@ -54,7 +54,7 @@ class OwnRecord {
   }
 
   /// Read anew, the same on every machine for a seed.
-  const std::vector<PreparedRun>& with_noise(unsigned seed, const NoiseColour& colour = {}) {
+  const std::vector<Record>& with_noise(unsigned seed, const NoiseColour& colour = {}) {
     for (Observation& o : records_[0].observations) {
       const unsigned own = 4 * seed + (o.signal == Signal::omega ? 0 : 2);
       const std::vector<double> slow = coloured(o.size(), colour.rho, own), white = coloured(o.size(), 0, own + 1);
@@ -68,7 +68,7 @@ class OwnRecord {
 
   /// Read without noise, but with an error that is a function of (t, simulated speed).
   template <class Error>
-  const std::vector<PreparedRun>& with_error(Signal signal, const Error& error) {
+  const std::vector<Record>& with_error(Signal signal, const Error& error) {
     for (Observation& o : records_[0].observations) {
       for (std::size_t k = 0; k < o.size(); ++k) {
         const std::size_t at = o.last[k];
@@ -79,10 +79,10 @@ class OwnRecord {
     return records_;
   }
 
-  const std::vector<PreparedRun>& records() const { return records_; }
+  const std::vector<Record>& records() const { return records_; }
 
  private:
-  std::vector<PreparedRun> records_;
+  std::vector<Record> records_;
   Trajectory<double> exact_;
 };
 

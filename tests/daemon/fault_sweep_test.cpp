@@ -35,7 +35,7 @@ const std::array failings{
     Failing{"CardReadFails", [](FaultyBench& b) { b.card->failure = Failure::error; }, Fault::device_lost},
     Failing{"CardReadTimesOut", [](FaultyBench& b) { b.card->failure = Failure::time_out; }, Fault::stale_signal},
     Failing{"CardReadsNaN", [](FaultyBench& b) { b.card->failure = Failure::nan; }, Fault::non_finite},
-    Failing{"CardReadsInfinity", [](FaultyBench& b) { b.card->failure = Failure::infinity; }, Fault::non_finite},
+    Failing{"CardReadsInfinity", [](FaultyBench& b) { b.card->failure = Failure::infinite; }, Fault::non_finite},
     Failing{"CardStalls", [](FaultyBench& b) { b.card->failure = Failure::stall; }, Fault::stale_signal, 0.26},
     Failing{"CardDisappears", [](FaultyBench& b) { b.card->failure = Failure::gone; }, Fault::device_lost},
     Failing{"CardRefusesToStart", [](FaultyBench& b) { b.card->failure = Failure::refused; }, Fault::device_lost, 0,

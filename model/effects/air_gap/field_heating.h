@@ -1,5 +1,6 @@
 #pragma once
 
+#include <tuple>
 #include <vector>
 
 #include "model/dual.h"
@@ -25,7 +26,8 @@ struct FieldHeating {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
-    balance.flux *= 1.0 - p[0] * (1.0 - exp(-x.field_on / p[1]));
+    const auto& [drop, tau] = std::tie(p[0], p[1]);
+    balance.flux *= 1.0 - drop * (1.0 - exp(-x.field_on / tau));
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {

@@ -21,7 +21,8 @@ struct ArmatureInductance {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.inductance += p[0];
+    const Scalar& L_a = p[0];
+    balance.inductance += L_a;
   }
 };
 

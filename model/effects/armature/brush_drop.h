@@ -1,5 +1,6 @@
 #pragma once
 
+#include <tuple>
 #include <vector>
 
 #include "model/dual.h"
@@ -36,8 +37,9 @@ struct BrushDrop {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.contact_drop += p[0];
-    balance.contact_knee += p[1];
+    const auto& [V_b, i_lin] = std::tie(p[0], p[1]);
+    balance.contact_drop += V_b;
+    balance.contact_knee += i_lin;
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {

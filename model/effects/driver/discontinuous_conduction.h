@@ -1,5 +1,6 @@
 #pragma once
 
+#include <tuple>
 #include <vector>
 
 #include "model/dual.h"
@@ -25,8 +26,9 @@ struct DiscontinuousConduction {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.light_load_rise += p[0];
-    balance.light_load_current += p[1];
+    const auto& [V_d, i_c] = std::tie(p[0], p[1]);
+    balance.light_load_rise += V_d;
+    balance.light_load_current += i_c;
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {

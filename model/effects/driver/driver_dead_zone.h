@@ -22,7 +22,8 @@ struct DriverDeadZone {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.u = soft_threshold(balance.u, p[0]);
+    const Scalar& u_d = p[0];
+    balance.u = soft_threshold(balance.u, u_d);
   }
 };
 

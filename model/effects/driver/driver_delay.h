@@ -28,7 +28,8 @@ struct DriverDelay {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.delay += p[0];
+    const Scalar& t_d = p[0];
+    balance.delay += t_d;
   }
 
   /// None, and from a sample of a fast loop to a slow machine's, in s.

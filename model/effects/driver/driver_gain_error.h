@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tuple>
+
 #include "model/dual.h"
 #include "model/effect.h"
 
@@ -23,8 +25,9 @@ struct DriverGainError {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.gain *= 1.0 + p[0];
-    if (value_of(balance.u) > 0) balance.offset += p[1];
+    const auto& [k, e_0] = std::tie(p[0], p[1]);
+    balance.gain *= 1.0 + k;
+    if (value_of(balance.u) > 0) balance.offset += e_0;
   }
 };
 

@@ -24,7 +24,8 @@ struct DriverLag {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.lag += p[0];
+    const Scalar& tau = p[0];
+    balance.lag += tau;
   }
 
   /// None, and from a sample of a fast loop to a slow machine's, in s.

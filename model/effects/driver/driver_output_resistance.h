@@ -20,7 +20,8 @@ struct DriverOutputResistance {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.output_resistance += p[0];
+    const Scalar& R_o = p[0];
+    balance.output_resistance += R_o;
   }
 };
 

@@ -23,8 +23,9 @@ struct DriverSaturation {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    if (value_of(balance.min) < 0) balance.min = -p[0];
-    balance.max = p[0];
+    const Scalar& e_max = p[0];
+    if (value_of(balance.min) < 0) balance.min = -e_max;
+    balance.max = e_max;
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {

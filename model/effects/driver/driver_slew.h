@@ -1,5 +1,6 @@
 #pragma once
 
+#include <tuple>
 #include <vector>
 
 #include "model/dual.h"
@@ -38,8 +39,9 @@ struct DriverSlew {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.rise = p[0];
-    balance.fall = p[1];
+    const auto& [rise, fall] = std::tie(p[0], p[1]);
+    balance.rise = rise;
+    balance.fall = fall;
   }
 
   /// At the driver's known limits, and at shares of both.

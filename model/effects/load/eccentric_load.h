@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tuple>
+
 #include "model/dual.h"
 #include "model/effect.h"
 #include "model/wave.h"
@@ -25,7 +27,8 @@ struct EccentricLoad {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
-    balance.load_torque += p[0] * mean_sine<Scalar>(x.theta + p[1], x.omega * x.h);
+    const auto& [T_e, phase] = std::tie(p[0], p[1]);
+    balance.load_torque += T_e * mean_sine<Scalar>(x.theta + phase, x.omega * x.h);
   }
 };
 

@@ -24,7 +24,8 @@ struct LoadTorque {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.load_torque += p[0];
+    const Scalar& T_L = p[0];
+    balance.load_torque += T_L;
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.torque; }

@@ -23,7 +23,8 @@ struct CurrentOffset {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.i_a_reading += p[0];
+    const Scalar& i_0 = p[0];
+    balance.i_a_reading += i_0;
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.current; }

@@ -22,9 +22,10 @@ struct TachoLag {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
-    lag_reading(p[0], x.h, memory.first(2), balance.omega_reading);
+    const Scalar& tau = p[0];
+    lag_reading(tau, x.h, memory.first(2), balance.omega_reading);
     if (x.h == 0) memory[2] = memory[0];
-    balance.angle_behind += p[0] * (memory[0] - memory[2]);
+    balance.angle_behind += tau * (memory[0] - memory[2]);
   }
 };
 

@@ -23,8 +23,9 @@ struct TachoOffset {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
-    balance.omega_reading += p[0];
-    balance.angle_behind -= p[0] * x.t;
+    const Scalar& omega_0 = p[0];
+    balance.omega_reading += omega_0;
+    balance.angle_behind -= omega_0 * x.t;
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.speed; }

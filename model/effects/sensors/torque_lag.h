@@ -26,8 +26,9 @@ struct TorqueLag {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
+    const Scalar& tau = p[0];
     const Scalar taken = balance.torque_reading;
-    lag_reading(p[0], x.h, memory, balance.torque_reading);
+    lag_reading(tau, x.h, memory, balance.torque_reading);
     balance.load_offset += balance.torque_reading - taken;
   }
 

@@ -23,8 +23,9 @@ struct TorqueOffset {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.torque_reading += p[0];
-    balance.load_offset += p[0];
+    const Scalar& T_0 = p[0];
+    balance.torque_reading += T_0;
+    balance.load_offset += T_0;
   }
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tuple>
+
 #include "model/dual.h"
 #include "model/effect.h"
 
@@ -25,7 +27,8 @@ struct AsymmetricFriction {
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     if (value_of(x.omega) == 0) return;
-    balance.braking_torque += p[0] + p[1] * abs(x.omega);
+    const auto& [T_d, B_d] = std::tie(p[0], p[1]);
+    balance.braking_torque += T_d + B_d * abs(x.omega);
   }
 };
 

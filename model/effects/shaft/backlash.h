@@ -26,7 +26,8 @@ struct Backlash {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.gap += p[0];
+    const Scalar& gap = p[0];
+    balance.gap += gap;
   }
 
   /// From a good gear to a worn one, in rad. A play smaller than the twist of the spring tells nothing of a large one.

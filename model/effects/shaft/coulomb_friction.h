@@ -27,7 +27,8 @@ struct CoulombFriction {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
-    balance.dry_friction += p[0];
+    const Scalar& T_c = p[0];
+    balance.dry_friction += T_c;
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.torque; }

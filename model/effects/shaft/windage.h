@@ -24,7 +24,8 @@ struct Windage {
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
-    balance.braking_torque += p[0] * x.omega * abs(x.omega);
+    const Scalar& c_w = p[0];
+    balance.braking_torque += c_w * x.omega * abs(x.omega);
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.torque / (seen.speed * seen.speed); }

@@ -15,8 +15,8 @@ using synthetic::true_servo;
 
 /// The floors of a servo's own record.
 Noise own_floors() {
-  return {{Signal::omega, {.sigma = OwnRecord::sigma_omega, .from = "declared"}},
-          {Signal::i_a, {.sigma = OwnRecord::sigma_i_a, .from = "declared"}}};
+  return {{Signal::omega, {.sigma = OwnRecord::sigma_omega, .from = FloorSource::declared}},
+          {Signal::i_a, {.sigma = OwnRecord::sigma_i_a, .from = FloorSource::declared}}};
 }
 
 /// The fit of the speed where its reading errs as a function of (t, omega) says.
@@ -34,7 +34,7 @@ TEST(FitOf, IsAHundredPercentWhereNothingIsLeft) {
 
 TEST(FitOf, IsWhatIsLeftOverTheSpreadOfTheReadings) {
   OwnRecord own(true_servo());
-  const std::vector<PreparedRun>& records = own.with_error(Signal::omega, [](double, double) { return 5.0; });
+  const std::vector<Record>& records = own.with_error(Signal::omega, [](double, double) { return 5.0; });
   double sum = 0, squares = 0, n = 0;
   for (const Observation& o : records[0].observations) {
     if (o.signal != Signal::omega) continue;
@@ -46,7 +46,7 @@ TEST(FitOf, IsWhatIsLeftOverTheSpreadOfTheReadings) {
   EXPECT_NEAR(fit.rmse, 5, 1e-9) << "[rad/s]";
   EXPECT_NEAR(fit.ratio, 5 / OwnRecord::sigma_omega, 1e-9);
   EXPECT_NEAR(fit.fit_percent, 100 * (1 - 5 / spread), 1e-6);
-  EXPECT_EQ(fit.noise.from, "declared");
+  EXPECT_EQ(fit.noise.from, FloorSource::declared);
 }
 
 TEST(FitOf, IsNoneWhereTheSpeedIsNoBetterThanItsMean) {
@@ -66,32 +66,32 @@ Run whole_run() {
   return run;
 }
 
-std::string failing_unit(const Model& model) {
+std::optional<Unit> failing_unit(const Model& model) {
   const std::vector<Run> runs{whole_run()};
   Model judge = true_servo();
   judge.noise = {{Signal::omega, 0.5}, {Signal::i_a, 0.05}, {Signal::e_a, 0.05}, {Signal::torque, 1e-4}};
   return compare(runs, model, judge).failing_unit;
 }
 
-TEST(FailingUnit, IsNoneWhereAllAreRight) { EXPECT_EQ(failing_unit(true_servo()), ""); }
+TEST(FailingUnit, IsNoneWhereAllAreRight) { EXPECT_EQ(failing_unit(true_servo()), std::nullopt); }
 
 TEST(FailingUnit, IsTheDriverWhoseVoltageIsOff) {
   Model model = true_servo();
   model.driver->gain *= 1.1;
-  EXPECT_EQ(failing_unit(model), "driver") << "the motor is driven by what was measured";
+  EXPECT_EQ(failing_unit(model), Unit::driver) << "the motor is driven by what was measured";
 }
 
 TEST(FailingUnit, IsTheMotorWhoseSpeedIsOff) {
   Model model = true_servo();
   model.at(4).value *= 1.2;  // J
-  EXPECT_EQ(failing_unit(model), "motor");
+  EXPECT_EQ(failing_unit(model), Unit::motor);
 }
 
 TEST(FailingUnit, IsTheLoadThatTheGaugeDoesNotRead) {
   Model model = true_servo();
   model.include(effect_index("eddy_brake"));
   model.parameters_of(effect_index("eddy_brake"))[0].value = 0.01;  // [N m]
-  EXPECT_EQ(failing_unit(model), "load") << "the shaft is loaded by what was measured";
+  EXPECT_EQ(failing_unit(model), Unit::load) << "the shaft is loaded by what was measured";
 }
 
 }  // namespace

@@ -71,7 +71,10 @@ TEST(NextExperiment, StaysWithinTheReferencesThatTheDataHaveShown) {
     high = std::max(high, most);
   }
   const Model friction = with(bench.model, "coulomb_friction", {0.01});
-  for (const Proposal& p : next_experiments(runs, prepare(runs, {}, bench.model), friction, std::vector{bench.model})) {
+  const std::vector<Proposal> all =
+      next_experiments(runs, prepare(runs, {}, bench.model), friction, std::vector{bench.model});
+  ASSERT_FALSE(all.empty());
+  for (const Proposal& p : all) {
     EXPECT_GE(p.profile.min(), low) << p.profile.name();
     EXPECT_LE(p.profile.max(), high) << p.profile.name();
   }
@@ -90,7 +93,10 @@ TEST(BroaderExperiments, AreLongerOnesOfAllKindsThatTheBenchAllows) {
   EXPECT_THAT(names(broader_experiments(model, {.low = 0, .high = 3, .longest = 50})),
               testing::ElementsAre("coast_down", "small_steps", "random_steps", "staircase"))
       << "no reversal in one direction, no ramp of a minute";
-  for (const Profile& p : broader_experiments(model, {.low = -3, .high = 3, .limits = {{Signal::omega, 100.0}}})) {
+  const std::vector<Profile> slower =
+      broader_experiments(model, {.low = -3, .high = 3, .limits = {{Signal::omega, 100.0}}});
+  ASSERT_FALSE(slower.empty());
+  for (const Profile& p : slower) {
     EXPECT_LT(p.max(), 3) << p.name();
   }
 }

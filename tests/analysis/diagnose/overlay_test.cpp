@@ -29,7 +29,9 @@ class Overlays : public testing::Test {
 
 TEST_F(Overlays, AreAsFarOffAsTheComparisonSays) {
   ASSERT_EQ(list.size(), data.train.front().observations.size());
-  for (const auto& [signal, fit] : fit_of(data.train, bench.model, data.noise)) {
+  const std::map<Signal, SignalFit> fits = fit_of(data.train, bench.model, data.noise);
+  ASSERT_EQ(fits.size(), list.size());
+  for (const auto& [signal, fit] : fits) {
     EXPECT_NEAR(of(signal).floors(), fit.ratio, 1e-9 * fit.ratio) << info(signal).name;
     double squares = 0;
     for (const double r : of(signal).residual()) squares += r * r;
@@ -40,6 +42,7 @@ TEST_F(Overlays, AreAsFarOffAsTheComparisonSays) {
 TEST_F(Overlays, ShowASlowMetersReadingsAsTheMeansThatTheyAre) {
   const Overlay& meter = of(Signal::i_a);
   ASSERT_TRUE(meter.slow);
+  ASSERT_FALSE(meter.t.empty());
   for (std::size_t i = 0; i < meter.t.size(); ++i) EXPECT_NEAR(meter.t[i] - meter.from[i], 0.4, 0.01) << "at 2.5 Hz";
   const Overlay& tacho = of(Signal::omega);
   EXPECT_FALSE(tacho.slow);

@@ -12,7 +12,7 @@
 
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/calibrate.h"
-#include "analysis/record/noise.h"
+#include "analysis/record/dataset.h"
 #include "model/catalogue.h"
 #include "tests/analysis/own_record.h"
 
@@ -33,7 +33,7 @@ constexpr std::array levels{0.01, 0.05, 0.1};  // of significance
     FAIL() << "cured: say so by a plain expectation. It was: known failure: " << words; \
   }
 
-Model fitted(const std::vector<PreparedRun>& records, const Model& model) {
+Model fitted(const std::vector<Record>& records, const Model& model) {
   CalibrationOptions options;
   options.extra_starts = 0;
   options.with_covariance = false;
@@ -49,7 +49,7 @@ std::vector<std::size_t> whole_catalogue() {
 /// The p-values of each effect over seeds of noise, none of them there.
 using PValues = std::map<std::size_t, std::vector<double>>;
 
-void add_scores(PValues& found, const std::vector<PreparedRun>& records, const Model& model) {
+void add_scores(PValues& found, const std::vector<Record>& records, const Model& model) {
   for (const Score& s : score(records, fitted(records, model), whole_catalogue())) found[s.effect].push_back(s.p_value);
 }
 
@@ -87,7 +87,7 @@ std::string too_many(const PValues& found) {
 class FalseAlarmsIn : public testing::TestWithParam<double> {};
 
 TEST_P(FalseAlarmsIn, AreAsRareAsThePValueSays) {
-  constexpr unsigned seeds = 400;
+  constexpr unsigned seeds = 250;
   const PValues found = chance({.rho = GetParam()}, seeds);
   ASSERT_EQ(found.size(), effect_count);
   for (const auto& [effect, p] : found) ASSERT_EQ(p.size(), seeds);
@@ -113,14 +113,10 @@ TEST(FalseAlarms, AreAsRareInNoiseOfTwoColours) {
 TEST(FalseAlarms, AreAsRareWhereTheMeasuredVoltageDrivesTheMotor) {
   Model model = true_servo();
   model.noise = {{Signal::omega, 0.5}, {Signal::i_a, 0.05}, {Signal::e_a, 0.05}};  // [rad/s], [A], [V]
-  Noise floors;
-  for (const auto& [signal, sigma] : model.noise) floors[signal] = {.sigma = sigma, .from = "declared"};
   PValues found;
   for (unsigned seed = 1; seed <= 50; ++seed) {
-    std::vector<PreparedRun> records{prepare_run(
-        synthetic::record({}, synthetic::steps, 1e-3, {.omega = 0.5, .i_a = 0.05, .e_a = 0.05}, seed), model)};
-    weigh(records, floors, model);
-    add_scores(found, records, model);
+    const emtb::Run run = synthetic::record({}, synthetic::steps, 1e-3, {.omega = 0.5, .i_a = 0.05, .e_a = 0.05}, seed);
+    add_scores(found, prepare(std::vector{run}, {}, model).train, model);
   }
   ASSERT_EQ(found.size(), effect_count);
   KNOWN_FAILURE(!too_many(found).empty(),
@@ -139,7 +135,7 @@ double power(const char* id, const ScoreOptions& options, unsigned seeds) {
   OwnRecord own(truth);
   unsigned found = 0;
   for (unsigned seed = 1; seed <= seeds; ++seed) {
-    const std::vector<PreparedRun>& records = own.with_noise(seed);
+    const std::vector<Record>& records = own.with_noise(seed);
     const Score s = score(records, fitted(records, true_servo()), candidate, options).front();
     found += s.p_value <= options.false_alarms && s.predicted_gain >= options.material_least ? 1 : 0;
   }

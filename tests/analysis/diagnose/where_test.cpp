@@ -35,7 +35,7 @@ TEST(ResidualMaps, LeaveOutTheMetersOfAHandfulOfReadings) {
 
 /// The map of the speed of a servo's own record whose reading errs as a function of (t, omega) says.
 template <class Error>
-ResidualMap map_of_speed(const std::string& against, const Error& error) {
+ResidualMap map_of_speed(Condition against, const Error& error) {
   synthetic::OwnRecord own(synthetic::true_servo());
   for (const ResidualMap& m : residual_maps(own.with_error(Signal::omega, error), synthetic::true_servo())) {
     if (m.signal == Signal::omega && m.against == against) return m;
@@ -44,7 +44,7 @@ ResidualMap map_of_speed(const std::string& against, const Error& error) {
 }
 
 TEST(ResidualMaps, SayHowFarOffEachDirectionIs) {
-  const ResidualMap m = map_of_speed("sign(omega)", [](double, double omega) {
+  const ResidualMap m = map_of_speed(Condition::direction, [](double, double omega) {
     return omega > 0 ? 3.0 : omega < 0 ? -1.0 : 0.0;
   });
   EXPECT_THAT(m.bins, testing::ElementsAre(-1, 0, 1)) << "it stands at first";
@@ -57,7 +57,7 @@ TEST(ResidualMaps, SayHowFarOffEachDirectionIs) {
 }
 
 TEST(ResidualMaps, FollowAnErrorThatGrowsWithTime) {
-  const ResidualMap m = map_of_speed("t", [](double t, double) { return t; });
+  const ResidualMap m = map_of_speed(Condition::time, [](double t, double) { return t; });
   ASSERT_EQ(m.bins.size(), 12U);
   for (std::size_t b = 0; b < m.bins.size(); ++b) {
     EXPECT_NEAR(m.mean[b], m.bins[b], 1e-9) << "[rad/s], 1 rad/s a second";
@@ -69,7 +69,7 @@ TEST(ResidualMaps, FollowAnErrorThatGrowsWithTime) {
 
 TEST(ResidualMaps, ExplainNothingOfWhatDoesNotHangOnTheCondition) {
   const ResidualMap m =
-      map_of_speed("omega", [](double t, double) { return std::lround(100 * t) % 2 == 0 ? 2.5 : 1.5; });
+      map_of_speed(Condition::speed, [](double t, double) { return std::lround(100 * t) % 2 == 0 ? 2.5 : 1.5; });
   ASSERT_GT(m.bins.size(), 5U);
   for (std::size_t b = 0; b < m.bins.size(); ++b) {
     EXPECT_NEAR(m.mean[b], 2, 1.5 / std::sqrt(m.count[b]));
@@ -84,7 +84,7 @@ TEST(ResidualMaps, PutTheMostTellingConditionOfASignalFirst) {
   const std::vector<ResidualMap> maps = residual_maps(own.with_error(Signal::omega, curved), synthetic::true_servo());
   const auto first = std::ranges::find(maps, Signal::omega, &ResidualMap::signal);
   ASSERT_NE(first, maps.end());
-  EXPECT_EQ(first->against, "omega");
+  EXPECT_EQ(first->against, Condition::speed);
   EXPECT_GT(first->explained, 0.98);
 }
 

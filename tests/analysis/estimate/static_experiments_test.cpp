@@ -249,7 +249,9 @@ TEST(Generator, NeedsAnOpenArmature) {
 TEST(StaticEstimates, SayWhatIsLackingAndWhichExperimentWouldGiveIt) {
   const emtb::Run run = synthetic::record({}, {{3, 0}}, 1e-2);
   const Settled settled = settled_points(std::span(&run, 1));
-  for (const StaticEstimate& e : evaluate(static_experiments, std::span(&run, 1), settled)) {
+  const std::vector<StaticEstimate> all = evaluate(static_experiments, std::span(&run, 1), settled);
+  ASSERT_FALSE(all.empty());
+  for (const StaticEstimate& e : all) {
     EXPECT_FALSE(e.lacking.empty()) << name(e.method);
     EXPECT_THAT(e.lacking, HasSubstr("need")) << name(e.method);
     EXPECT_TRUE(e.quantities.empty()) << name(e.method);

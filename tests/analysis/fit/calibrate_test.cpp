@@ -210,6 +210,7 @@ TEST(Calibrate, NinetyFivePercentIntervalsHoldTheTruthThatOften) {
       inside[place] += std::abs(p.value - truth.at(place).value) < 1.96 * *p.std_error;
     }
   }
+  ASSERT_EQ(inside.size(), 4U);
   for (const auto& [place, count] : inside) {
     EXPECT_GE(count, 0.90 * seeds) << truth.at(place).symbol;
     EXPECT_LE(count, 0.99 * seeds) << truth.at(place).symbol;

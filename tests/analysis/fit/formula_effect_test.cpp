@@ -80,6 +80,7 @@ TEST(FormulaInAModel, ADropThatIsSteepInTheCurrentDoesNotSwing) {
   jump.terms = {{TermPlace::voltage, parse_formula("-V*sign(i_a)", std::vector<std::string>{"V"}), 1}};
   const auto expected = simulated_with(library, {0.4, 0.02}), y = simulated_with(formula, {0.4, 0.02});
   const auto held = simulated_with(jump, {0.4}), sharp = simulated_with(formula, {0.4, 1e-5});
+  ASSERT_GT(y.omega.size(), 1000U);
   for (std::size_t k = 0; k < y.omega.size(); ++k) {
     ASSERT_NEAR(y.omega[k], expected.omega[k], 1e-6) << "of 600 rad/s, at t = " << bench.excitation.t[k] << " s";
     ASSERT_NEAR(held.omega[k], sharp.omega[k], 0.05) << "at t = " << bench.excitation.t[k] << " s";
@@ -149,6 +150,7 @@ TEST(FormulaInAModel, CalibratesAsTheSameEffectOfTheLibraryDoes) {
     return calibrate(records, model).model;
   };
   const Model built_in = fitted(with_windage_of_the_library()), formula = fitted(with_windage_as_a_formula());
+  ASSERT_EQ(built_in.names().size(), 6U);
   EXPECT_NEAR(built_in.at(5).value, windage_size, 0.1 * windage_size);
   for (std::size_t i = 0; i < built_in.names().size(); ++i) {
     SCOPED_TRACE(built_in.names()[i]);

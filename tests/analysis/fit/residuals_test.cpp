@@ -40,7 +40,9 @@ TEST(Residuals, AreMeasuredLessSimulatedInUnitsOfSigma) {
   const Model model = servo_model();
   Trajectory<double> y;
   simulate<double>(runs[0].structure(model), model.values(), runs[0].excitation, y);
-  for (const Residuals& r : of(runs, model, {})) {
+  const std::vector<Residuals> all = of(runs, model, {});
+  ASSERT_EQ(all.size(), 3U) << "e_a, i_a, omega";
+  for (const Residuals& r : all) {
     const auto& o = *std::ranges::find(runs[0].observations, r.signal, &Observation::signal);
     const auto& signal = r.signal == Signal::omega ? y.omega : r.signal == Signal::i_a ? y.i_a : y.e_a;
     ASSERT_EQ(static_cast<std::size_t>(r.value.size()), o.size());
@@ -64,6 +66,7 @@ TEST(Residuals, HaveTheSensitivitiesOfTheirDifferencesForAnyNumberOfParameters) 
   for (std::size_t place = 0; place < values.size(); ++place) {
     moved.push_back({place});  // one to ten columns: a narrow pass, a wide one, both
     const std::vector<Residuals> all = residuals(runs, model, values, moved);
+    ASSERT_EQ(all.size(), 3U);
     for (std::size_t j = 0; j <= place; ++j) {
       const double step = 1e-5 * values[j];
       std::vector<double> up = values, down = values;
@@ -88,6 +91,7 @@ TEST(Residuals, SensitivitiesOfTiedParametersAdd) {
   const auto runs = records();
   const Model model = servo_model();
   const auto tied = of(runs, model, {{1, 2}}), apart = of(runs, model, {{1}, {2}});
+  ASSERT_EQ(std::ranges::count_if(tied, &Residuals::informed), 2) << "i_a, omega";
   for (std::size_t s = 0; s < tied.size(); ++s) {
     if (!tied[s].informed()) continue;
     EXPECT_LT((tied[s].sensitivity.col(0) - apart[s].sensitivity.rowwise().sum()).norm(),
@@ -98,7 +102,9 @@ TEST(Residuals, SensitivitiesOfTiedParametersAdd) {
 
 TEST(Residuals, ASignalThatNoParameterMovesIsUninformed) {
   const auto runs = records();
-  for (const Residuals& r : of(runs, servo_model(), {{0}, {4}})) {
+  const std::vector<Residuals> all = of(runs, servo_model(), {{0}, {4}});
+  ASSERT_EQ(all.size(), 3U);
+  for (const Residuals& r : all) {
     EXPECT_EQ(r.informed(), r.signal != Signal::e_a) << info(r.signal).name;  // the driver is known
   }
 }

@@ -103,6 +103,7 @@ TEST(PrepareRun, ComparesWithTheSlopeOfTheAngleWhereThereIsNoSpeed) {
   const ObservedRun prepared = observe_run(run, servo_model());
   const Observation* omega = observation(prepared, Signal::omega);
   ASSERT_TRUE(omega);
+  ASSERT_GT(omega->size(), 10U);
   for (std::size_t i = 0; i < omega->size(); ++i) {
     ASSERT_NEAR(omega->value[i], 30, 1e-9);
     ASSERT_LT(omega->first[i], omega->last[i]);
@@ -161,6 +162,7 @@ TEST(PrepareRun, QuietsTheMeasuredVoltageWithoutTouchingItsCorners) {
   ASSERT_TRUE(prepared.measured_voltage);
   const std::vector<double>& e = prepared.excitation.e_a;
   const std::vector<double>& exact = clean.at(Signal::e_a).value;
+  ASSERT_EQ(e.size(), exact.size());
   double squares = 0;
   for (std::size_t k = 0; k < e.size(); ++k) {
     ASSERT_LT(std::abs(e[k] - exact[k]), 4 * sigma) << "a corner was smeared at t = " << clean.at(Signal::e_a).t[k];

@@ -16,6 +16,17 @@ std::uint32_t u32(std::span<const std::uint8_t> bytes) {
   return bytes[0] | bytes[1] << 8U | bytes[2] << 16U | static_cast<std::uint32_t>(bytes[3]) << 24U;
 }
 
+/// As many bytes of an answer as the host asked for.
+int give(std::span<const std::uint8_t> bytes, std::span<std::uint8_t> data) {
+  const std::size_t count = std::min(bytes.size(), data.size());
+  std::copy_n(bytes.begin(), count, data.begin());
+  return static_cast<int>(count);
+}
+
+int give_word(unsigned word, std::span<std::uint8_t> data) {
+  return give(std::array{static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8U)}, data);
+}
+
 }  // namespace
 
 Board::Board(Traits traits, World world)
@@ -170,18 +181,17 @@ int Board::vendor(const Setup& setup, std::span<std::uint8_t> data) {
   const bool in = (setup.type & 0x80U) != 0;
   if (!in) last_[setup.request] = {data.begin(), data.end()};
   if (refused_[setup.request]) return -EPIPE;
-  const auto give = [&](std::span<const std::uint8_t> bytes) {
-    const std::size_t count = std::min(bytes.size(), data.size());
-    std::copy_n(bytes.begin(), count, data.begin());
-    return static_cast<int>(count);
-  };
-  const auto give_word = [&](unsigned word) {
-    return give(std::array{static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8U)});
-  };
+  if (const auto answer = microcontroller(setup, data)) return *answer;
+  return configured_ ? fpga(setup, data) : -EPIPE;
+}
+
+/// Status, the FPGA's image, memory: what the card does before it has an image. @return nothing: not its request
+std::optional<int> Board::microcontroller(const Setup& setup, std::span<std::uint8_t> data) {
+  const bool in = (setup.type & 0x80U) != 0;
   const int taken = static_cast<int>(data.size());
   switch (setup.request) {
     case 0x40:
-      return in ? give_word(status()) : -EPIPE;
+      return in ? give_word(status(), data) : -EPIPE;
     case 0x50:
       configuring_ = data.size() == 1 && data[0] == 0xAD;
       image_ = 0;
@@ -203,14 +213,19 @@ int Board::vendor(const Setup& setup, std::span<std::uint8_t> data) {
       for (std::uint8_t& byte : data) byte = memory_[address_++];
       return taken;
     default:
-      break;
+      return std::nullopt;
   }
-  if (!configured_) return -EPIPE;  // what follows is the FPGA's work
+}
+
+/// Inputs, scans and outputs.
+int Board::fpga(const Setup& setup, std::span<std::uint8_t> data) {
+  const bool in = (setup.type & 0x80U) != 0;
+  const int taken = static_cast<int>(data.size());
   switch (setup.request) {
     case 0x10: {
       if (scanning_ || !in) return -EPIPE;
       const std::array<double, 16> inputs = world_ ? world_(now(), (dac_[0] - 32768.0) / 32768 * 10) : still_;
-      return give_word(convert(list_[setup.value], inputs));
+      return give_word(convert(list_[setup.value], inputs), data);
     }
     case 0x12:
       if (scanning_ || in || (data.size() != 14 && data.size() != 15)) return -EPIPE;
@@ -234,7 +249,8 @@ int Board::vendor(const Setup& setup, std::span<std::uint8_t> data) {
     case 0x18: {
       if (in) {
         return give(std::array{static_cast<std::uint8_t>(dac_[0]), static_cast<std::uint8_t>(dac_[0] >> 8U),
-                               static_cast<std::uint8_t>(dac_[1]), static_cast<std::uint8_t>(dac_[1] >> 8U)});
+                               static_cast<std::uint8_t>(dac_[1]), static_cast<std::uint8_t>(dac_[1] >> 8U)},
+                    data);
       }
       if (setup.index > 1 || traits_.product == 0x0134 || traits_.product == 0x0135) return -EPIPE;
       catch_up();  // what was sampled so far saw the voltage before

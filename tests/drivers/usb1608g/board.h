@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,8 @@ class Board final : public UsbDevice {
   std::uint16_t convert(std::uint8_t slot, const std::array<double, 16>& inputs) const;
   int standard(const Setup& setup, std::span<std::uint8_t> data) const;
   int vendor(const Setup& setup, std::span<std::uint8_t> data);
+  std::optional<int> microcontroller(const Setup& setup, std::span<std::uint8_t> data);
+  int fpga(const Setup& setup, std::span<std::uint8_t> data);
   std::uint16_t status() const;
 
   mutable std::mutex mutex_;

@@ -1,0 +1,173 @@
+// The search on made-up fits: what it keeps, swaps and drops, without a simulation.
+#include "analysis/diagnose/search.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+using Effects = std::set<std::size_t>;
+
+constexpr int readings = 1000;
+
+/// A loss of so many floors in one signal.
+Loss loss_of(double floors) {
+  Record run;
+  Observation o;
+  o.signal = Signal::omega;
+  Residuals r{0, Signal::omega, Eigen::VectorXd(readings), {}};
+  for (int k = 0; k < readings; ++k) {
+    run.excitation.t.push_back(1e-2 * k);
+    o.first.push_back(static_cast<std::uint32_t>(k));
+    o.last.push_back(static_cast<std::uint32_t>(k));
+    o.value.push_back(0);
+    o.sigma.push_back(1);
+    r.value[k] = k % 2 == 0 ? floors : -floors;
+  }
+  run.observations.push_back(o);
+  Loss loss({{Signal::omega, {.sigma = 1, .from = FloorSource::declared, .lower_bound = false, .autocorrelation = 0}}});
+  loss.add(std::span(&run, 1), std::span(&r, 1));
+  return loss;
+}
+
+/// Decides by the error alone.
+class ByError final : public Criterion {
+ public:
+  bool material(const Loss& without, const Loss& with) const override { return with.error() < 0.9 * without.error(); }
+  bool material_beside_same_edges(const Loss&, const Loss& without, const Loss& with) const override {
+    return material(without, with);
+  }
+  bool tied(const Loss& best, const Loss& other) const override {
+    return std::abs(best.error() - other.error()) < 0.01 * best.error();
+  }
+  bool remainder(const Loss& loss) const override { return loss.error() > 1.1; }
+  bool worth_a_wide_search(const Loss& loss) const override { return remainder(loss); }
+  bool anything_left(const Loss& loss) const override { return loss.error() > 1.05; }
+};
+
+/// Fits whose errors stand in a table, by the effects that the model holds; what is not in it is as bad as nothing.
+class MadeUp final : public Trials {
+ public:
+  std::map<Effects, double> errors;
+  std::set<std::size_t> undetermined;
+
+  Trial trial(const Model& model) const {
+    Effects held;
+    for (const IncludedEffect& e : model.effects) held.insert(e.effect);
+    const auto error = errors.find(held);
+    const double floors = error != errors.end() ? error->second : errors.at({});
+    return {.fit = {.model = model, .cost = 0.5 * readings * floors * floors},
+            .squares = readings * floors * floors,
+            .train = floors,
+            .held_out = loss_of(floors)};
+  }
+
+  std::optional<Trial> fit(const Model& start, const Trial*) override { return trial(start); }
+  std::optional<Trial> fit_to_the_end(const Model& start) override { return trial(start); }
+  std::optional<Trial> fit_from_elsewhere_too(const Model& start) override { return trial(start); }
+  std::vector<Score> scores(const Model&) override { return {}; }
+  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>&) override {
+    std::vector<Addition> additions;
+    for (std::size_t effect = 0; effect < effect_count; ++effect) {
+      if (fitted.model().includes(effect)) continue;
+      Model more = fitted.model();
+      more.include(effect);
+      Score score;
+      score.effect = effect;
+      additions.push_back({score, trial(more)});
+    }
+    return additions;
+  }
+  std::optional<Addition> refit_at_whole_orders(const Trial&) override { return std::nullopt; }
+  std::optional<Pair> refit_of_two(const Trial&, const std::vector<Score>&, const std::vector<std::size_t>&) override {
+    return std::nullopt;
+  }
+  bool determined(const Model&, std::size_t effect) override { return !undetermined.contains(effect); }
+  bool explains_most_runs(const Trial&) override { return false; }
+};
+
+class SearchOnMadeUpFits : public testing::Test {
+ protected:
+  const std::size_t dry = effect_index("coulomb_friction"), air = effect_index("windage"),
+                    brush = effect_index("brush_drop"), coil = effect_index("armature_inductance");
+  MadeUp trials;
+  ByError criterion;
+  std::vector<double> shares;
+
+  Finding found() {
+    Search search(trials, criterion, trials.trial({}), 6,
+                  [this](double share, const std::string&) { shares.push_back(share); });
+    return search.run();
+  }
+};
+
+TEST_F(SearchOnMadeUpFits, KeepsNothingWhereNothingHelps) {
+  trials.errors = {{{}, 1.5}, {{dry}, 1.45}};  // less than a tenth
+  const Finding f = found();
+  EXPECT_THAT(f.effects, IsEmpty());
+  EXPECT_DOUBLE_EQ(f.current.held_out.error(), 1.5);
+}
+
+TEST_F(SearchOnMadeUpFits, AddsWhatRemovesMostFirst) {
+  trials.errors = {{{}, 9}, {{dry}, 3}, {{air}, 6}, {{dry, air}, 1}};
+  const Finding f = found();
+  EXPECT_THAT(f.effects, ElementsAre(dry, air));
+  EXPECT_DOUBLE_EQ(f.current.held_out.error(), 1);
+}
+
+TEST_F(SearchOnMadeUpFits, PassesOverWhatTheDataDoNotDetermine) {
+  trials.errors = {{{}, 9}, {{dry}, 1}, {{air}, 2}};
+  trials.undetermined = {dry};
+  EXPECT_THAT(found().effects, ElementsAre(air));
+}
+
+TEST_F(SearchOnMadeUpFits, NamesTheRivalThatDoesAsWell) {
+  trials.errors = {{{}, 9}, {{dry}, 1}, {{air}, 1.001}};
+  const Finding f = found();
+  ASSERT_THAT(f.effects, ElementsAre(dry));
+  ASSERT_EQ(f.rivals.count(dry), 1U);
+  ASSERT_EQ(f.rivals.at(dry).size(), 1U);
+  EXPECT_EQ(f.rivals.at(dry)[0].effect, air);
+}
+
+TEST_F(SearchOnMadeUpFits, DropsWhatTheOthersMadeSuperfluous) {
+  trials.errors = {{{}, 9}, {{air}, 4}, {{air, dry}, 2}, {{air, dry, brush}, 1}, {{dry, brush}, 1}};
+  EXPECT_THAT(found().effects, ElementsAre(dry, brush));
+}
+
+TEST_F(SearchOnMadeUpFits, ForgetsARivalThatWasFoundBesideAMemberThatHasGone) {
+  // `coil` does as well as `dry` beside `air` and `brush`; but `air` is dropped, and beside `brush` alone it does
+  // nothing.
+  trials.errors = {{{}, 9},           {{air}, 4},        {{air, dry}, 2},        {{air, dry, brush}, 1},
+                   {{dry, brush}, 1}, {{air, brush}, 3}, {{air, brush, coil}, 1}};
+  const Finding f = found();
+  ASSERT_THAT(f.effects, ElementsAre(dry, brush));
+  EXPECT_EQ(f.rivals.count(dry), 0U);
+}
+
+TEST_F(SearchOnMadeUpFits, ProgressOnlyGrows) {
+  Effects held;
+  double error = 64;
+  trials.errors[held] = error;
+  for (const std::size_t effect : {dry, air, brush, coil}) {
+    held.insert(effect);
+    trials.errors[held] = error /= 2;
+  }
+  ASSERT_EQ(found().effects.size(), 4U);
+  ASSERT_GE(shares.size(), 5U);
+  EXPECT_TRUE(std::ranges::is_sorted(shares));
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,120 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/model/step_bench.h"
+
+namespace emtb {
+namespace {
+
+// The driver's saturation and delay, brushes, warm copper.
+
+using namespace step_bench;
+
+TEST(Step, ASaturatedDriverGivesItsOwnLimitInPlaceOfTheKnownOne) {
+  ModelStructure s = with({"driver_saturation"});
+  s.driver = {.gain = 4, .min = -24, .max = 24};
+  const Excitation x = holds(1e-3, {{0.01, 2}, {0.01, 6}, {0.01, -6}});
+  const Trajectory<double> y = run(s, and_(servo, {21.5}), x);
+  EXPECT_NEAR(y.e_a[8], 8, 1e-12);
+  EXPECT_NEAR(y.e_a[18], 21.5, 1e-12);
+  EXPECT_NEAR(y.e_a[28], -21.5, 1e-12);
+}
+
+TEST(Step, ADelayedDriverDoesTheSameLaterByAnyFractionOfASample) {
+  ModelStructure s = with({"driver_delay"});
+  s.driver = {.gain = 4, .rise = 2000, .fall = 2000};
+  const Excitation x = holds(1e-3, {{0.02, 0}, {0.05, 3}, {0.05, -1}});
+  const Trajectory<double> prompt = run(with({}), servo, holds(1e-3, {{0.02, 0}}));
+  for (const double delay : {0.0, 0.003, 0.0104, 0.0477}) {
+    const Trajectory<double> y = run(s, and_(servo, {delay}), x);
+    for (std::size_t k = 0; k < x.t.size(); ++k) {
+      const double t = x.t[k] - delay;
+      const double rising = std::clamp((t - 0.02) * 2000, 0.0, 12.0);
+      const double expected = std::max(rising - std::max(0.0, (t - 0.07) * 2000), rising > 0 && t > 0.07 ? -4.0 : 0.0);
+      EXPECT_NEAR(y.e_a[k], expected, 1e-9) << delay << " s, t = " << x.t[k];
+    }
+  }
+  EXPECT_EQ(prompt.e_a.back(), 0);
+}
+
+TEST(Step, AnIdealDriverIsThereAtOnceAndItsDelayMovesTheMotorByWhatItIs) {
+  // Without slew limits a delay within a sample shows in the mean voltage alone.
+  const double delay = 0.4e-3, h = 1e-3;
+  const Excitation x = holds(h, {{0.01, 0}, {0.2, 12}});
+  const Trajectory<double> late = run(with({"driver_delay"}), and_(servo, {delay}), x);
+  const double gain = R * B + K * K, tau = J * R / gain;
+  for (std::size_t k = 15; k < x.t.size(); k += 20) {
+    const double expected = 12 * K / gain * (1 - std::exp(-(x.t[k] - 0.01 - delay) / tau));
+    EXPECT_NEAR(late.omega[k], expected, 1e-2) << x.t[k];  // of 285 rad/s
+  }
+}
+
+TEST(Step, BrushesTakeTheirVoltageOnceACurrentFlowsAndAShareOfItBelowTheKnee) {
+  const double V_b = 0.8, i_lin = 0.02;
+  const auto settled = [&](double V, double load) {  // a weight makes the current
+    return run(with({"brush_drop", "load_torque"}), and_(servo, {V_b, i_lin, load}),
+               constant(3, 1e-3, V, &Excitation::u_ref));
+  };
+  for (const double sign : {1.0, -1.0}) {
+    const auto loaded = settled(sign * 12, sign * 0.02);
+    const double i = loaded.i_a.back();
+    EXPECT_GT(std::abs(i), 0.4);
+    EXPECT_NEAR(loaded.omega.back(), (sign * (12 - V_b) - R * i) / K, 1e-6);
+    const auto light = settled(sign * 12, -sign * 0.0025);  // nearly carried by the weight
+    const double small = light.i_a.back();
+    EXPECT_LT(std::abs(small), i_lin);
+    EXPECT_NEAR(light.omega.back(), (sign * 12 - R * small - V_b * std::tanh(small / i_lin)) / K,
+                0.02);  // nearly settled
+  }
+}
+
+TEST(Step, BrushesStopAnInductiveCurrentAtZeroWithoutChatter) {
+  // A blocked rotor (huge J), the voltage taken away: R i + L di/dt = -V_b until i = 0, and then nothing.
+  const double L = 0.05, V_b = 2;
+  std::vector<double> blocked = servo;
+  blocked[4] = 1e3;
+  const Excitation x = holds(1e-3, {{0.5, 12}, {0.3, 0}});
+  const Trajectory<double> y = run(with({"armature_inductance", "brush_drop"}), and_(blocked, {L, V_b, 1e-3}), x);
+  const double i0 = (12 - V_b) / R;
+  EXPECT_NEAR(y.i_a[499], i0, 1e-3);
+  for (std::size_t k = 510; k < x.t.size(); ++k) {
+    const double decaying = (i0 + V_b / R) * std::exp(-R / L * (x.t[k] - 0.5)) - V_b / R;
+    ASSERT_NEAR(y.i_a[k], std::max(0.0, decaying), 0.02) << x.t[k];
+    ASSERT_GE(y.i_a[k], -1e-6);
+  }
+  EXPECT_NEAR(y.i_a.back(), 0, 1e-6);  // the shaft still turns at 1e-5 rad/s
+}
+
+TEST(Step, ABlockedArmatureWarmsUpAsItsHeatCapacityAndResistanceSay) {
+  // One body with constant power, but for the resistance itself: compared with a fine explicit integration.
+  const double C_th = 4, R_th = 5, V = 6;
+  std::vector<double> blocked = servo;
+  blocked[4] = 1e6;
+  const Excitation x = constant(60, 0.01, V, &Excitation::u_ref);
+  const Trajectory<double> y = run(with({"armature_heating"}), and_(blocked, {C_th, R_th}), x);
+  double warmer = 0;
+  for (std::size_t k = 1; k < x.t.size(); ++k) {
+    for (int part = 0; part < 10; ++part) {
+      const double resistance = R * (1 + 0.00393 * warmer);
+      warmer += 1e-3 * (V * V / resistance - warmer / R_th) / C_th;
+    }
+    if (k % 500 != 0) continue;
+    EXPECT_NEAR(y.i_a[k], V / (R * (1 + 0.00393 * warmer)), 2e-3) << x.t[k];
+  }
+  EXPECT_GT(warmer, 60);
+}
+
+TEST(Step, WhereTheTemperatureIsMeasuredTheResistanceFollowsIt) {
+  Excitation x = constant(1, 0.01, 6, &Excitation::u_ref);
+  x.temperature.assign(x.t.size(), 70);
+  std::vector<double> blocked = servo;
+  blocked[4] = 1e6;
+  const Trajectory<double> y = run(with({"armature_heating"}), and_(blocked, {4, 5}), x);
+  EXPECT_NEAR(y.i_a.back(), 6 / (R * (1 + 0.00393 * 50)), 1e-3);
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,75 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/model/step_bench.h"
+
+namespace emtb {
+namespace {
+
+// Dry friction holds, brakes and lets go.
+
+using testing::Each;
+using namespace step_bench;
+
+TEST(Step, ACoastDownWithDryFrictionEndsInAStraightLineAndExactlyAtRest) {
+  const double T_c = 0.003;
+  Excitation x = constant(1, 1e-3, 0, &Excitation::i_a);
+  x.initial.omega = 20;
+  const Trajectory<double> y = run(with({"coulomb_friction"}, Signal::i_a), and_({R, K, K, 0, J}, {T_c}), x);
+  const double stop = 20 * J / T_c;  // 0.4 s
+  for (std::size_t k = 0; k < x.t.size(); ++k) {
+    ASSERT_NEAR(y.omega[k], std::max(0.0, 20 - T_c / J * x.t[k]), 1e-10) << x.t[k];
+    if (x.t[k] > stop + 1e-3) {
+      ASSERT_EQ(y.omega[k], 0);
+      ASSERT_EQ(y.theta[k], y.theta.back());
+    }
+  }
+  EXPECT_NEAR(y.theta.back(), 0.5 * 20 * stop, 0.5 * 20e-3);  // the moment of stopping is known to a step
+}
+
+TEST(Step, DryFrictionHoldsAShaftThatIsDrivenLessThanItsTorque) {
+  const double T_c = 0.003;
+  const ModelStructure s = with({"coulomb_friction", "load_torque"});
+  const auto speed = [&](double volts, double load) {
+    return run(s, and_(servo, {T_c, load}), constant(0.5, 1e-3, volts, &Excitation::u_ref)).omega;
+  };
+  const double breaks_away = T_c * R / K;
+  EXPECT_THAT(speed(0.99 * breaks_away, 0), Each(0.0));
+  EXPECT_THAT(speed(-0.99 * breaks_away, 0), Each(0.0));
+  EXPECT_GT(speed(1.01 * breaks_away, 0).back(), 0);
+  EXPECT_LT(speed(-1.01 * breaks_away, 0).back(), 0);
+  EXPECT_THAT(speed(0, 0.99 * T_c), Each(0.0));
+  EXPECT_THAT(speed(0, -0.99 * T_c), Each(0.0));
+  EXPECT_LT(speed(0, 1.01 * T_c).back(), 0);  // a weight that wins pulls backwards
+  EXPECT_GT(speed(1.5 * breaks_away, 0.4 * T_c).back(), 0);
+  EXPECT_THAT(speed(1.5 * breaks_away, 0.6 * T_c), Each(0.0));
+}
+
+TEST(Step, DryFrictionTakesItsTorqueInBothDirections) {
+  for (const double direction : {1.0, -1.0}) {
+    const Trajectory<double> y =
+        run(with({"coulomb_friction"}), and_(servo, {0.003}), constant(1, 1e-3, 12 * direction, &Excitation::u_ref));
+    EXPECT_NEAR(y.omega.back(), direction * (K * 12 - R * 0.003) / (R * B + K * K), 1e-6);
+    EXPECT_NEAR(y.i_a.back(), direction * (B * std::abs(y.omega.back()) + 0.003) / K, 1e-6);
+  }
+}
+
+TEST(Step, StribeckFrictionHoldsMoreThanItTakesOnTheWay) {
+  const double T_c = 0.02, T_s = 0.015, omega_s = 20;
+  const auto friction = [&](double torque) {  // a current drive: torque over friction
+    return run(with({"coulomb_friction", "stribeck_friction"}, Signal::i_a), and_(servo, {T_c, T_s, omega_s}),
+               constant(1, 1e-3, torque / K, &Excitation::i_a));
+  };
+  EXPECT_THAT(friction(0.034).omega, Each(0));
+  const auto sliding = friction(0.036);
+  EXPECT_GT(sliding.omega.back(), 60);
+  // Far beyond omega_s only T_c is left.
+  const std::size_t n = sliding.omega.size();
+  const double acceleration = (sliding.omega[n - 1] - sliding.omega[n - 2]) / 1e-3;
+  EXPECT_NEAR(J * acceleration + B * sliding.omega[n - 1], 0.036 - T_c, 3e-6);
+}
+
+}  // namespace
+}  // namespace emtb

@@ -1,0 +1,37 @@
+#include "report/words.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace emtb {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(SourceInWords, ExplainsEverySourceOfANoiseFloor) {
+  for (const FloorSource source :
+       {FloorSource::declared, FloorSource::settled, FloorSource::repeats, FloorSource::regression,
+        FloorSource::differences, FloorSource::resolution, FloorSource::assumed}) {
+    NoiseFloor floor;
+    floor.from = source;
+    const std::string words = source_in_words(floor);
+    EXPECT_NE(words, name_of(source)) << "a name of the program's, not an explanation";
+    EXPECT_GE(words.size(), 20U) << words;
+  }
+}
+
+TEST(SourceInWords, SaysThatAFloorFromDifferencesIsALowerBound) {
+  NoiseFloor floor;
+  floor.from = FloorSource::differences;
+  floor.lower_bound = true;
+  EXPECT_THAT(source_in_words(floor), HasSubstr("lower bound"));
+}
+
+TEST(SourceInWords, SaysOfASlowMeterThatItWasHeldAgainstTheFastSignals) {
+  NoiseFloor floor;
+  floor.from = FloorSource::regression;
+  EXPECT_THAT(source_in_words(floor), HasSubstr("fast signals"));
+}
+
+}  // namespace
+}  // namespace emtb
