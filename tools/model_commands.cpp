@@ -135,7 +135,7 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
   std::vector<Signal> shown;
   for (const ResidualMap& m : maps) {
     const auto fit = signals.find(m.signal);
-    if (fit == signals.end() || fit->second.ratio < 1.1 || m.against == Condition::time ||
+    if (fit == signals.end() || fit->second.ratio < above_the_floor || m.against == Condition::time ||
         m.against == Condition::direction)
       continue;
     if (std::ranges::find(shown, m.signal) != shown.end() || m.bins.size() < 3) continue;
@@ -232,7 +232,7 @@ void plot_worst(std::span<const Run> runs, const Model& model) {
   std::string name;
   const auto off = [](const Overlay& o) {
     const double floors = o.floors();
-    return floors > 1.1 ? floors : o.signal == Signal::omega ? 1 : 0;  // within a tenth of the floor: not off
+    return floors > above_the_floor ? floors : o.signal == Signal::omega ? 1 : 0;
   };
   for (const Record& record : data.train) {
     for (Overlay& o : overlays(record, model)) {

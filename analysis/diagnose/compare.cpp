@@ -61,7 +61,7 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   const auto chained_squares = mean_squares(residuals(chained, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);
   for (const auto& [signal, square] : chained_squares) result.chained[signal] = std::sqrt(square);
-  double worst = 1.1;  // ten per cent above the floor is where a unit starts to fail
+  double worst = above_the_floor;
   for (const auto& [signal, square] : staged_squares) {
     if (std::sqrt(square) <= worst) continue;
     worst = std::sqrt(square);

@@ -65,8 +65,9 @@ struct DiagnoseOptions {
   ScoreOptions score;
   std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
   std::size_t longest_list = 6;  ///< no more effects than this are added
-  double curves_from = 1.1;      ///< error of the base model, in floors, from which the missing curves are recovered
-  Reach reach;                   ///< of the next experiment
+  double curves_from =
+      above_the_floor;  ///< error of the base model, in floors, from which the missing curves are recovered
+  Reach reach;          ///< of the next experiment
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 

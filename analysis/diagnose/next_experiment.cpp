@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "analysis/fit/residuals.h"
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
 
@@ -31,7 +32,7 @@ std::vector<Instrument> instruments_of(const Run& run) {
   for (const auto& [signal, series] : run.signals) {
     if (signal != Signal::omega && signal != Signal::i_a && signal != Signal::e_a && signal != Signal::torque) continue;
     if (series.t.size() < 2) continue;
-    const double interval = (series.t.back() - series.t.front()) / static_cast<double>(series.t.size() - 1);
+    const double interval = mean_interval(series.t);
     const bool slow = is_sparse(run, signal);
     all.push_back({signal, interval, slow && series.window <= 0 ? interval : series.window, series.lsb});
   }

@@ -88,7 +88,7 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
     std::vector<Residuals> all = residuals_at_phase(records[i], structure, values, moved, fit.phases[i]).residuals;
     for (Residuals& r : all) fit.bases[i].push_back(whitened(std::move(r)));
   };
-  parallel_for(records.size(), simulate_one, [&](std::size_t i) { return records[i].length(); });
+  parallel_for(records, simulate_one);
   for (const auto& bases : fit.bases) {
     for (const WhitenedResiduals& base : bases) {
       fit.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);

@@ -75,12 +75,13 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
   Descent best = descend(problem, model, given, options.max_iterations, options.tolerance);
   // Other starts descend on a part of the data; what they reach is tried on all of it.
   const std::vector<Record> part = options.extra_starts > 0 ? shortest_records(records) : std::vector<Record>{};
-  const FitProblem glance(part, model, options);
+  const FitProblem first_look(part, model, options);
   NormalEquations at_best;
   if (options.extra_starts > 0)
     at_best = problem.normal_equations(best.x, true, false);  // at the phases of its descent
   for (int s = 0; s < options.extra_starts; ++s) {
-    const Descent rough = descend(glance, model, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
+    const Descent rough =
+        descend(first_look, model, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
     problem.search_phases();
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
     if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;

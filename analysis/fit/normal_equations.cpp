@@ -104,9 +104,8 @@ NormalEquations FitProblem::normal_equations(std::span<const double> x, bool wit
   const std::vector<double> values = free_.spread(x);
   std::vector<NormalEquations> each(records_.size());
   RotorPhases phases(records_.size());
-  parallel_for(
-      records_.size(), [&](std::size_t i) { each[i] = of_record(i, values, with_sensitivities, to_judge, phases[i]); },
-      [&](std::size_t i) { return records_[i].length(); });
+  parallel_for(records_,
+               [&](std::size_t i) { each[i] = of_record(i, values, with_sensitivities, to_judge, phases[i]); });
   NormalEquations sum{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p), 0, {}, Eigen::VectorXd::Zero(p)};
   for (NormalEquations& n : each) {
     sum.sts += n.sts;

@@ -252,7 +252,7 @@ ResidualsAtPhases residuals_at_best_phases(std::span<const Record> records, cons
     each[i] = residuals_at_phase(records[i], structure, values, moved, out.phases[i]).residuals;
     for (Residuals& r : each[i]) r.record = i;
   };
-  parallel_for(records.size(), one, [&](std::size_t i) { return records[i].length(); });
+  parallel_for(records, one);
   for (auto& of_one : each) std::ranges::move(of_one, std::back_inserter(out.residuals));
   return out;
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <numeric>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/orders.h"
 #include "analysis/numerics/scatter.h"
 #include "hal/error.h"
@@ -156,14 +157,14 @@ std::vector<double> on_grid(const Series& series, std::span<const double> grid, 
 std::vector<double> SteadySpeed::quiet() const { return moving_mean(raw, reach); }
 
 SteadySpeed unknown_speed(std::span<const double> grid) {
-  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const double interval = mean_interval(grid);
   return {{}, std::vector<std::size_t>(grid.size(), longest_reach(interval))};
 }
 
 SteadySpeed steady_speed(const Run& run, std::span<const double> grid) {
   const Series& omega = run.at(Signal::omega);
   SteadySpeed s{on_grid(omega, grid, run.name + ": omega_rad_s"), {}};
-  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const double interval = mean_interval(grid);
   const ColouredNoise noise = coloured_noise(s.raw, omega.lsb / std::sqrt(12.0));
   const auto longest = longest_reach(interval);
   s.reach = trusted_reach(s.raw, std::vector<std::size_t>(grid.size(), longest), noise);
@@ -173,7 +174,7 @@ SteadySpeed steady_speed(const Run& run, std::span<const double> grid) {
 MeasuredInput measured_load(const std::string& run, const Series& torque, std::span<const double> grid,
                             std::span<const double> angle, std::vector<std::size_t> steady) {
   std::vector<double> raw = on_grid(torque, grid, run + ": torque_Nm");
-  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const double interval = mean_interval(grid);
   const std::vector<double> ripple = ripple_of(raw, angle, interval);
   std::ranges::transform(raw, ripple, raw.begin(), std::minus{});
   const ColouredNoise noise = coloured_noise(raw, torque.lsb / std::sqrt(12.0));
@@ -191,7 +192,7 @@ MeasuredInput measured_load(const std::string& run, const Series& torque, std::s
 
 MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model) {
   const std::vector<double> measured = on_grid(e_a, x.t, run + ": e_a_V");
-  const double interval = (x.t.back() - x.t.front()) / static_cast<double>(x.t.size() - 1);
+  const double interval = mean_interval(x.t);
   const auto longest = longest_reach(interval);
   Trajectory<double> driver;
   const std::vector<double> values = model.values();

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/regression.h"
 #include "analysis/numerics/scatter.h"
@@ -100,11 +101,11 @@ bool repeats(const ObservedRun& a, const ObservedRun& b) {
 
 /// Half the scatter of what repeated runs differ by, in pieces of 1 s about a straight line each: what drifts from run
 /// to run, as a motor that warms, is no noise.
-std::vector<Scatter> scatter_between_repeats(std::span<const ObservedRun> records, Signal signal) {
-  std::vector<Scatter> pieces;
+std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> records, Signal signal) {
+  std::vector<EvenLine> pieces;
   const auto piece_of = [&](std::vector<double>& differences) {
     if (differences.size() >= 2 * fewest_readings) {
-      Scatter s = scatter_about_line(differences);
+      EvenLine s = even_line(differences);
       s.variance /= 2;
       s.covariance /= 2;
       pieces.push_back(s);
@@ -156,7 +157,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   remove_what_repeats(settled);
   std::vector<double> variances, correlations;
   const auto take = [&](std::span<const double> piece) {
-    const Scatter s = scatter_about_line(piece);
+    const EvenLine s = even_line(piece);
     variances.push_back(s.variance);
     if (s.variance > 0) correlations.push_back(s.covariance / s.variance);
   };
@@ -170,7 +171,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   const auto take_repeats = [&] {
     variances.clear();
     correlations.clear();
-    for (const Scatter& s : scatter_between_repeats(records, signal)) {
+    for (const EvenLine& s : scatter_between_repeats(records, signal)) {
       variances.push_back(s.variance);
       if (s.variance > 0) correlations.push_back(s.covariance / s.variance);
     }

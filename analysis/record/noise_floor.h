@@ -10,6 +10,10 @@
 
 namespace emtb {
 
+/// The error, in multiples of the noise floor, from which something is off: what the floor itself may be wrong by.
+/// By hand: a tenth covers the floors of the blind benches but for the slow meters (docs/blind.md).
+inline constexpr double above_the_floor = 1.1;
+
 /// What tells a noise floor.
 enum class FloorSource { declared, settled, repeats, regression, differences, resolution, assumed };
 std::string_view name_of(FloorSource source) noexcept;  ///< as in JSON

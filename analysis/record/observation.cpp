@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/numerics/even_series.h"
+
 namespace emtb {
 namespace {
 
@@ -23,7 +25,7 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
   o.lsb = series.lsb;
   o.window = series.window;
   o.slow = slow;
-  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const double interval = mean_interval(grid);
   for (std::size_t i = 0; i < series.t.size(); ++i) {
     const std::uint32_t last = nearest(grid, series.t[i]);
     if (std::abs(grid[last] - series.t[i]) > 0.75 * interval) continue;  // beyond what drives the model
@@ -62,7 +64,7 @@ Series speed_from_angle(const Series& theta, std::size_t half) {
 }
 
 Observation speed_of_encoder(const Series& theta, std::span<const double> grid) {
-  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const double interval = mean_interval(grid);
   // 21 ms are short against any shaft here and long against the encoder's steps.
   const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.01 / interval)));
   Observation o = observe(speed_from_angle(theta, half), Signal::omega, grid, false);
@@ -80,7 +82,7 @@ Observation speed_of_encoder(const Series& theta, std::span<const double> grid) 
 }
 
 Observation angle_increments(const Series& theta, std::span<const double> grid) {
-  const double interval = (grid.back() - grid.front()) / static_cast<double>(grid.size() - 1);
+  const double interval = mean_interval(grid);
   const auto span = static_cast<std::size_t>(std::max(2.0, std::round(0.02 / interval)));
   Observation o;
   o.signal = Signal::theta;

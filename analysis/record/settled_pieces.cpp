@@ -5,38 +5,21 @@
 #include <numbers>
 #include <utility>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/scatter.h"
 #include "analysis/numerics/statistics.h"
 
 namespace emtb {
 
-Scatter scatter_about_line(std::span<const double> y) {
-  const auto n = static_cast<double>(y.size());
-  const double middle = (n - 1) / 2;
-  double mean = 0, slope = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) mean += y[i] / n;
-  const double spread = n * (n * n - 1) / 12;
-  for (std::size_t i = 0; i < y.size(); ++i) slope += (static_cast<double>(i) - middle) * (y[i] - mean) / spread;
-  double squares = 0, products = 0, before = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const double r = y[i] - mean - slope * (static_cast<double>(i) - middle);
-    squares += r * r;
-    if (i > 0) products += r * before;
-    before = r;
-  }
-  const double variance = squares / (n - 2);
-  return {variance, products / (n - 2), std::abs(slope) * n, mean - slope * (middle + 1)};
-}
-
 namespace {
 
 /// With what rounding leaves out, so that readings that are all the same have some.
-double deviation(const Scatter& s, double lsb) { return std::sqrt(s.variance + lsb * lsb / 12); }
+double deviation(const EvenLine& s, double lsb) { return std::sqrt(s.variance + lsb * lsb / 12); }
 
 /// Still on its way: what bends in the readings would count as noise.
 bool moves(std::span<const double> y, double lsb) {
   constexpr double far = 4;  // standard deviations
-  const Scatter s = scatter_about_line(y);
+  const EvenLine s = even_line(y);
   return s.rise > far * deviation(s, lsb);
 }
 
@@ -46,7 +29,7 @@ std::span<const double> settled_part(std::span<const double> y, double lsb) {
   constexpr double off = 2;  // standard errors of a prediction
   while (y.size() > fewest_readings) {
     const std::span<const double> others = y.subspan(1);
-    const Scatter s = scatter_about_line(others);
+    const EvenLine s = even_line(others);
     const auto n = static_cast<double>(others.size());
     const double error = deviation(s, lsb) * std::sqrt(1 + 1 / n + 3 * (n + 1) / (n * (n - 1)));
     if (std::abs(y.front() - s.before) <= off * error) break;

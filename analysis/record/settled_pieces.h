@@ -12,14 +12,6 @@ namespace emtb {
 inline constexpr double settled_stretch = 1.0;  ///< [s] shortest stretch that tells a scatter
 inline constexpr std::size_t fewest_readings = 5;
 
-/// Scatter about a straight line: variance, covariance of neighbours, how far the line rises over all readings, and
-/// what it says of a reading before the first.
-struct Scatter {
-  double variance = 0, covariance = 0, rise = 0, before = 0;
-};
-
-Scatter scatter_about_line(std::span<const double> y);
-
 /// The pieces of a signal in which nothing changes but noise, and what repeats with the angle or in time.
 struct SettledPieces {
   std::vector<TurningStretch> fast;

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <optional>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/orders.h"
 #include "analysis/numerics/parallel.h"
 
@@ -79,9 +80,7 @@ std::vector<double> integral_of(const Series& omega) {
   return angle;
 }
 
-double interval_of(const Series& omega) {
-  return (omega.t.back() - omega.t.front()) / static_cast<double>(omega.t.size() - 1);
-}
+double interval_of(const Series& omega) { return mean_interval(omega.t); }
 
 constexpr double clear = 0.3;  // share of what varies within a block: noise alone seldom explains a tenth
 
