@@ -192,9 +192,10 @@ void calibrations(Findings& f) {
     return fit("gauge 0.745, rising step", {step_up(setup)}, speed_only, freed(in_gauge_units, B_and_J));
   };
   f.gauge_rising = fitted(printed::T_0, printed::B);
-  const Fit printed_fit{.name = "table 1, calibrated",
-                        .model = linear_model(printed::R_a_calibrated, printed::K_b_calibrated, printed::K_m_calibrated,
-                                              printed::B_calibrated, printed::J_calibrated)};
+  const OutputErrorFit printed_fit{
+      .name = "table 1, calibrated",
+      .model = linear_model(printed::R_a_calibrated, printed::K_b_calibrated, printed::K_m_calibrated,
+                            printed::B_calibrated, printed::J_calibrated)};
   f.printed_gain = printed_fit.gain();
   f.printed_time_constant = printed_fit.time_constant();
   f.printed_B = (1 / f.printed_gain - printed::K_b) * printed::K_m / printed::R_a;
@@ -203,7 +204,7 @@ void calibrations(Findings& f) {
   double T_c = printed::T_0, B = printed::B;
   for (int n = 0; n < 4; ++n) {
     constexpr double dT = 5e-3, dB = 5e-5;
-    const Fit here = fitted(T_c, B), along_T = fitted(T_c + dT, B), along_B = fitted(T_c, B + dB);
+    const OutputErrorFit here = fitted(T_c, B), along_T = fitted(T_c + dT, B), along_B = fitted(T_c, B + dB);
     const double b_T = (along_T.at("B") - here.at("B")) / dT, b_B = (along_B.at("B") - here.at("B")) / dB;
     const double j_T = (along_T.at("J") - here.at("J")) / dT, j_B = (along_B.at("J") - here.at("J")) / dB;
     const double b = f.printed_B - here.at("B"), j = f.printed_J - here.at("J"), all = b_T * j_B - b_B * j_T;

@@ -34,7 +34,7 @@ struct InertiaCase {
 /// Which parameters some data determine.
 struct IdentifiabilityCase {
   std::string data;
-  Fit fit;
+  OutputErrorFit fit;
 };
 
 /// All that the page tells, computed.
@@ -59,13 +59,13 @@ struct Findings {
   std::vector<Run> driver_runs;
 
   Run rising, both, contactor;  // figures 7 and 11
-  Fit both_parameters, only_inertia, with_falling_step, with_friction_rising, with_friction_both;
-  Fit gauge_rising;
+  OutputErrorFit both_parameters, only_inertia, with_falling_step, with_friction_rising, with_friction_both;
+  OutputErrorFit gauge_rising;
   double printed_gain = 0, printed_time_constant = 0;  ///< of table 1's calibrated column
-  double printed_B = 0, printed_J = 0;  ///< the same two numbers, with the electrical constants as estimated
-  double needed_T_c = 0, needed_B = 0;  ///< [N m], [N m s/rad] in the gauge's units: of a plant whose fit gives these
-  std::vector<Fit> starts;              ///< all five parameters within bounds, from several starts
-  std::vector<Fit> unbounded;           ///< and without
+  double printed_B = 0, printed_J = 0;    ///< the same two numbers, with the electrical constants as estimated
+  double needed_T_c = 0, needed_B = 0;    ///< [N m], [N m s/rad] in the gauge's units: of a plant whose fit gives these
+  std::vector<OutputErrorFit> starts;     ///< all five parameters within bounds, from several starts
+  std::vector<OutputErrorFit> unbounded;  ///< and without
   std::vector<IdentifiabilityCase> identifiability;
 };
 

@@ -41,11 +41,13 @@ std::vector<Record> prepared(const std::vector<Run>& runs, const std::vector<Sig
 
 }  // namespace
 
-double Fit::at(const std::string& parameter) const { return model.values()[place_of(model, parameter)]; }
+double OutputErrorFit::at(const std::string& parameter) const { return model.values()[place_of(model, parameter)]; }
 
-double Fit::gain() const { return at("K_m") / (at("K_m") * at("K_b") + at("R_a") * at("B")); }
+double OutputErrorFit::gain() const { return at("K_m") / (at("K_m") * at("K_b") + at("R_a") * at("B")); }
 
-double Fit::time_constant() const { return at("R_a") * at("J") / (at("K_m") * at("K_b") + at("R_a") * at("B")); }
+double OutputErrorFit::time_constant() const {
+  return at("R_a") * at("J") / (at("K_m") * at("K_b") + at("R_a") * at("B"));
+}
 
 Model linear_model(double R_a, double K_b, double K_m, double B, double J) {
   Model model;
@@ -90,10 +92,11 @@ Model starting_from(Model model, const std::map<std::string, double>& values) {
   return model;
 }
 
-Fit fit(std::string name, const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model) {
+OutputErrorFit fit(std::string name, const std::vector<Run>& runs, const std::vector<Signal>& seen,
+                   const Model& model) {
   const std::vector<Record> records = prepared(runs, seen, model);
   const Calibration c = calibrate(records, model, {.extra_starts = 0});
-  Fit result{.name = std::move(name), .model = c.model};
+  OutputErrorFit result{.name = std::move(name), .model = c.model};
   result.error = error_of(mean_squares(residuals(records, c.model, c.model.values(), {})));
   for (const double s : c.identifiability.singular_values) {
     result.singular_values.push_back(s);

@@ -11,7 +11,7 @@
 namespace emtb::paper {
 
 /// A fit by output error, with what the page tells of it.
-struct Fit {
+struct OutputErrorFit {
   std::string name;
   Model model;
   double error = 0;  ///< in units of the noise floor
@@ -41,7 +41,7 @@ inline const std::vector<Signal> speed_and_current{Signal::u_ref, Signal::e_a, S
 inline const std::vector<Signal> with_torque{Signal::u_ref, Signal::e_a, Signal::omega, Signal::i_a, Signal::torque};
 
 /// Fits from the model's own values alone (as the paper's tool does), to the speed and current among `seen`.
-Fit fit(std::string name, const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model);
+OutputErrorFit fit(std::string name, const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model);
 
 /// The error of a model as it stands.
 double error_of_model(const std::vector<Run>& runs, const std::vector<Signal>& seen, const Model& model);

@@ -14,7 +14,9 @@ namespace {
 
 std::string both(const Quantity& q) { return with_error(q.value, q.std_error); }
 
-std::string parameter(const Fit& fit, const std::string& name, int digits = 3) { return number(fit.at(name), digits); }
+std::string parameter(const OutputErrorFit& fit, const std::string& name, int digits = 3) {
+  return number(fit.at(name), digits);
+}
 
 /// A singular value: what is below a hundredth of the noise is nothing.
 std::string singular(double value) { return value < 0.01 ? "0" : number(value, value < 1 ? 1 : 2); }
@@ -291,7 +293,7 @@ struct Writer {
         {number(f.bench.plant.friction.T_c)});
     std::vector<std::vector<std::string>> rows{
         {"fit", "B [N m s/rad]", "change", "J [kg m²]", "change", "T_c [N m]", "error"}};
-    for (const Fit* fit :
+    for (const OutputErrorFit* fit :
          {&f.both_parameters, &f.only_inertia, &f.with_falling_step, &f.with_friction_rising, &f.with_friction_both}) {
       const bool dry = fit == &f.with_friction_rising || fit == &f.with_friction_both;
       rows.push_back({fit->name, parameter(*fit, "B"), fit == &f.only_inertia ? "(fixed)" : change(m.B, fit->at("B")),
@@ -344,7 +346,7 @@ struct Writer {
         "The current adds two. The last is the common factor of K_m, B and J, which only a measured torque that varies "
         "can fix. The values of five fitted parameters therefore depend on where the fit began. Three fits within "
         "bounds, of the same rising step:");
-    const auto listed = [](const std::vector<Fit>& fits, const std::vector<std::string>& begins) {
+    const auto listed = [](const std::vector<OutputErrorFit>& fits, const std::vector<std::string>& begins) {
       std::vector<std::vector<std::string>> table{{"start", "R_a [Ω]", "K_b", "K_m", "B", "J", "error"}};
       for (std::size_t n = 0; n < fits.size(); ++n) {
         std::vector<std::string> row{begins[n]};

@@ -6,6 +6,7 @@
 
 #include "analysis/diagnose/foresee.h"
 #include "analysis/fit/calibrate.h"
+#include "analysis/record/dataset.h"
 #include "experiment/first_experiments.h"
 #include "hal/error.h"
 
@@ -53,10 +54,10 @@ InvestigationRound round_of(const Diagnosis& d, std::size_t sessions) {
 }
 
 /// The loop: what is recorded so far, and what was tried.
-class Loop {
+class ClosedLoop {
  public:
-  Loop(ExperimentBench& bench, const Model& given, std::vector<Recording> train, std::vector<Recording> held_out,
-       const InvestigateOptions& options, InvestigationListener& listener, Investigation& found)
+  ClosedLoop(ExperimentBench& bench, const Model& given, std::vector<Recording> train, std::vector<Recording> held_out,
+             const InvestigateOptions& options, InvestigationListener& listener, Investigation& found)
       : bench_(bench),
         given_(given),
         train_(std::move(train)),
@@ -235,7 +236,7 @@ Investigation investigate(ExperimentBench& bench, const Model& given, std::vecto
                           InvestigationListener& listener) {
   Investigation found;
   try {
-    Loop(bench, given, std::move(train), std::move(held_out), options, listener, found).run();
+    ClosedLoop(bench, given, std::move(train), std::move(held_out), options, listener, found).run();
   } catch (const Error& e) {
     found.broken_off = e.what();
   }
