@@ -82,7 +82,7 @@ void ChangeTest::let_drift(Eigen::MatrixXd& covariance) const {
     if (digit > 0) {
       covariance(i, i) += digit * digit / 6;
     } else {
-      const double drift = data_.unknowns.unremarkable(static_cast<std::size_t>(i), data_.reach);
+      const double drift = data_.unknowns.allowed_drift(static_cast<std::size_t>(i), data_.reach);
       covariance(i, i) += drift * drift;
     }
   }

@@ -214,7 +214,7 @@ double WatchedUnknowns::believed_size(std::size_t j, const LiveReach& reach) con
   return size_at(parameters_[j].effect, believed, seen);
 }
 
-double WatchedUnknowns::unremarkable(std::size_t j, const LiveReach& reach) const {
+double WatchedUnknowns::allowed_drift(std::size_t j, const LiveReach& reach) const {
   const WatchedParameter& p = parameters_[j];
   if (p.in_model()) {
     const bool flux = p.at == base::K_b || p.at == base::K_m;

@@ -73,7 +73,7 @@ class WatchedUnknowns {
   double believed_size(std::size_t j, const LiveReach& reach) const;
 
   /// SI, by how much an unknown may differ from one time to another without being worth a word.
-  double unremarkable(std::size_t j, const LiveReach& reach) const;
+  double allowed_drift(std::size_t j, const LiveReach& reach) const;
 
  private:
   LivePlan plan_;
