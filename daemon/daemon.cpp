@@ -59,7 +59,7 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
       recorder_(ring_, mailbox_.recorder_failed, settings_.open_sink, listeners_of_recorder(),
                 surroundings_of_recorder()),
       service_(config_, service_settings(), mailbox_, live_, recorder_, estimator_),
-      loop_(bench_, loop_settings(), mailbox_, live_, ring_) {
+      loop_(bench_, loop_settings(), mailbox_, live_, ring_, &estimator_.feed()) {
   follow_named_model();
   service_.connect({.subscribe = [this](std::uint64_t peer, double period) { server_.subscribe(peer, period); },
                     .clients = [this] { return server_.clients(); },
@@ -83,7 +83,6 @@ Recorder::Listeners Daemon::listeners_of_recorder() {
                 settings_.log(closed.path.string() + ": " + in_words(closed));
                 service_.closed(closed);
               },
-          .record = [this](const Record& record) { estimator_.take(record); },
           .happened = [this](const std::string& text) { settings_.log(text); },
           .figures = [this] { return service_.figures(); },
           .clocks =
@@ -93,7 +92,7 @@ Recorder::Listeners Daemon::listeners_of_recorder() {
                 return texts;
               },
           .dumped = [this](const std::filesystem::path& path) { service_.dumped(path); },
-          .remarks = [this] { return estimator_.remarks(); }};
+          .remarks = [this](std::uint32_t run) { return estimator_.remarks(run); }};
 }
 
 Recorder::Surroundings Daemon::surroundings_of_recorder() {

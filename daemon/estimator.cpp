@@ -15,12 +15,12 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double queue_seconds = 90;  ///< [s] of samples that may wait: simulated time brings a run all at once
+constexpr double feed_seconds = 90;  ///< [s] of samples that may wait: simulated time brings a run all at once
 constexpr auto pause = std::chrono::milliseconds(5);
 
-std::size_t queue_size(const Estimator::Settings& settings) {
+std::size_t feed_size(const Estimator::Settings& settings) {
   const double per_second = readings_per_second(settings.channels, settings.loop_rate);
-  return static_cast<std::size_t>(std::clamp(per_second * queue_seconds, 4096.0, 1e6));
+  return static_cast<std::size_t>(std::clamp(per_second * feed_seconds, 4096.0, 1e6));
 }
 
 json to_json(const std::vector<LiveSuspect>& suspects) {
@@ -94,7 +94,7 @@ json to_json(const LiveEstimator& estimator, const std::string& model, std::uint
           {"misfit", to_json(e.misfit)}};
 }
 
-Estimator::Estimator(Settings settings) : settings_(std::move(settings)), queue_(queue_size(settings_)) {
+Estimator::Estimator(Settings settings) : settings_(std::move(settings)), feed_(feed_size(settings_)) {
   // Of the process's own priority. One that is killed is gone, and its ExecStopPost makes safe, only once each of its
   // threads has had the processor again: at SCHED_IDLE that took seconds on a busy machine (docs/reliability.md).
   thread_ = std::thread([this] { work(); });
@@ -119,25 +119,14 @@ void Estimator::explain(std::string why) {
   why_not_ = std::move(why);
 }
 
-void Estimator::take(const Record& record) noexcept {
-  if (record.kind == Record::Kind::end) {
-    ++run_;
-    field_on_ = 0;
-  }
-  if (record.kind == Record::Kind::field) field_on_ = record.value;
-  if (record.kind != Record::Kind::sample || !record.signal) return;
-  if (!queue_.push({*record.signal, run_, record.t, record.value, field_on_}))
-    lost_.fetch_add(1, std::memory_order_relaxed);
-}
-
-std::vector<Event> Estimator::remarks() {
+std::vector<Event> Estimator::remarks(std::uint32_t run) {
   std::vector<Event> now;
   const std::unique_lock lock(remarks_mutex_, std::try_to_lock);
   if (!lock || remarks_.empty()) return now;
   for (Remark& r : remarks_) {
-    if (r.run == run_) now.push_back(std::move(r.event));  // that of a run whose session is closed comes too late
+    if (r.run == run) now.push_back(std::move(r.event));
   }
-  remarks_.clear();
+  std::erase_if(remarks_, [run](const Remark& r) { return r.run <= run; });  // a slow recorder may be a run behind
   return now;
 }
 
@@ -152,7 +141,7 @@ json Estimator::estimates() const {
   const std::lock_guard lock(mutex_);
   if (!latest_) throw ModelError("no live estimates: " + why_not_);
   json answer = *latest_;
-  answer["lost"] = lost_.load(std::memory_order_relaxed);
+  answer["lost"] = feed_.lost();
   return answer;
 }
 
@@ -178,15 +167,15 @@ void Estimator::work() {
       }
     }
     std::size_t count = 0;
-    Item item;
-    while (count < at_once && queue_.pop(item)) {
+    EstimatorFeed::Sample sample;
+    while (count < at_once && feed_.pop(sample)) {
       ++count;
       if (!estimator_) continue;
-      if (item.run != followed_run_) {
-        estimator_->start_run(item.field_on);
-        followed_run_ = item.run;
+      if (sample.run != followed_run_) {
+        estimator_->start_run(sample.field_on);
+        followed_run_ = sample.run;
       }
-      estimator_->take(item.signal, item.t, item.value);
+      estimator_->take(sample.signal, sample.t, sample.value);
     }
     if (estimator_ && count > 0) remark();
     news = news || count > 0;

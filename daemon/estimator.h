@@ -1,7 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -10,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/ring.h"
+#include "daemon/estimator_feed.h"
 #include "hal/input_device.h"
 #include "model/model.h"
 #include "session/session.h"
@@ -19,11 +18,12 @@ namespace emtb {
 
 class LiveEstimator;
 
-/// The live estimates of the daemon: what leaves the loop is copied to a thread of its own, which follows the bench
-/// with a model (analysis/live/estimator.h).
+/// The live estimates of the daemon: a thread of its own, which follows the bench with a model
+/// (analysis/live/estimator.h).
 ///
-/// Neither the loop nor the recorder ever waits for it: where the thread cannot keep up, samples are lost to it, are
-/// counted, and the estimator finds its states anew.
+/// It has what the loop tells by a ring of its own: a disk that delays the recorder delays no estimate. Neither the
+/// loop nor the recorder ever waits for it: where the thread cannot keep up, samples are lost to it, are counted, and
+/// the estimator finds its states anew.
 class Estimator {
  public:
   struct Settings {
@@ -37,16 +37,17 @@ class Estimator {
   Estimator(const Estimator&) = delete;
   Estimator& operator=(const Estimator&) = delete;
 
-  /// Follows the bench with this model from now on, in the place of any other. From any thread but take()'s.
+  /// For the loop: what it tells.
+  EstimatorFeed& feed() { return feed_; }
+
+  /// Follows the bench with this model from now on, in the place of any other. From any thread but the loop's.
   /// @throws ModelError where the bench does not measure what the model needs.
   void follow(const Model& model);
 
-  /// What the loop told the recorder; on the recorder's thread. Never waits.
-  void take(const Record& record) noexcept;
-
-  /// What the session of the run that is on should tell: changes of the motor that were noticed since the last call. On
-  /// the thread of take(). Never waits: what cannot be had now comes with the next call.
-  std::vector<Event> remarks();
+  /// What the session of a run should tell: changes of the motor that were noticed since the last call. Never waits:
+  /// what cannot be had now comes with the next call.
+  /// @param run whose session is on, counted as the feed does; what was to be told of one before it comes too late
+  std::vector<Event> remarks(std::uint32_t run);
 
   /// The latest: model, t, samples, lost, parameters, states, innovation, misfit ... From any thread.
   /// @throws ModelError where no model is followed: why.
@@ -56,13 +57,6 @@ class Estimator {
   void explain(std::string why);
 
  private:
-  struct Item {
-    Signal signal{};
-    std::uint32_t run = 0;
-    double t = 0, value = 0;
-    double field_on = 0;  ///< [s] when its run began
-  };
-
   struct Remark {
     std::uint32_t run = 0;
     Event event;
@@ -73,10 +67,7 @@ class Estimator {
   void remark();
 
   const Settings settings_;
-  boost::lockfree::spsc_queue<Item> queue_;
-  std::atomic<std::uint64_t> lost_{0};
-  std::uint32_t run_ = 0;  ///< counted by take()
-  double field_on_ = 0;    ///< [s] when the run began
+  EstimatorFeed feed_;
 
   mutable std::mutex mutex_;  // between follow(), estimates() and the thread
   std::unique_ptr<LiveEstimator> next_;

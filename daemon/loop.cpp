@@ -25,12 +25,13 @@ bool is_fault(std::uint16_t code) noexcept { return code >= 100; }
 
 }  // namespace
 
-Loop::Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring)
+Loop::Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring, EstimatorFeed* feed)
     : bench_(bench),
       settings_(settings),
       mailbox_(mailbox),
       live_(live),
       ring_(ring),
+      feed_(feed),
       safety_(settings.limits, settings.reference, settings.rate),
       buffer_(buffer_size),
       u_(settings.reference.safe) {
@@ -386,6 +387,7 @@ void Loop::glimpse(Signal signal, double at, double value) noexcept {
 }
 
 void Loop::push(const Record& record) noexcept {
+  if (feed_ != nullptr) feed_->take(record);
   if (ring_.push(record)) return;
   if (!settings_.real_time) {  // simulated time can wait, and the recorder empties the ring even when it has failed
     constexpr timespec moment{0, 1'000'000};
@@ -396,6 +398,7 @@ void Loop::push(const Record& record) noexcept {
 }
 
 void Loop::push_surely(const Record& record) noexcept {
+  if (feed_ != nullptr) feed_->take(record);
   flush_pending();
   if (pending_count_ == 0 && ring_.push(record)) return;
   if (pending_count_ < pending_.size()) {

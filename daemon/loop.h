@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/bench.h"
+#include "daemon/estimator_feed.h"
 #include "daemon/lateness.h"
 #include "daemon/ring.h"
 #include "daemon/safety.h"
@@ -68,7 +69,8 @@ struct Live {
 /// nothing.
 ///
 /// Each tick reads every device, judges what it read, and sets the reference; whatever is wrong makes it safe in that
-/// tick and latches. Readings and events go through the ring to the recorder.
+/// tick and latches. Readings and events go through the ring to the recorder, and readings through one to the
+/// estimator.
 class Loop {
  public:
   struct Settings {
@@ -83,8 +85,9 @@ class Loop {
     double late_limit = 0.5;  ///< [s] of missed deadlines within about a second: overrun
   };
 
+  /// @param feed of the live estimator; null: there is none
   /// @throws ConfigError where two channels measure one signal, or a check needs one that none measures.
-  Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring);
+  Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring, EstimatorFeed* feed = nullptr);
 
   /// Starts the devices. Not real-time. A device that refuses is a fault, not an exception.
   void start() noexcept;
@@ -144,6 +147,7 @@ class Loop {
   Mailbox& mailbox_;
   Live& live_;
   Ring& ring_;
+  EstimatorFeed* feed_;
   Safety safety_;
   std::optional<TachoWatch> tacho_;
 

@@ -171,7 +171,6 @@ void Recorder::dump() {
 
 void Recorder::take(const Record& record) {
   if (surroundings_.black_box) surroundings_.black_box->take(record);
-  if (listeners_.record) listeners_.record(record);
   switch (record.kind) {
     case Record::Kind::glimpse:
     case Record::Kind::state:
@@ -207,13 +206,14 @@ void Recorder::take(const Record& record) {
 
 void Recorder::take_remarks() {
   if (!listeners_.remarks) return;
-  for (const Event& event : listeners_.remarks()) {
+  for (const Event& event : listeners_.remarks(runs_)) {
     if (listeners_.happened) listeners_.happened(event.text);
     if (sink_) attempt([&] { sink_->append(event); });
   }
 }
 
 void Recorder::close(const Record& end) {
+  ++runs_;
   write_batches();
   Closed closed{.path = path_, .outcome = end.outcome, .fault = static_cast<Fault>(end.code), .text = {}, .t = end.t};
   if (sink_) {

@@ -64,12 +64,12 @@ class Recorder {
  public:
   struct Listeners {
     std::function<void(const Closed&)> closed{};              ///< after each run; on work()'s thread
-    std::function<void(const Record&)> record{};              ///< each one, as it comes; must not wait
     std::function<void(const std::string& text)> happened{};  ///< faults and gaps, for the log
     std::function<std::string()> figures{};  ///< how punctual the loop was in the run that ends; empty: not known
     std::function<std::vector<std::string>()> clocks{};  ///< how the devices' clocks ran until now, one text each
     std::function<void(const std::filesystem::path&)> dumped{};  ///< where a black box was written
-    std::function<std::vector<Event>()> remarks{};  ///< what others have for the session that is on; must not wait
+    /// What others have for the session of a run, the runs counted from 0 on; must not wait.
+    std::function<std::vector<Event>(std::uint32_t run)> remarks{};
   };
 
   /// What surrounds the recordings.
@@ -118,8 +118,9 @@ class Recorder {
   mutable std::mutex mutex_;  // between open() and work()
   std::unique_ptr<SessionSink> sink_;
   std::filesystem::path path_;
-  bool open_run_ = false;  // also where the sink failed, until the end record
-  std::string problem_;    // why the sink failed
+  std::uint32_t runs_ = 0;  // that have ended
+  bool open_run_ = false;   // also where the sink failed, until the end record
+  std::string problem_;     // why the sink failed
   std::string fault_text_;
   double flushed_ = 0;          // [s]
   double disk_seen_ = 0;        // [s]

@@ -17,9 +17,8 @@ constexpr double informed_from = 1e-9;  ///< of the largest eigenvalue: below it
 Eigen::Index as_index(std::size_t j) { return static_cast<Eigen::Index>(j); }
 
 /// Does a change of one unknown that explains one signal make another worse than chance could?
-bool contradicts(const std::vector<NormalEquations>& signals, Eigen::Index j, double change,
-                 const Eigen::VectorXd& at) {
-  return std::ranges::any_of(signals, [&](const NormalEquations& e) {
+bool contradicts(const std::vector<LiveEquations>& signals, Eigen::Index j, double change, const Eigen::VectorXd& at) {
+  return std::ranges::any_of(signals, [&](const LiveEquations& e) {
     const double pull = e.g[j] - e.h.row(j).dot(at);
     return 2 * change * pull - change * change * e.h(j, j) < -change_at::alarm * change_at::alarm;
   });
@@ -35,7 +34,7 @@ struct ChangeTest::Whitened {
   Eigen::VectorXd y;
 
   /// @return absent where the last half-seconds inform nothing
-  static std::optional<Whitened> make(const Eigen::VectorXd& size, const NormalEquations& recent,
+  static std::optional<Whitened> make(const Eigen::VectorXd& size, const LiveEquations& recent,
                                       const Eigen::VectorXd& at, const Eigen::MatrixXd& covariance,
                                       const Eigen::VectorXd& inflation) {
     const Eigen::Index n = size.size();
@@ -69,7 +68,7 @@ bool ChangeTest::shows_load(const Eigen::VectorXd& at, const Eigen::MatrixXd& co
          std::abs(at[j]) > change_at::alarm * std::sqrt(covariance(j, j)) + data_.unknowns.gauge_digit();
 }
 
-void ChangeTest::ignore_gauge(NormalEquations& recent) const {
+void ChangeTest::ignore_gauge(LiveEquations& recent) const {
   const Eigen::Index j = as_index(*data_.unknowns.gauge());
   recent.h.row(j).setZero();
   recent.h.col(j).setZero();
@@ -83,15 +82,15 @@ void ChangeTest::let_drift(Eigen::MatrixXd& covariance) const {
     if (digit > 0) {
       covariance(i, i) += digit * digit / 6;
     } else {
-      const double drift = data_.unknowns.unremarkable(static_cast<std::size_t>(i), data_.reach);
+      const double drift = data_.unknowns.allowed_drift(static_cast<std::size_t>(i), data_.reach);
       covariance(i, i) += drift * drift;
     }
   }
 }
 
 /// What each signal alone says in the last so many half-seconds.
-std::vector<NormalEquations> ChangeTest::by_output(std::size_t last) const {
-  std::vector<NormalEquations> signals(data_.rows.older().size(), NormalEquations::zero(data_.unknowns.size()));
+std::vector<LiveEquations> ChangeTest::by_output(std::size_t last) const {
+  std::vector<LiveEquations> signals(data_.rows.older().size(), LiveEquations::zero(data_.unknowns.size()));
   for (const HalfSecond& half : data_.rows.last(last)) {
     for (std::size_t o = 0; o < signals.size(); ++o) {
       if (half.sums[o].blocks() > 0) half.sums[o].weigh_into(signals[o].h, signals[o].g, data_.colours[o]);
@@ -101,11 +100,11 @@ std::vector<NormalEquations> ChangeTest::by_output(std::size_t last) const {
 }
 
 /// Those whose change could be what is seen. @param highest_score of all, those that are too unlikely included
-std::vector<ChangeTest::Candidate> ChangeTest::candidates(const Whitened& white, const NormalEquations& recent,
+std::vector<ChangeTest::Candidate> ChangeTest::candidates(const Whitened& white, const LiveEquations& recent,
                                                           const Eigen::VectorXd& at, std::size_t last,
                                                           double& highest_score) const {
   std::vector<Candidate> all;
-  std::vector<NormalEquations> signals;  // needed only where something is suspected
+  std::vector<LiveEquations> signals;  // needed only where something is suspected
   for (std::size_t j = 0; j < data_.unknowns.parameters().size(); ++j) {
     const WatchedParameter& p = data_.unknowns.parameters()[j];
     const Eigen::Index i = as_index(j);
@@ -132,10 +131,10 @@ std::vector<ChangeTest::Candidate> ChangeTest::candidates(const Whitened& white,
 }
 
 ChangeScore ChangeTest::of(const Timeline& time, std::size_t last) const {
-  const NormalEquations earlier = time.before(last);
-  NormalEquations recent = time.recent(last);
+  const LiveEquations earlier = time.before(last);
+  LiveEquations recent = time.recent(last);
   const Eigen::VectorXd size = (earlier.h + recent.h).diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd claimed = inverse_of(earlier.h);
+  const Eigen::MatrixXd claimed = scaled_inverse(earlier.h);
   const Eigen::VectorXd at = claimed * earlier.g;
   Eigen::MatrixXd covariance = inflated(claimed);
   if (data_.unknowns.gauge() && (data_.loaded || shows_load(at, covariance))) ignore_gauge(recent);

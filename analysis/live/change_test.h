@@ -45,8 +45,8 @@ class ChangeTest {
   struct Data {
     const WatchedUnknowns& unknowns;
     const HalfSeconds& rows;
-    std::span<const Colour> colours;  ///< of the outputs
-    Reach reach;
+    std::span<const NoiseColour> colours;  ///< of the outputs
+    LiveReach reach;
     Eigen::VectorXd inflation;  ///< of the standard errors of what came before, and of the scores
     bool loaded = false;        ///< the gauge has shown loads: then the load is known, whatever it is
   };
@@ -72,10 +72,10 @@ class ChangeTest {
   };
   struct Whitened;
 
-  void ignore_gauge(NormalEquations& recent) const;
+  void ignore_gauge(LiveEquations& recent) const;
   void let_drift(Eigen::MatrixXd& covariance) const;
-  std::vector<NormalEquations> by_output(std::size_t last) const;
-  std::vector<Candidate> candidates(const Whitened& white, const NormalEquations& recent, const Eigen::VectorXd& at,
+  std::vector<LiveEquations> by_output(std::size_t last) const;
+  std::vector<Candidate> candidates(const Whitened& white, const LiveEquations& recent, const Eigen::VectorXd& at,
                                     std::size_t last, double& highest_score) const;
 
   Data data_;

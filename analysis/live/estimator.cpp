@@ -33,7 +33,7 @@ struct LiveEstimator::Impl {
   void follow();
   void solve();
   void begin_chapter();
-  std::vector<Colour> noise_floors() const;
+  std::vector<NoiseColour> noise_floors() const;
   std::vector<LiveParameter> parameters() const;
   std::map<Signal, double> states() const;
   std::vector<LiveInnovation> innovations() const;
@@ -100,13 +100,13 @@ void LiveEstimator::Impl::solve() {
 
 /// Weights by the noise floor alone: by what is left, a signal that the model still misses would count for nothing, and
 /// the fit could rest in a valley where it never catches up with it.
-std::vector<Colour> LiveEstimator::Impl::noise_floors() const {
-  std::vector<Colour> all;
+std::vector<NoiseColour> LiveEstimator::Impl::noise_floors() const {
+  std::vector<NoiseColour> all;
   for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
     const auto& output = plan.outputs[o];
     const double readings = output.slow ? 1 : static_cast<double>(plan.block);
     const double resolution = output.lsb / std::sqrt(12.0 * readings);
-    Colour c = fit.pass().floor(o).colour();
+    NoiseColour c = fit.pass().floor(o).colour();
     if (output.slow) c = {.sigma = intake.sigma_of_meter(output.signal), .rho = 0};
     if (output.declared > 0) c.sigma = output.declared / std::sqrt(readings) * std::sqrt((1 + c.rho) / (1 - c.rho));
     c.sigma = std::max({c.sigma, resolution, 1e-9});

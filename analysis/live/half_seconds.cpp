@@ -11,14 +11,14 @@ double HalfSecond::blocks() const {
   return sum;
 }
 
-NormalEquations Timeline::before(std::size_t last) const {
-  NormalEquations e = known;
+LiveEquations Timeline::before(std::size_t last) const {
+  LiveEquations e = known;
   for (std::size_t k = 0; k + last < half_seconds.size(); ++k) e += half_seconds[k];
   return e;
 }
 
-NormalEquations Timeline::recent(std::size_t last) const {
-  NormalEquations e = NormalEquations::zero(known.g.size());
+LiveEquations Timeline::recent(std::size_t last) const {
+  LiveEquations e = LiveEquations::zero(known.g.size());
   for (std::size_t k = half_seconds.size() - std::min(last, half_seconds.size()); k < half_seconds.size(); ++k) {
     e += half_seconds[k];
   }
@@ -56,7 +56,7 @@ void HalfSeconds::move_point(const Eigen::VectorXd& d) {
   }
 }
 
-void ScoreScatter::add(const NormalEquations& half_second, const Eigen::VectorXd& at, double kept) {
+void ScoreScatter::add(const LiveEquations& half_second, const Eigen::VectorXd& at, double kept) {
   squares_ *= kept;
   information_ *= kept;
   squares_ += (half_second.g - half_second.h * at).cwiseAbs2();

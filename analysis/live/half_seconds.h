@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "analysis/live/normal_equations.h"
-#include "analysis/live/sums.h"
+#include "analysis/live/equations.h"
+#include "analysis/numerics/lag_sums.h"
 
 namespace emtb {
 
@@ -23,11 +23,11 @@ struct HalfSecond {
 
 /// What is known from before the half-seconds, and what each of them adds.
 struct Timeline {
-  NormalEquations known;
-  std::vector<NormalEquations> half_seconds;  ///< oldest first
+  LiveEquations known;
+  std::vector<LiveEquations> half_seconds;  ///< oldest first
 
-  NormalEquations before(std::size_t last) const;  ///< all but the last so many
-  NormalEquations recent(std::size_t last) const;  ///< these
+  LiveEquations before(std::size_t last) const;  ///< all but the last so many
+  LiveEquations recent(std::size_t last) const;  ///< these
 };
 
 /// Rows by half-seconds: the last ones each, what is older as sums that fade.
@@ -68,7 +68,7 @@ class ScoreScatter {
       : squares_(Eigen::VectorXd::Zero(unknowns)), information_(Eigen::VectorXd::Zero(unknowns)) {}
 
   /// @param at the unknowns as they were expected. @param kept share of what came before
-  void add(const NormalEquations& half_second, const Eigen::VectorXd& at, double kept);
+  void add(const LiveEquations& half_second, const Eigen::VectorXd& at, double kept);
 
   /// Of a standard error, by unknown: 1 and more.
   Eigen::VectorXd inflation() const;

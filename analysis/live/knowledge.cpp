@@ -17,7 +17,7 @@ double information_of(double range) { return 12 / (range * range); }
 LiveKnowledge::LiveKnowledge(const Model& model, const FreeParameters& free, const LivePlan& plan)
     : low_(static_cast<Eigen::Index>(plan.unknowns())),
       high_(static_cast<Eigen::Index>(plan.unknowns())),
-      known_(NormalEquations::zero(static_cast<Eigen::Index>(plan.unknowns()))),
+      known_(LiveEquations::zero(static_cast<Eigen::Index>(plan.unknowns()))),
       absorbed_(known_) {
   for (const auto& output : plan.outputs) {
     if (!output.slow) continue;
@@ -55,7 +55,7 @@ Eigen::MatrixXd LiveKnowledge::kept_share(const Eigen::MatrixXd& added) const {
   return root * eigen.vectors * left.asDiagonal() * eigen.vectors.transpose() * inverse;
 }
 
-void LiveKnowledge::absorb(const NormalEquations& told, const Eigen::VectorXd& at) {
+void LiveKnowledge::absorb(const LiveEquations& told, const Eigen::VectorXd& at) {
   if (!told.finite()) return;
   const Eigen::VectorXd old_at = solve_normal(absorbed_.h, absorbed_.g);
   const Eigen::MatrixXd keep = kept_share(told.h);

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "analysis/live/normal_equations.h"
+#include "analysis/live/equations.h"
 #include "analysis/live/plan.h"
 #include "model/model.h"
 
@@ -19,7 +19,7 @@ class LiveKnowledge {
   const Eigen::MatrixXd& information() const { return known_.h; }
 
   /// As equations for a step from a point.
-  NormalEquations about(const Eigen::VectorXd& at) const { return {known_.h, known_.g - known_.h * at}; }
+  LiveEquations about(const Eigen::VectorXd& at) const { return {known_.h, known_.g - known_.h * at}; }
 
   /// A sum of squares with what it adds at a point, but for a constant.
   double cost(double squares, const Eigen::VectorXd& at) const {
@@ -29,14 +29,14 @@ class LiveKnowledge {
   /// Takes in what a forgotten part of the history told. In the directions in which what was taken in before is one: as
   /// much as is new of each takes its place, half at most.
   /// @param told about the point `at`
-  void absorb(const NormalEquations& told, const Eigen::VectorXd& at);
+  void absorb(const LiveEquations& told, const Eigen::VectorXd& at);
 
  private:
   Eigen::MatrixXd kept_share(const Eigen::MatrixXd& added) const;
 
   Eigen::VectorXd low_, high_;
-  NormalEquations known_;     ///< about zero
-  NormalEquations absorbed_;  ///< the part of it that priors and bounds are not
+  LiveEquations known_;     ///< about zero
+  LiveEquations absorbed_;  ///< the part of it that priors and bounds are not
 };
 
 }  // namespace emtb

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "analysis/live/missing_effects.h"
+#include "analysis/numerics/linear_algebra.h"
 
 namespace emtb {
 namespace {
@@ -34,7 +35,7 @@ LiveMisfit::LiveMisfit(const Model& model, const LivePlan& plan)
     : unknowns_(model, plan),
       ticks_of_half_(std::max<std::size_t>(static_cast<std::size_t>(shortest_half / plan.period), plan.second / 2)),
       pass_(unknowns_.plan(), *this),
-      zero_(NormalEquations::zero(unknowns_.size())),
+      zero_(LiveEquations::zero(unknowns_.size())),
       prior_(unknowns_.prior()),
       known_(prior_),
       rows_(plan.outputs.size(), unknowns_.size(), most_halves),
@@ -45,7 +46,7 @@ LiveMisfit::LiveMisfit(const Model& model, const LivePlan& plan)
   pass_.begin(unknowns_.point());
 }
 
-void LiveMisfit::set_noise(const std::vector<Colour>& colours, double of_gauge) {
+void LiveMisfit::set_noise(const std::vector<NoiseColour>& colours, double of_gauge) {
   latest_colours_ = colours;
   // A motor averages it over its time constant, of two blocks.
   const auto block = static_cast<double>(unknowns_.plan().block);
@@ -152,8 +153,8 @@ void LiveMisfit::retire_oldest() {
   rows_.retire_oldest(kept);
 }
 
-NormalEquations LiveMisfit::equations(std::span<const LagSums> outputs) const {
-  NormalEquations e = zero_;
+LiveEquations LiveMisfit::equations(std::span<const LagSums> outputs) const {
+  LiveEquations e = zero_;
   e.add(outputs, colours_);
   return e;
 }
@@ -200,8 +201,8 @@ LiveChange LiveMisfit::change_of(const ChangeScore& found) const {
 /// The gauge shows that there are loads: remembered.
 void LiveMisfit::notice_load(const Timeline& time) {
   if (!unknowns_.gauge() || loaded_) return;
-  const NormalEquations before = time.before(std::min<std::size_t>(rows_.closed(), ChangeWatch::looked_through / 2));
-  const Eigen::MatrixXd covariance = inverse_of(before.h);
+  const LiveEquations before = time.before(std::min<std::size_t>(rows_.closed(), ChangeWatch::looked_through / 2));
+  const Eigen::MatrixXd covariance = scaled_inverse(before.h);
   loaded_ = test().shows_load(covariance * before.g, covariance);
 }
 
@@ -224,11 +225,11 @@ ChangeScore LiveMisfit::most_likely_change(const Timeline& time, double& highest
 
 void LiveMisfit::look_for_change() {
   const Timeline time = timeline();
-  const NormalEquations all = time.before(0);
+  const LiveEquations all = time.before(0);
   // Where the model itself is, without what it lacks.
   const std::vector<Eigen::Index>& of_model = unknowns_.of_model();
   const Eigen::MatrixXd information = all.h(of_model, of_model);
-  const Eigen::MatrixXd covariance = inverse_of(information);
+  const Eigen::MatrixXd covariance = scaled_inverse(information);
   const Eigen::VectorXd x = covariance * all.g(of_model);
   expected_.setZero();
   if (!x.allFinite()) return forget();
@@ -264,9 +265,9 @@ void LiveMisfit::follow_change() {
 void LiveMisfit::settle_into_change() {
   const Timeline time = timeline();
   const ChangeTest test = this->test();
-  const NormalEquations earlier = time.before(watch_.since_change());
+  const LiveEquations earlier = time.before(watch_.since_change());
   const ChangeScore found = test.of(time, watch_.since_change());
-  const Eigen::MatrixXd claimed = inverse_of(earlier.h);
+  const Eigen::MatrixXd claimed = scaled_inverse(earlier.h);
   Eigen::VectorXd at = claimed * earlier.g;
   Eigen::MatrixXd covariance = test.inflated(claimed);
   for (std::size_t k = 0; k < found.suspects.size(); ++k) {
@@ -281,7 +282,7 @@ void LiveMisfit::settle_into_change() {
   watch_.learn_anew();
   if (!explained) return;
   scatter_ = scatter;
-  known_.h = inverse_of(covariance);
+  known_.h = scaled_inverse(covariance);
   known_.g = known_.h * at;
   move_point(at);
 }

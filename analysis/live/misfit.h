@@ -40,7 +40,7 @@ class LiveMisfit final : private LiveRows {
   void forget_chapter() { pass_.forget_chapter(); }
 
   /// The noise floor of each output, as the estimator has it. @param of_gauge [N m] noise of a reading of the torque
-  void set_noise(const std::vector<Colour>& colours, double of_gauge);
+  void set_noise(const std::vector<NoiseColour>& colours, double of_gauge);
 
   /// The estimator found better values, in the order of the model. Taken while the motor is not known yet.
   void learn(std::span<const double> values);
@@ -57,7 +57,7 @@ class LiveMisfit final : private LiveRows {
   void close_half_second();
   bool runs_evenly(const HalfSecond& half) const;
   void retire_oldest();
-  NormalEquations equations(std::span<const LagSums> outputs) const;
+  LiveEquations equations(std::span<const LagSums> outputs) const;
   Timeline timeline() const;
   ChangeTest test() const;
   ChangeScore most_likely_change(const Timeline& time, double& highest) const;
@@ -71,14 +71,14 @@ class LiveMisfit final : private LiveRows {
   WatchedUnknowns unknowns_;
   const std::size_t ticks_of_half_;  ///< a half-second
   LivePass pass_;
-  std::vector<Colour> colours_, latest_colours_;  ///< that are used, and the latest: a change spoils those
-  double load_noise_ = 0;                         ///< [N m] of a measured load, as far as the motor follows it
-  bool loaded_ = false;                           ///< the gauge has shown loads, whatever else is learnt anew
-  Reach reach_;
+  std::vector<NoiseColour> colours_, latest_colours_;  ///< that are used, and the latest: a change spoils those
+  double load_noise_ = 0;                              ///< [N m] of a measured load, as far as the motor follows it
+  bool loaded_ = false;                                ///< the gauge has shown loads, whatever else is learnt anew
+  LiveReach reach_;
 
   // What is known of the unknowns, from their point.
-  const NormalEquations zero_;
-  NormalEquations prior_, known_;  ///< known: the prior, and what a motor was before it changed
+  const LiveEquations zero_;
+  LiveEquations prior_, known_;  ///< known: the prior, and what a motor was before it changed
   HalfSeconds rows_;
   ScoreScatter scatter_;
   Eigen::VectorXd expected_;  ///< where the unknowns of the model are
@@ -92,7 +92,7 @@ class LiveMisfit final : private LiveRows {
 
   ChangeWatch watch_;
   std::vector<LiveSuspect> points_to_;
-  ResidualMap by_speed_, by_current_;
+  LiveResidualMap by_speed_, by_current_;
   Eigen::VectorXd scaled_, scaled_before_;  ///< of take()
 };
 

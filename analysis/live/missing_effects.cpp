@@ -13,7 +13,7 @@ constexpr double material_share = 0.1;  ///< of what is left, that an effect has
 constexpr double own_share = 1e-6;      ///< of its information, below which the model's own parameters take its place
 
 /// Of the squares that are left, what noise does not explain.
-double excess(const HalfSeconds& rows, std::span<const Colour> colours, const Eigen::VectorXd& expected) {
+double excess(const HalfSeconds& rows, std::span<const NoiseColour> colours, const Eigen::VectorXd& expected) {
   double squares = 0, blocks = 0;
   for (std::size_t o = 0; o < rows.older().size(); ++o) {
     LagSums sum = rows.older()[o];
@@ -27,7 +27,7 @@ double excess(const HalfSeconds& rows, std::span<const Colour> colours, const Ei
 }  // namespace
 
 std::vector<LiveSuspect> missing_effects(const WatchedUnknowns& unknowns, const HalfSeconds& rows,
-                                         std::span<const Colour> colours, const NormalEquations& all,
+                                         std::span<const NoiseColour> colours, const LiveEquations& all,
                                          const Eigen::VectorXd& expected, const Eigen::MatrixXd& covariance,
                                          const Eigen::VectorXd& inflation) {
   const double left_over = excess(rows, colours, expected);

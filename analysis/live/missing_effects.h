@@ -15,7 +15,7 @@ namespace emtb {
 /// covariance
 /// @param inflation of the standard errors
 std::vector<LiveSuspect> missing_effects(const WatchedUnknowns& unknowns, const HalfSeconds& rows,
-                                         std::span<const Colour> colours, const NormalEquations& all,
+                                         std::span<const NoiseColour> colours, const LiveEquations& all,
                                          const Eigen::VectorXd& expected, const Eigen::MatrixXd& covariance,
                                          const Eigen::VectorXd& inflation);
 

@@ -19,7 +19,7 @@ void DifferenceFloor::add(double r) {
   seen_ = std::min(seen_ + 1, 2);
 }
 
-Colour DifferenceFloor::colour() const {
+NoiseColour DifferenceFloor::colour() const {
   constexpr double fewest = 20;    // differences that tell a colour; by hand
   constexpr double longest = 0.7;  // rho; beyond that it is an error of the model that lasts; by hand
   if (firsts_ < 1 || first_ <= 0) return {.sigma = 0, .rho = 0};

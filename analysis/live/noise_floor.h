@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "analysis/live/sums.h"
+#include "analysis/numerics/lag_sums.h"
 
 namespace emtb {
 
@@ -14,7 +14,7 @@ class DifferenceFloor {
   void add(double r);
   /// The next block does not follow the one before it.
   void interrupt() { seen_ = 0; }
-  Colour colour() const;  ///< rho: from block to block
+  NoiseColour colour() const;  ///< rho: from block to block
 
  private:
   double first_ = 0, second_ = 0, firsts_ = 0, seconds_ = 0;

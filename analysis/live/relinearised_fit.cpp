@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <utility>
 
+#include "analysis/numerics/bounded_step.h"
+#include "analysis/numerics/linear_algebra.h"
+
 namespace emtb {
 namespace {
 
@@ -54,7 +57,7 @@ bool RelinearisedFit::advance_second(const std::vector<LiveChapter>& history, st
   return true;
 }
 
-bool RelinearisedFit::solve(std::vector<Colour> colours) {
+bool RelinearisedFit::solve(std::vector<NoiseColour> colours) {
   colours_ = std::move(colours);
   if (!solution_.solve(*first_, colours_, point_of(pass()))) return false;
   first_->expect(solution_.step());
@@ -104,7 +107,7 @@ bool RelinearisedFit::second_is_better() {
 void RelinearisedFit::absorb_chapter(bool empty) {
   second_follows_ = false;
   if (free_.size() == 0 || empty) return;
-  NormalEquations told = NormalEquations::zero(as_index(plan_.unknowns()));
+  LiveEquations told = LiveEquations::zero(as_index(plan_.unknowns()));
   told.add(first_->totals(1), colours_);
   told.h /= solution_.inflation();
   told.g /= solution_.inflation();
@@ -114,10 +117,10 @@ void RelinearisedFit::absorb_chapter(bool empty) {
 Eigen::VectorXd RelinearisedFit::variance_after_more() const {
   Eigen::MatrixXd more = solution_.equations().h;
   for (std::size_t o = 0; o < plan_.outputs.size(); ++o) {
-    const Colour& c = colours_[o];
+    const NoiseColour& c = colours_[o];
     more += (1 - c.rho) / ((1 + c.rho) * c.sigma * c.sigma) * first_->recent(o);
   }
-  return inverse_of(more).diagonal();
+  return scaled_inverse(more).diagonal();
 }
 
 }  // namespace emtb

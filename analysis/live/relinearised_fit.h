@@ -27,7 +27,7 @@ class RelinearisedFit {
   bool advance_second(const std::vector<LiveChapter>& history, std::size_t end, int ticks);
 
   /// @param colours of the outputs' noise. @return false: the sums are not finite
-  bool solve(std::vector<Colour> colours);
+  bool solve(std::vector<NoiseColour> colours);
 
   void find_errors();
 
@@ -44,7 +44,7 @@ class RelinearisedFit {
   const LivePass& pass() const { return first_->pass(); }
   const LiveKnowledge& knowledge() const { return knowledge_; }
   const LiveSolution& solution() const { return solution_; }
-  const std::vector<Colour>& colours() const { return colours_; }
+  const std::vector<NoiseColour>& colours() const { return colours_; }
 
   /// The unknowns as they are solved for.
   Eigen::VectorXd estimate() const { return point_of(pass()) + solution_.step(); }
@@ -63,7 +63,7 @@ class RelinearisedFit {
   const LivePlan& plan_;
   LiveKnowledge knowledge_;
   LiveSolution solution_;
-  std::vector<Colour> colours_;
+  std::vector<NoiseColour> colours_;
   std::unique_ptr<SummedPass> first_, second_;
   bool second_follows_ = false;
   double damping_ = 0;

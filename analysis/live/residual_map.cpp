@@ -13,12 +13,12 @@ constexpr double first_reach = 1e-3;  ///< SI, from which the range doubles
 
 }  // namespace
 
-ResidualMap::ResidualMap(Signal against, std::size_t outputs) : against_(against) {
+LiveResidualMap::LiveResidualMap(Signal against, std::size_t outputs) : against_(against) {
   for (auto& cell : cells_) cell.resize(outputs);
 }
 
 /// Two bins become one, on either side of zero.
-void ResidualMap::widen() {
+void LiveResidualMap::widen() {
   reach_ *= 2;
   auto merged = cells_;
   constexpr std::size_t half = count / 2;
@@ -33,7 +33,7 @@ void ResidualMap::widen() {
   cells_ = std::move(merged);
 }
 
-void ResidualMap::add(double x, std::size_t output, double normalised) {
+void LiveResidualMap::add(double x, std::size_t output, double normalised) {
   if (!std::isfinite(x) || !std::isfinite(normalised)) return;
   if (reach_ == 0) reach_ = first_reach;
   while (std::abs(x) > reach_) widen();
@@ -44,7 +44,7 @@ void ResidualMap::add(double x, std::size_t output, double normalised) {
   cell.weight = kept * cell.weight + 1;
 }
 
-std::vector<LiveBin> ResidualMap::bins(const LivePlan& plan) const {
+std::vector<LiveBin> LiveResidualMap::bins(const LivePlan& plan) const {
   std::vector<LiveBin> all;
   for (std::size_t b = 0; b < count; ++b) {
     LiveBin bin{.against = against_, .normalised = {}};

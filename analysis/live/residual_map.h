@@ -10,10 +10,10 @@
 namespace emtb {
 
 /// RMS of residuals over speed or current, in bins over a range that grows as it must. What is old fades.
-class ResidualMap {
+class LiveResidualMap {
  public:
   /// @param against omega or i_a
-  ResidualMap(Signal against, std::size_t outputs);
+  LiveResidualMap(Signal against, std::size_t outputs);
 
   /// @param x SI, the speed or the current. @param normalised residual in units of the noise floor
   void add(double x, std::size_t output, double normalised);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/numerics/bounded_step.h"
 #include "analysis/numerics/linear_algebra.h"
 
 namespace emtb {
@@ -17,11 +18,11 @@ LiveSolution::LiveSolution(const LiveKnowledge& knowledge)
     : knowledge_(knowledge),
       step_(Eigen::VectorXd::Zero(knowledge.low().size())),
       equations_{knowledge.information(), step_},
-      covariance_(step_.size() > 0 ? inverse_of(knowledge.information()) : knowledge.information()),
+      covariance_(step_.size() > 0 ? scaled_inverse(knowledge.information()) : knowledge.information()),
       variance_(covariance_.diagonal()) {}
 
-bool LiveSolution::solve(const SummedPass& pass, std::span<const Colour> colours, const Eigen::VectorXd& at) {
-  NormalEquations equations = knowledge_.about(at);
+bool LiveSolution::solve(const SummedPass& pass, std::span<const NoiseColour> colours, const Eigen::VectorXd& at) {
+  LiveEquations equations = knowledge_.about(at);
   equations.add(pass.totals(2), colours);
   if (!equations.finite()) return false;
   equations_ = std::move(equations);
@@ -29,14 +30,14 @@ bool LiveSolution::solve(const SummedPass& pass, std::span<const Colour> colours
   return true;
 }
 
-void LiveSolution::find_errors(const SummedPass& pass, std::span<const Colour> colours) {
+void LiveSolution::find_errors(const SummedPass& pass, std::span<const NoiseColour> colours) {
   const Eigen::Index n = step_.size();
-  covariance_ = inverse_of(equations_.h);
+  covariance_ = scaled_inverse(equations_.h);
   Eigen::MatrixXd scatter = knowledge_.information();  // of what each second says
   int seconds = 0;
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
   pass.for_each_second([&](const std::vector<LagSums>& second) {
-    NormalEquations of_it = NormalEquations::zero(n);
+    LiveEquations of_it = LiveEquations::zero(n);
     of_it.add(second, colours);
     if (of_it.h.trace() <= 0) return;
     ++seconds;
@@ -54,9 +55,9 @@ void LiveSolution::find_errors(const SummedPass& pass, std::span<const Colour> c
 }
 
 double LiveSolution::distance(Eigen::Index parameters) const {
-  const Eigen::MatrixXd uncertain = inverse_of(equations_.h).topLeftCorner(parameters, parameters);
+  const Eigen::MatrixXd uncertain = scaled_inverse(equations_.h).topLeftCorner(parameters, parameters);
   const Eigen::VectorXd step = step_.head(parameters);
-  return std::sqrt(std::max(0.0, step.dot(inverse_of(uncertain) * step)));
+  return std::sqrt(std::max(0.0, step.dot(scaled_inverse(uncertain) * step)));
 }
 
 }  // namespace emtb

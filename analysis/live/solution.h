@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "analysis/live/equations.h"
 #include "analysis/live/knowledge.h"
-#include "analysis/live/normal_equations.h"
 #include "analysis/live/summed_pass.h"
 
 namespace emtb {
@@ -19,17 +19,17 @@ class LiveSolution {
   explicit LiveSolution(const LiveKnowledge& knowledge);
 
   /// @param at the point about which the pass is linear. @return false: the sums are not finite, all stays as it was
-  bool solve(const SummedPass& pass, std::span<const Colour> colours, const Eigen::VectorXd& at);
+  bool solve(const SummedPass& pass, std::span<const NoiseColour> colours, const Eigen::VectorXd& at);
 
   /// Standard errors that hold whatever the colour of the noise, and where one source of it is in several signals: by
   /// leaving out one second after another (the cluster-robust CR3 of Bell and McCaffrey 2002).
-  void find_errors(const SummedPass& pass, std::span<const Colour> colours);
+  void find_errors(const SummedPass& pass, std::span<const NoiseColour> colours);
 
   /// The pass is another one, and begins at its own solution.
   void restart() { step_.setZero(); }
 
   const Eigen::VectorXd& step() const { return step_; }
-  const NormalEquations& equations() const { return equations_; }
+  const LiveEquations& equations() const { return equations_; }
   const Eigen::VectorXd& variance() const { return variance_; }      ///< of each unknown, as the residuals show
   const Eigen::MatrixXd& covariance() const { return covariance_; }  ///< as the weights claim
   double inflation() const { return inflation_; }                    ///< of the worst variance beyond that
@@ -40,7 +40,7 @@ class LiveSolution {
  private:
   const LiveKnowledge& knowledge_;
   Eigen::VectorXd step_;
-  NormalEquations equations_;
+  LiveEquations equations_;
   Eigen::MatrixXd covariance_;
   Eigen::VectorXd variance_;
   double inflation_ = 1;

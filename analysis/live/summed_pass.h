@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "analysis/live/pass.h"
-#include "analysis/live/sums.h"
+#include "analysis/numerics/lag_sums.h"
 
 namespace emtb {
 

@@ -146,7 +146,7 @@ class Collection {
 
 }  // namespace
 
-void Reach::see(double some_omega, double some_i_a) {
+void LiveReach::see(double some_omega, double some_i_a) {
   omega = std::max(omega, std::abs(some_omega));
   i_a = std::max(i_a, std::abs(some_i_a));
 }
@@ -187,8 +187,8 @@ Eigen::VectorXd WatchedUnknowns::move_point(Eigen::VectorXd d) {
   return d;
 }
 
-NormalEquations WatchedUnknowns::prior() const {
-  NormalEquations prior = NormalEquations::zero(size());
+LiveEquations WatchedUnknowns::prior() const {
+  LiveEquations prior = LiveEquations::zero(size());
   for (Eigen::Index i = 0; i < size(); ++i) {
     double& information = prior.h(i, i);
     if (digits_[i] > 0) {
@@ -207,14 +207,14 @@ NormalEquations WatchedUnknowns::prior() const {
   return prior;
 }
 
-double WatchedUnknowns::believed_size(std::size_t j, const Reach& reach) const {
+double WatchedUnknowns::believed_size(std::size_t j, const LiveReach& reach) const {
   const double flux = point_[base::K_b];
   const Ranges seen{
       .voltage = reach.omega * flux, .current = reach.i_a, .torque = reach.i_a * flux, .speed = reach.omega};
   return size_at(parameters_[j].effect, believed, seen);
 }
 
-double WatchedUnknowns::unremarkable(std::size_t j, const Reach& reach) const {
+double WatchedUnknowns::allowed_drift(std::size_t j, const LiveReach& reach) const {
   const WatchedParameter& p = parameters_[j];
   if (p.in_model()) {
     const bool flux = p.at == base::K_b || p.at == base::K_m;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/live/normal_equations.h"
+#include "analysis/live/equations.h"
 #include "analysis/live/plan.h"
 #include "model/model.h"
 
@@ -26,7 +26,7 @@ struct WatchedParameter {
 };
 
 /// The most that was seen of a motor: the scale of what it lacks.
-struct Reach {
+struct LiveReach {
   double omega = 0;  ///< [rad/s]
   double i_a = 0;    ///< [A]
 
@@ -67,13 +67,13 @@ class WatchedUnknowns {
   Eigen::VectorXd move_point(Eigen::VectorXd d);
 
   /// What bounds, priors and fixed values say, about the point.
-  NormalEquations prior() const;
+  LiveEquations prior() const;
 
   /// SI, what is believed of the size of an effect that the model lacks: that it is small, by what the motor has done.
-  double believed_size(std::size_t j, const Reach& reach) const;
+  double believed_size(std::size_t j, const LiveReach& reach) const;
 
   /// SI, by how much an unknown may differ from one time to another without being worth a word.
-  double unremarkable(std::size_t j, const Reach& reach) const;
+  double allowed_drift(std::size_t j, const LiveReach& reach) const;
 
  private:
   LivePlan plan_;

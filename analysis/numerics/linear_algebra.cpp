@@ -28,6 +28,15 @@ MatrixXd solve_normal(const MatrixXd& a, const MatrixXd& b) {
 
 MatrixXd pseudo_inverse(const MatrixXd& a) { return a.completeOrthogonalDecomposition().pseudoInverse(); }
 
+MatrixXd scaled_inverse(const MatrixXd& a) {
+  const VectorXd size = a.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigensystem eigen = eigensystem(size.asDiagonal() * a * size.asDiagonal());
+  const double rounding = 1e-14 * eigen.values.maxCoeff();
+  const MatrixXd root =
+      size.asDiagonal() * eigen.vectors * eigen.values.cwiseMax(rounding).cwiseSqrt().cwiseInverse().asDiagonal();
+  return product(root, root.transpose());
+}
+
 MatrixXd cholesky(const MatrixXd& a) { return Eigen::LLT<MatrixXd>(a).matrixL(); }
 VectorXd solve_lower(const MatrixXd& l, const VectorXd& b) { return l.triangularView<Eigen::Lower>().solve(b); }
 

@@ -26,6 +26,9 @@ Eigen::MatrixXd solve_normal(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b)
 /// The Moore-Penrose inverse, by complete orthogonal decomposition.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 
+/// A⁻¹ of a symmetric, positive A whose rows may be of very different sizes.
+Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& a);
+
 /// The lower triangle L of A = L Lᵀ, A symmetric and positive definite.
 Eigen::MatrixXd cholesky(const Eigen::MatrixXd& a);
 

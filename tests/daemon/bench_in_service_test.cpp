@@ -44,6 +44,28 @@ const char* const endless = "name: endless\nkind: step\nlevel: 3\nbefore: 0.1\nh
 /// The whole daemon in this process, with fake devices and a real socket.
 class BenchInService : public Scratch {
  protected:
+  /// A disk that lets nobody go on while it is busy.
+  class SlowSink final : public SessionSink {
+   public:
+    SlowSink(BenchInService& test, std::unique_ptr<SessionSink> file) : test_(test), file_(std::move(file)) {}
+    void append(Signal signal, std::span<const double> t, std::span<const double> value) override {
+      file_->append(signal, t, value);
+    }
+    void append(const Event& event) override { file_->append(event); }
+    void flush() override {
+      while (test_.disk_busy) {
+        test_.flush_waits = true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      file_->flush();
+    }
+    void finish() override { file_->finish(); }
+
+   private:
+    BenchInService& test_;
+    std::unique_ptr<SessionSink> file_;
+  };
+
   void start() {
     auto input = std::make_unique<FaultyInput>(
         clock,
@@ -62,7 +84,11 @@ class BenchInService : public Scratch {
                                                         .set_pace = [this](bool busy) { clock->idle = !busy || slow; },
                                                         .realtime = Realtime::off,
                                                         .log = [](const std::string&) {},
-                                                        .open_sink = open_session,
+                                                        .open_sink =
+                                                            [this](const auto& file, const auto& description) {
+                                                              return std::make_unique<SlowSink>(
+                                                                  *this, open_session(file, description));
+                                                            },
                                                         .room = [this] { return room.load(); }});
   }
 
@@ -87,6 +113,7 @@ class BenchInService : public Scratch {
   std::shared_ptr<HastyClock> clock = std::make_shared<HastyClock>();
   bool slow = false;                            // runs take their time too
   std::atomic<std::uint64_t> room{1ull << 40};  // [bytes] on the disk
+  std::atomic<bool> disk_busy{false}, flush_waits{false};
   FaultyInput* card = nullptr;
   FaultyOutput* output = nullptr;
   const BenchConfig config_ = read_bench(write("bench.yaml", bench));
@@ -133,6 +160,26 @@ TEST_F(BenchInService, WaitsForAPersonWhereAProfileSaysSo) {
   const Session session = read_session(started["session"].get<std::string>());
   EXPECT_EQ(session.attributes.at("brake"), "0.2 N m");
   EXPECT_TRUE(std::ranges::any_of(session.events, [](const Event& e) { return e.text == "pause 1: confirmed"; }));
+}
+
+TEST_F(BenchInService, ADiskThatIsBusyDelaysNoLiveEstimate) {
+  slow = true;
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  client.call("subscribe", {{"rate", 50}});
+  client.call("estimates", {{"model", read(std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml")}});
+  client.call("run", {{"profile", endless}});
+  const auto samples = [&] { return client.call("estimates", {})["samples"].get<int>(); };
+  EXPECT_TRUE(eventually([&] { return samples() > 50; }));
+  disk_busy = true;
+  EXPECT_TRUE(eventually([&] { return flush_waits.load(); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // what was on its way is in
+  const int before = samples();
+  EXPECT_TRUE(eventually([&] { return samples() > before + 100; })) << before;
+  disk_busy = false;
+  client.call("stop", {});
+  EXPECT_EQ(ended(client)["outcome"], "stopped");
 }
 
 TEST_F(BenchInService, RunsAnExperimentOverTheSocketFromEndToEnd) {

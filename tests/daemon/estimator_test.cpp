@@ -7,6 +7,7 @@
 
 #include "session/session.h"
 #include "tests/analysis/live/live_bench.h"
+#include "tests/daemon/heap_guard.h"
 #include "tests/process.h"
 
 namespace emtb {
@@ -36,13 +37,13 @@ class EstimatorTest : public testing::Test {
     estimator.follow(bench.model);
   }
   void hand_over(const emtb::Run& run) {
-    for (const Record& record : as_records(run)) estimator.take(record);
+    for (const Record& record : as_records(run)) estimator.feed().take(record);
   }
   /// Until it has told a change, or has seen the whole run.
-  std::vector<Event> remarks_until(double t) {
+  std::vector<Event> remarks_until(double t, std::uint32_t run = 0) {
     std::vector<Event> told;
     EXPECT_TRUE(eventually([&] {
-      for (Event& event : estimator.remarks()) told.push_back(std::move(event));
+      for (Event& event : estimator.remarks(run)) told.push_back(std::move(event));
       return !told.empty() || estimator.estimates()["t"] > t;
     }));
     return told;
@@ -74,8 +75,37 @@ TEST_F(EstimatorTest, RemarksAChangeForTheSessionOfItsRun) {
 
 TEST_F(EstimatorTest, HasNoRemarkForTheSessionAfterIt) {
   hand_over(rubbing);
-  estimator.take({.kind = Record::Kind::end});
-  EXPECT_TRUE(remarks_until(rubbing.duration() - 1).empty());
+  estimator.feed().take({.kind = Record::Kind::end});
+  EXPECT_TRUE(remarks_until(rubbing.duration() - 1, 1).empty());
+}
+
+TEST_F(EstimatorTest, KeepsARemarkForARecorderThatIsARunBehind) {
+  estimator.feed().take({.kind = Record::Kind::end});  // of a run whose end the recorder has not come to
+  hand_over(rubbing);
+  EXPECT_TRUE(remarks_until(rubbing.duration() - 1, 0).empty());
+  EXPECT_TRUE(eventually([&] { return !estimator.remarks(1).empty(); }));
+}
+
+TEST(EstimatorFeed, LosesAndCountsWhatFindsItFullAndKeepsRunsApart) {
+  EstimatorFeed feed(4);
+  HeapGuard guard;
+  const auto sample = [&](double t) { feed.take({.signal = Signal::omega, .t = t, .value = 1}); };
+  for (int k = 0; k < 6; ++k) sample(k);
+  feed.take({.kind = Record::Kind::end});
+  feed.take({.kind = Record::Kind::field, .value = 30});
+  EXPECT_EQ(feed.lost(), 2U);
+  EstimatorFeed::Sample got;
+  for (int k = 0; k < 4; ++k) {
+    ASSERT_TRUE(feed.pop(got));
+    EXPECT_EQ(got.t, k);
+    EXPECT_EQ(got.run, 0U);
+  }
+  EXPECT_FALSE(feed.pop(got));
+  sample(0);
+  ASSERT_TRUE(feed.pop(got));
+  EXPECT_EQ(got.run, 1U) << "also where the end found it full";
+  EXPECT_EQ(got.field_on, 30);
+  EXPECT_EQ(guard.count(), 0U);
 }
 
 }  // namespace

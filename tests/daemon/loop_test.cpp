@@ -188,6 +188,33 @@ TEST_F(LoopTest, TakesNothingFromTheHeap) {
   EXPECT_EQ(live.fault, Fault::non_finite);
 }
 
+TEST_F(LoopTest, FeedsTheEstimatorAndNeverWaitsForIt) {
+  FaultyBench other;
+  EstimatorFeed feed(64);
+  Loop fed(other.bench, complete({}), mailbox, live, ring, &feed);
+  fed.start();
+  ++mailbox.resets;
+  Order order{1, Profile("level", {{0, 3}, {1, 3}})};
+  const auto tick = [&] {
+    other.clock->sleep_until(other.clock->now() + period);
+    fed.tick(other.clock->now());
+  };
+  for (int i = 0; i < 50; ++i) {
+    if (i == 20) mailbox.run = &order;
+    if (fed.wanted()) fed.prepare();
+    tick();
+  }
+  EstimatorFeed::Sample first;
+  ASSERT_TRUE(feed.pop(first));
+  EXPECT_GE(first.t, 0);
+  EXPECT_LT(first.t, 3 * period);
+  HeapGuard guard;
+  for (int i = 0; i < 200; ++i) tick();  // nobody empties it
+  EXPECT_EQ(guard.count(), 0u);
+  EXPECT_GT(feed.lost(), 200u);
+  EXPECT_EQ(live.state, LoopState::running) << "a slow estimator is no fault";
+}
+
 TEST_F(LoopTest, TheCommandedReferenceIsRecordedAndNotItsReadBack) {
   FaultyBench other;
   other.bench.inputs.push_back(std::make_unique<FaultyInput>(

@@ -61,12 +61,17 @@ class RecorderTest : public testing::Test {
   std::vector<Closed> closed;
   std::vector<std::string> log;
   std::vector<Event> remarks;
+  std::vector<std::uint32_t> asked_for;  ///< runs
   Recorder recorder{ring,
                     failed,
                     [this](const auto&, const auto&) { return std::make_unique<FakeSink>(written); },
                     {.closed = [this](const Closed& c) { closed.push_back(c); },
                      .happened = [this](const std::string& text) { log.push_back(text); },
-                     .remarks = [this] { return std::exchange(remarks, {}); }}};
+                     .remarks =
+                         [this](std::uint32_t run) {
+                           asked_for.push_back(run);
+                           return std::exchange(remarks, {});
+                         }}};
 };
 
 TEST_F(RecorderTest, WritesEachSignalInOrderAndFinishes) {
@@ -126,6 +131,7 @@ TEST_F(RecorderTest, WhatOthersRemarkIsAnEventOfTheSessionThatIsOn) {
   recorder.work(2);
   EXPECT_EQ(written.events.back().code, event_code::run_ended);
   EXPECT_EQ(log.back(), "too late");
+  EXPECT_THAT(asked_for, ElementsAre(0, 0, 1)) << "the run whose session is on, or comes next";
 }
 
 TEST_F(RecorderTest, AGapIsAnEventThatSaysHowMuchIsMissing) {

@@ -5,7 +5,7 @@
 namespace emtb {
 
 /// The noise of a signal's blocks: their scatter, and how much of it each has of the one before it.
-struct Colour {
+struct NoiseColour {
   double sigma = 1;  ///< SI
   double rho = 0;    ///< first-order autocorrelation
 };
@@ -39,10 +39,10 @@ class LagSums {
   double mean_square(Eigen::Index i) const { return blocks_ > 0 ? of_all_.ss(i, i) / blocks_ : 0; }
 
   /// Adds this signal's part of the normal equations, H step = g.
-  void weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& colour) const;
+  void weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const NoiseColour& colour) const;
 
   /// The weighed sum of squares after a step of the parameters.
-  double cost(const Eigen::VectorXd& step, const Colour& colour) const;
+  double cost(const Eigen::VectorXd& step, const NoiseColour& colour) const;
 
  private:
   /// Products of the blocks with themselves, or with their neighbours.

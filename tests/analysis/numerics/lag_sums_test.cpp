@@ -1,11 +1,10 @@
-#include "analysis/live/sums.h"
+#include "analysis/numerics/lag_sums.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "analysis/live/steady_mean.h"
 #include "tests/analysis/synthetic.h"
 
 namespace emtb {
@@ -19,7 +18,7 @@ struct Normal {
   VectorXd g = VectorXd::Zero(2);
 };
 
-Normal normal_of(const LagSums& sums, const Colour& colour) {
+Normal normal_of(const LagSums& sums, const NoiseColour& colour) {
   Normal n;
   sums.weigh_into(n.h, n.g, colour);
   return n;
@@ -49,7 +48,7 @@ TEST(LagSums, LevelledDoNotTakeWhatSensitivitiesAndResidualsShareForInformation)
     s << 0.1 + v, 1;
     sums.add(s, v);
   }
-  const Colour white{.sigma = 1, .rho = 0};
+  const NoiseColour white{.sigma = 1, .rho = 0};
   const Normal biased = normal_of(sums, white);
   EXPECT_GT(biased.g[0] / std::sqrt(biased.h(0, 0)), 20) << "standard errors";
   sums.level();
@@ -57,24 +56,6 @@ TEST(LagSums, LevelledDoNotTakeWhatSensitivitiesAndResidualsShareForInformation)
   EXPECT_LT(std::abs(n.g[0] / std::sqrt(n.h(0, 0))), 3);
   EXPECT_NEAR(n.h(1, 1), biased.h(1, 1), 1e-9) << "what does not vary counts as before";
   EXPECT_NEAR(n.g[1], biased.g[1], 1e-9);
-}
-
-TEST(SteadyMean, CountsAChangeThatIsExpectedAsItIsAndNotInTheMeanThatFollows) {
-  const std::vector<double> noise = synthetic::coloured(2000, 0, 3);
-  SteadyMean mean;
-  double given = 0;
-  for (std::size_t k = 0; k < 1000; ++k) given = mean.next(1 + 0.01 * noise[k]);
-  EXPECT_NEAR(given, 1, 2e-3);
-  mean.expect_change(200);
-  for (std::size_t k = 1000; k < 2000; ++k) {
-    const double way = std::min(1.0, static_cast<double>(k - 1000) / 200);  // 0.02 within 200 readings: less than noise
-    const double x = 1 + 0.02 * way + 0.01 * noise[k];
-    given = mean.next(x);
-    if (k < 1200) {
-      EXPECT_EQ(given, x);
-    }
-  }
-  EXPECT_NEAR(given, 1.02, 2e-3);
 }
 
 }  // namespace

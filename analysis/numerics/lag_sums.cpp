@@ -1,4 +1,4 @@
-#include "analysis/live/sums.h"
+#include "analysis/numerics/lag_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -111,13 +111,13 @@ void LagSums::add_pair(const Eigen::VectorXd& s_before, double r_before, const E
   ++pairs_;
 }
 
-void LagSums::weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const Colour& c) const {
+void LagSums::weigh_into(Eigen::MatrixXd& h, Eigen::VectorXd& g, const NoiseColour& c) const {
   const double weight = 1 / (c.sigma * c.sigma * (1 - c.rho * c.rho));
   h += weight * (of_all_.ss + c.rho * c.rho * of_first_.ss - 2 * c.rho * of_pairs_.ss);
   g += weight * (of_all_.sr + c.rho * c.rho * of_first_.sr - 2 * c.rho * of_pairs_.sr);
 }
 
-double LagSums::cost(const Eigen::VectorXd& step, const Colour& c) const {
+double LagSums::cost(const Eigen::VectorXd& step, const NoiseColour& c) const {
   const double whitened = std::max(0.0, of_all_.after(step)) + c.rho * c.rho * std::max(0.0, of_first_.after(step)) -
                           2 * c.rho * of_pairs_.after(step);
   return whitened / (c.sigma * c.sigma * (1 - c.rho * c.rho));

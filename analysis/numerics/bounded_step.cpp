@@ -1,4 +1,4 @@
-#include "analysis/live/normal_equations.h"
+#include "analysis/numerics/bounded_step.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,31 +8,6 @@
 #include "analysis/numerics/linear_algebra.h"
 
 namespace emtb {
-
-NormalEquations NormalEquations::zero(Eigen::Index unknowns) {
-  return {Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns)};
-}
-
-void NormalEquations::add(std::span<const LagSums> outputs, std::span<const Colour> colours) {
-  for (std::size_t o = 0; o < outputs.size(); ++o) {
-    if (outputs[o].blocks() > 0) outputs[o].weigh_into(h, g, colours[o]);
-  }
-}
-
-NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
-  h += other.h;
-  g += other.g;
-  return *this;
-}
-
-Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& a) {
-  const Eigen::VectorXd size = a.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigensystem eigen = eigensystem(size.asDiagonal() * a * size.asDiagonal());
-  const double rounding = 1e-14 * eigen.values.maxCoeff();
-  const Eigen::MatrixXd root =
-      size.asDiagonal() * eigen.vectors * eigen.values.cwiseMax(rounding).cwiseSqrt().cwiseInverse().asDiagonal();
-  return product(root, root.transpose());
-}
 
 Eigen::VectorXd bounded_step(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const Eigen::VectorXd& low,
                              const Eigen::VectorXd& high) {
@@ -44,7 +19,7 @@ Eigen::VectorXd bounded_step(const Eigen::MatrixXd& h, const Eigen::VectorXd& g,
     // What is held at a bound pulls at the others.
     Eigen::VectorXd pull = g(inner);
     if (!held.empty()) pull -= h(inner, held) * step(held);
-    const Eigen::MatrixXd covariance = inverse_of(h(inner, inner));
+    const Eigen::MatrixXd covariance = scaled_inverse(h(inner, inner));
     const Eigen::VectorXd part = covariance * pull;
     std::size_t worst = inner.size();
     double most = 0;
