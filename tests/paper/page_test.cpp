@@ -77,7 +77,7 @@ TEST_F(Paper, MissingFrictionMovesBAndJOnARisingStepOnly) {
   EXPECT_GT(f().both_parameters.at("J"), 1.2 * m.J);
   EXPECT_NEAR(f().with_falling_step.at("J"), m.J, 0.01 * m.J);
   EXPECT_GT(f().with_falling_step.at("B"), 4 * m.B);
-  for (const Fit* fit : {&f().with_friction_rising, &f().with_friction_both}) {
+  for (const OutputErrorFit* fit : {&f().with_friction_rising, &f().with_friction_both}) {
     EXPECT_NEAR(fit->at("J"), m.J, 0.005 * m.J);
     EXPECT_NEAR(fit->at("B"), m.B, 0.05 * m.B);
     EXPECT_NEAR(fit->at("coulomb_friction.T_c"), plant().friction.T_c, 0.02 * plant().friction.T_c);
@@ -92,7 +92,7 @@ TEST_F(Paper, TheFrictionSaidToGiveTable1DoesGiveIt) {
   setup.plant.motor.B = f().needed_B / gauge;
   const Model model = freed(linear_model(printed::R_a, printed::K_b, printed::K_m, printed::B, printed::J),
                             {{"B", 0, 0.01}, {"J", 2e-4, 0.1}});
-  const Fit fitted = fit("", {step_up(setup)}, speed_only, model);
+  const OutputErrorFit fitted = fit("", {step_up(setup)}, speed_only, model);
   EXPECT_NEAR(fitted.gain(), f().printed_gain, 1e-3 * f().printed_gain);
   EXPECT_NEAR(fitted.time_constant(), f().printed_time_constant, 1e-3 * f().printed_time_constant);
 }
@@ -103,7 +103,7 @@ TEST_F(Paper, OneSpeedFixesTwoOfFiveParameters) {
   for (std::size_t n = 0; n < 4; ++n) {
     EXPECT_EQ(f().identifiability[n].fit.determined, determined[n]) << f().identifiability[n].data;
   }
-  for (const Fit& fit : f().starts) EXPECT_NEAR(fit.error, f().starts[0].error, 1e-3);
+  for (const OutputErrorFit& fit : f().starts) EXPECT_NEAR(fit.error, f().starts[0].error, 1e-3);
   EXPECT_LT(f().unbounded[1].at("R_a"), 0) << "as the paper saw";
   EXPECT_LT(f().unbounded[2].at("J"), 0);
   for (std::size_t n = 0; n < 3; ++n) EXPECT_NEAR(f().unbounded[n].error, f().starts[0].error, 1e-3);
