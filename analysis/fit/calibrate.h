@@ -62,12 +62,14 @@ std::vector<Record> shortest_records(std::span<const Record> records);
 /// leave it is held there while the others go on; a start that leads back to a valley already known is not followed to
 /// its end.
 ///
-/// The sum of squares is handed to the solver compressed: with residuals r and sensitivities S, the small matrix R of
-/// the QR factors of [S r] has the same sum of squares and the same gradient as the 10^5 rows it stands for. Standard
-/// errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over blocks b, which holds where residuals are correlated
-/// within a block (Morelli and Klein 1995 for output error): the larger one of blocks of one second and of five, since
-/// a coarse meter that stands still errs alike throughout; never below the white-noise ones. By how much the length of
-/// the simulation's steps moves a parameter, as half the length tells, is added to them.
+/// The sum of squares is handed to the solver compressed: from the normal equations SᵀS and Sᵀr, scaled first, p + 1
+/// residuals are made by Cholesky's factors that have the same sum of squares and the same gradient as the 10^5 rows
+/// they stand for. That squares the condition of S: a direction 10^7 times weaker than the strongest is lost in
+/// rounding and is reported as not determined. Standard errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over
+/// blocks b, which holds where residuals are correlated within a block (Morelli and Klein 1995 for output error): the
+/// larger one of blocks of one second and of five, since a coarse meter that stands still errs alike throughout; never
+/// below the white-noise ones. By how much the length of the simulation's steps moves a parameter, as half the length
+/// tells, is added to them.
 /// @throws ModelError where there is nothing to fit, or a simulation is not finite.
 Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options = {});
 
