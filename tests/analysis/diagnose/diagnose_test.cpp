@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/diagnose/refit.h"
+#include "analysis/fit/residuals.h"
 #include "model/catalogue.h"
 #include "tests/blind/recording.h"
 
@@ -189,6 +191,14 @@ TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
   const Diagnosis d = diagnose_teeth(0.12, 0.1);
   EXPECT_THAT(named(d), ElementsAre("cogging")) << report(d);
   EXPECT_EQ(d.verdict, Verdict::found);
+  // `emtb add cogging` begins its fit where the diagnosis would.
+  const Fit base{.model = d.base, .cost = 0};
+  const Fit begun = begun_refit_with(d.data->train, base, effect_index("cogging"));
+  CalibrationOptions one_start;
+  one_start.extra_starts = 0;
+  const Model added = calibrate(d.data->train, begun.model, one_start).model;
+  const double train = error_of(mean_squares(residuals(d.data->train, added, added.values(), {})));
+  EXPECT_LT(train, 1.02 * d.final_train);
 }
 
 TEST(Diagnose, NamesTeethAlsoWhereTheShaftStopsOnceAtAnotherThanTheModels) {
