@@ -34,10 +34,10 @@ constexpr Use uses[] = {
 /// What became of a signal's readings, in words; their number left out is added to `left_out`.
 std::string fate_of(const ReportRun& r, Signal signal, const Record& record, const Model& model,
                     std::size_t& left_out) {
-  const auto observed = std::ranges::find(record.observations, signal, &Observation::signal);
+  const Observation* observed = record.find(signal);
   if (signal == model.input) return "drives the model";
   if (signal == Signal::armature_open) return "opens the armature circuit of the model";
-  if (observed != record.observations.end()) {
+  if (observed != nullptr) {
     left_out += r.run.at(signal).t.size() - observed->size();
     if (signal == Signal::e_a && record.measured_voltage)
       return "compared with the driver's model, and drives the motor";

@@ -26,7 +26,7 @@ std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model&
   };
   std::map<Signal, Sums> sums;
   for (const Residuals& r : residuals(records, model, model.values(), {})) {
-    const Observation& o = *std::ranges::find(records[r.record].observations, r.signal, &Observation::signal);
+    const Observation& o = *records[r.record].find(r.signal);
     Sums& s = sums[r.signal];
     for (std::size_t i = 0; i < o.size(); ++i) {
       const double scaled = r.value[static_cast<Eigen::Index>(i)];

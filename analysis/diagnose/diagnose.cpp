@@ -31,7 +31,7 @@ void say_what_judges(Diagnosis& d, std::span<const Run> train, std::span<const R
 }
 
 /// What the search found, fitted to the end with standard errors, and what of it is left.
-void fit_the_answer(Diagnosis& d, const Dataset& data, const Finding& found) {
+void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found) {
   CalibrationOptions careful{.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true};
   try {
     const Calibration last = calibrate(data.train, found.current.model(), careful);
@@ -44,7 +44,7 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, const Finding& found) {
   d.final_train = found.current.train;
   d.final_held_out = found.current.held_out.error();
   d.base = with_standard_errors(data.train, d.base).model;
-  d.where_final = residual_maps(data.all(), d.final);
+  d.where_final = residual_maps(all, d.final);
   if (!d.missing_base.empty()) d.missing_final = missing_curves(data.train, d.final);
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
 }
@@ -121,14 +121,15 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   d.base = first.model();
   d.base_train = first.train;
   d.base_held_out = first.held_out.error();
-  d.where = residual_maps(data.all(), d.base);
+  const std::vector<Record> all = data.all();
+  d.where = residual_maps(all, d.base);
   if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
 
   Search search(trials, criterion, std::move(first), options.longest_list, progress);
   Finding found = search.run();
 
   progress(0.9, "standard errors");
-  fit_the_answer(d, data, found);
+  fit_the_answer(d, data, all, found);
   name_the_missing(d, found, train, data, options.reach);
   sort_best_first(found.candidates);
   d.verdict = verdict_of(d, data, criterion.remainder(found.current.held_out));

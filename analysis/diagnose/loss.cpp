@@ -12,7 +12,7 @@ Loss::Loss(const Noise& noise) {
 void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals) {
   for (const Residuals& r : residuals) {
     const Record& record = records[r.record];
-    const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
+    const Observation& o = *record.find(r.signal);
     Readings& readings = signals_[r.signal];
     double second = -1;
     for (Eigen::Index i = 0; i < r.value.size(); ++i) {

@@ -209,9 +209,7 @@ MissingCurve curve_of(std::span<const Record> records, const Model& fitted, bool
 
 std::vector<MissingCurve> missing_curves(std::span<const Record> records, const Model& fitted) {
   std::vector<MissingCurve> curves{curve_of(records, fitted, false)};
-  const bool current = std::ranges::any_of(records, [](const Record& r) {
-    return std::ranges::find(r.observations, Signal::i_a, &Observation::signal) != r.observations.end();
-  });
+  const bool current = std::ranges::any_of(records, [](const Record& r) { return r.find(Signal::i_a) != nullptr; });
   if (current && fitted.input != Signal::i_a) curves.push_back(curve_of(records, fitted, true));
   std::erase_if(curves, [](const MissingCurve& c) { return c.x.empty(); });
   return curves;

@@ -1,7 +1,6 @@
 #include "analysis/diagnose/search.h"
 
 #include <algorithm>
-#include <memory>
 
 #include "analysis/diagnose/moves.h"
 #include "model/catalogue.h"

@@ -132,7 +132,7 @@ std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Mo
     const Record& record = records[i];
     Trajectory<double> y;
     simulate<double>(record.structure(machine), machine_values, record.excitation, y);
-    const std::vector<double> heat = heat_of(record.excitation, y.i_a, machine_values[0]);
+    const std::vector<double> heat = heat_of(record.excitation, y.i_a, machine_values[base::R_a]);
     const std::vector<Residuals> rs = residuals(records, i, record.structure(model), values, {});
     for (std::size_t s = 0; s < rs.size(); ++s) {
       const Observation& o = record.observations[s];

@@ -33,7 +33,7 @@ Knots::Place Knots::of(double t) const {
 }
 
 std::vector<Knots::Place> Knots::of(const Residuals& r) const {
-  const Observation& o = *std::ranges::find(record_.observations, r.signal, &Observation::signal);
+  const Observation& o = *record_.find(r.signal);
   const std::vector<double>& t = record_.excitation.t;
   std::vector<Place> places;
   places.reserve(o.size());

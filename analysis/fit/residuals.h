@@ -55,7 +55,7 @@ double error_of(const std::map<Signal, double>& mean_squares);
 /// record: residuals of different seconds count as independent.
 template <class Visit>
 void for_each_second(const Record& record, const Residuals& r, const Visit& visit) {
-  const Observation& o = *std::ranges::find(record.observations, r.signal, &Observation::signal);
+  const Observation& o = *record.find(r.signal);
   const auto second_of = [&](Eigen::Index i) {
     return std::lround(std::floor(record.excitation.t[o.last[static_cast<std::size_t>(i)]]));
   };

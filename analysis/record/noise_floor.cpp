@@ -53,9 +53,8 @@ double scatter_about_fast_signals(std::span<const ObservedRun> records, Signal s
   std::vector<double> readings;
   for (const ObservedRun& record : records) {
     const Excitation& x = record.excitation;
-    const auto find = [&](Signal of) { return std::ranges::find(record.observations, of, &Observation::signal); };
-    const auto slow = find(signal), fast = find(Signal::omega), end = record.observations.end();
-    if (slow == end || fast == end || fast->slow) continue;
+    const Observation *slow = record.find(signal), *fast = record.find(Signal::omega);
+    if (slow == nullptr || fast == nullptr || fast->slow) continue;
     const std::vector<double> omega = held_on_grid(*fast, x.t.size());
     const std::vector<double>& drive = !x.e_a.empty() ? x.e_a : x.u_ref;
     if (drive.empty()) return -1;
@@ -116,11 +115,8 @@ std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> recor
     const auto next = std::find_if(records.begin() + static_cast<std::ptrdiff_t>(i) + 1, records.end(),
                                    [&](const ObservedRun& other) { return repeats(records[i], other); });
     if (next == records.end()) continue;
-    const auto find = [&](const ObservedRun& r) {
-      return std::ranges::find(r.observations, signal, &Observation::signal);
-    };
-    const auto one = find(records[i]), other = find(*next);
-    if (one == records[i].observations.end() || other == next->observations.end()) continue;
+    const Observation *one = records[i].find(signal), *other = next->find(signal);
+    if (one == nullptr || other == nullptr) continue;
     const std::vector<double>&t = records[i].excitation.t, &u = next->excitation.t;
     std::vector<double> differences;
     double begin = t.front();
