@@ -12,8 +12,9 @@ namespace emtb {
 namespace {
 
 double peak(const Model& model, const Profile& profile, Signal signal) {
+  const auto run = foresee(model, profile, 1e-3);  // kept while its readings are looked at
   double most = 0;
-  for (const double v : foresee(model, profile, 1e-3)->readings.of(signal)) most = std::max(most, std::abs(v));
+  for (const double v : run->readings.of(signal)) most = std::max(most, std::abs(v));
   return most;
 }
 
