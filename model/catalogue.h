@@ -22,6 +22,7 @@
 #include "model/effects/driver/driver_saturation.h"
 #include "model/effects/driver/driver_slew.h"
 #include "model/effects/driver/one_quadrant_driver.h"
+#include "model/effects/load/dry_brake.h"
 #include "model/effects/load/eccentric_load.h"
 #include "model/effects/load/eddy_brake.h"
 #include "model/effects/load/load_torque.h"
@@ -33,9 +34,11 @@
 #include "model/effects/sensors/torque_offset.h"
 #include "model/effects/shaft/asymmetric_friction.h"
 #include "model/effects/shaft/backlash.h"
+#include "model/effects/shaft/bearing_drag.h"
 #include "model/effects/shaft/cogging.h"
 #include "model/effects/shaft/coulomb_friction.h"
 #include "model/effects/shaft/friction_warmup.h"
+#include "model/effects/shaft/load_dependent_friction.h"
 #include "model/effects/shaft/shaft_compliance.h"
 #include "model/effects/shaft/stribeck_friction.h"
 #include "model/effects/shaft/windage.h"
@@ -44,12 +47,13 @@ namespace emtb {
 
 /// All effects. A new one is its file and one line here, in the order of the stages.
 using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance,
-                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction,              //
-                              ArmatureHeating, ArmatureInductance, BrushDrop,                                  //
-                              ArmatureReaction, FieldHeating,                                                  //
-                              CoulombFriction, StribeckFriction, AsymmetricFriction, Windage, FrictionWarmup,  //
-                              Cogging, Backlash, ShaftCompliance,                                              //
-                              LoadTorque, EccentricLoad, EddyBrake,                                            //
+                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction,  //
+                              ArmatureHeating, ArmatureInductance, BrushDrop,                      //
+                              ArmatureReaction, FieldHeating,                                      //
+                              CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction, Windage,
+                              BearingDrag, FrictionWarmup,                     //
+                              Cogging, Backlash, ShaftCompliance,              //
+                              LoadTorque, DryBrake, EccentricLoad, EddyBrake,  //
                               TachoRipple, TachoOffset, TachoLag, TorqueOffset, TorqueLag, CurrentOffset>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;

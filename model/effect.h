@@ -190,6 +190,8 @@ struct Balance {
   Scalar braking_torque{};  ///< [N m] any smooth torque; positive brakes positive rotation
   Scalar load_torque{};     ///< [N m] the same, taken by the load: what the gauge sees
   Scalar dry_friction{};    ///< [N m] opposes motion, holds up to this at rest; >= 0
+  Scalar gear_friction{};   ///< [1] of the torque that the gears carry: dry friction, too; >= 0
+  Scalar brake{};           ///< [N m] dry friction of the load: what the gauge sees of it; >= 0
   // sensors
   Scalar omega_reading{};   ///< [rad/s]
   Scalar i_a_reading{};     ///< [A]

@@ -166,11 +166,13 @@ void Plant::receive() noexcept {
 void Plant::step(double dt) noexcept {
   if (!(dt > 0)) return;
   const double heat = state_.heat;
+  bend_lining(dt / 2);
   if (p_.friction.law == FrictionLaw::hard && stiffness_ > 0) {
     step_hard(dt, 0);
   } else {
     step_bristle(dt);
   }
+  bend_lining(dt / 2);
   each([this](auto member) { state_.*member = settled(state_.*member); });
   remember(dt, state_.heat - heat);
 }
@@ -298,7 +300,7 @@ double Plant::armature_current(double voltage, double guess) const noexcept {
 
 double Plant::load_torque(double omega, double theta) const noexcept {
   const auto& load = p_.load;
-  double torque = load.torque;
+  double torque = load.torque + held(brake_, omega);
   if (load.eccentric != 0) torque += load.eccentric * std::sin(theta + load.eccentric_phase);
   if (load.eddy_torque == 0) return torque;
   const double x = omega / (load.eddy_omega * (1 + load.eddy_heating * disc_));
@@ -321,13 +323,28 @@ double Plant::slip_torque(double omega, double direction) const noexcept {
   const auto& friction = p_.friction;
   double torque = friction.T_c;
   if (friction.T_s != 0) torque += friction.T_s * stribeck(omega, friction, p_.laws);
+  if (friction.gears != 0) torque += friction.gears * torque_in_gears();
   torque = grease_ * torque + direction * (friction.T_d + friction.B_d * std::abs(omega));
   return std::max(torque, 0.0);
+}
+
+/// [N m] What presses the teeth of the gears together.
+double Plant::torque_in_gears() const noexcept {
+  const double motor = p_.motor.K_m * flux(state_.past) * state_.i, load = -load_torque();
+  return p_.laws == Laws::usual ? std::abs(motor - load) : std::abs(motor) + std::abs(load);
+}
+
+/// [N m] What a grip opposes to a speed.
+double Plant::held(const Grip& grip, double omega) noexcept {
+  return std::clamp(grip.torque + grip.damping * omega, grip.lowest, grip.most);
 }
 
 double Plant::torque_without_friction(const State& x, double i, double t) const noexcept {
   const auto& [motor, shaft] = std::tie(p_.motor, p_.shaft);
   double torque = motor.K_m * flux(x.past) * i - grease_ * motor.B * x.omega - windage(x.omega, motor);
+  if (motor.bearing_drag != 0) {
+    torque -= std::copysign(motor.bearing_drag * std::pow(std::abs(x.omega), motor.bearing_exponent), x.omega);
+  }
   if (shaft.cogging != 0) {
     torque -= shaft.cogging * harmonics(shaft.cogging_order * x.theta + shaft.cogging_phase, shaft.cogging_second);
   }
@@ -359,8 +376,7 @@ Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, 
     i = armature_current(driving, i);
   }
   if (!grip.stuck) {
-    const double dry = std::clamp(grip.torque + grip.damping * x.omega, grip.lowest, grip.most);
-    rate.omega = (torque_without_friction(x, i, t) - dry) / inertia_;
+    rate.omega = (torque_without_friction(x, i, t) - held(grip, x.omega)) / inertia_;
     rate.theta = x.omega;
   }
   const bool stiff = shaft.stiffness == unlimited;
@@ -417,6 +433,25 @@ Plant::Grip Plant::bend(double dt) noexcept {
   const double bent = bristle_ + state_.omega * dt;
   bristle_ = std::clamp(bent, lowest / stiffness_, most / stiffness_);
   return {.torque = stiffness_ * bristle_, .damping = bristle_ == bent ? damping_ : 0, .lowest = lowest, .most = most};
+}
+
+/// The brake's lining gives before it slips, as a bristle does. It gives more where a plant's steps are long against
+/// what it would swing with.
+void Plant::bend_lining(double dt) noexcept {
+  const double most = p_.load.brake;
+  if (most == 0) {
+    lining_ = 0;
+    brake_ = {};
+    return;
+  }
+  constexpr double gives = 1e-4;  // [rad]
+  const bool stiff = p_.shaft.stiffness == unlimited;
+  const double body = stiff ? inertia_ : p_.shaft.J_2, omega = stiff ? state_.omega : state_.omega_2;
+  const double stiffness = std::min(most / gives, body * std::pow(0.4 / longest_step, 2));
+  const double bent = lining_ + omega * dt;
+  lining_ = std::clamp(bent, -most / stiffness, most / stiffness);
+  const double damping = lining_ == bent ? 2 * std::sqrt(stiffness * body) : 0;
+  brake_ = {.torque = stiffness * lining_, .damping = damping, .lowest = -most, .most = most};
 }
 
 void Plant::step_bristle(double dt) noexcept {

@@ -92,6 +92,8 @@ class Plant {
   double load_torque(double omega, double theta) const noexcept;
   double shaft_torque(const State& x) const noexcept;
   double slip_torque(double omega, double direction) const noexcept;
+  double torque_in_gears() const noexcept;
+  static double held(const Grip& grip, double omega) noexcept;
   double torque_without_friction(const State& x, double i, double t) const noexcept;
   double rippled(const State& x) const noexcept;
   State slope(const State& x, double e, double t, const Grip& grip, double& i) const noexcept;
@@ -99,6 +101,7 @@ class Plant {
   void step_bristle(double dt) noexcept;
   void step_hard(double dt, int depth) noexcept;
   Grip bend(double dt) noexcept;
+  void bend_lining(double dt) noexcept;
 
   PlantParameters p_;
   State state_;
@@ -128,6 +131,8 @@ class Plant {
   double disc_ = 0;                ///< [J] in the eddy brake's disc
   double stuck_reading_ = 0;       ///< [rad/s] of a tacho whose coupling sticks
   double bristle_ = 0;             ///< [rad]
+  double lining_ = 0;              ///< [rad] of the load's brake
+  Grip brake_;                     ///< of that, during one step
   bool stuck_ = true;              ///< the hard law's state
   bool open_ = false;              ///< the contactor in the armature circuit
 };

@@ -10,7 +10,8 @@ namespace emtb {
 template <class Scalar>
 struct ShaftTorque {
   Scalar pull{};
-  Scalar dry_friction{};
+  Scalar dry_friction{};  ///< of the motor
+  Scalar brake{};         ///< of the load
 
   /// What the load effects say of a measured load pulls as they do, as far as the gauge shows it; the rest is a
   /// brake's, which takes torque but does not push: at rest it holds.
@@ -19,7 +20,7 @@ struct ShaftTorque {
     const Scalar pulls = all ? measured : said, rest = measured - pulls;
     if (value_of(rest) * value_of(omega) >= 0) {
       pull -= pulls;
-      dry_friction += abs(rest);
+      brake += abs(rest);
     } else {
       pull -= measured;
     }
@@ -62,7 +63,14 @@ class Shaft {
 
   /// [rad/s] at the end of the step.
   Scalar speed_after(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
-    return soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction) * inverse_inertia_;
+    return soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction + torque.brake) * inverse_inertia_;
+  }
+
+  /// [N m] What a brake of the load takes over the step: all that it can while the shaft slides. While it holds, what
+  /// the dry friction of the motor leaves it, which is nearer to what pulls.
+  Scalar braked(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
+    const Scalar left = soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction);
+    return clamped(left, -torque.brake, torque.brake);
   }
 
  private:

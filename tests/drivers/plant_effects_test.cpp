@@ -344,7 +344,73 @@ TEST(Plant, WithinItsGapTheLoadIsLeftBehind) {
   EXPECT_LT(plant.omega(), 0.9 * alone) << "now the teeth have met";
 }
 
+TEST(Plant, BearingDragGrowsWithTheSpeedToTheTwoThirds) {
+  PlantParameters p = servo();
+  p.motor.bearing_drag = 4e-5;
+  for (const double reference : {-6.0, 1.0, 6.0}) {
+    Plant plant(p);
+    run(plant, 3, reference);
+    const double w = plant.omega();
+    EXPECT_NEAR(0.042 * plant.i_a(), 1e-5 * w + std::copysign(4e-5 * std::cbrt(w * w), w), 1e-9);
+  }
+}
+
+TEST_P(BothLaws, GearsRubTheMoreTheMoreTheyCarry) {
+  for (const FrictionLaw law : {FrictionLaw::bristle, FrictionLaw::hard}) {
+    for (const double load : {-0.05, 0.0, 0.02, 0.05}) {
+      PlantParameters p = servo(GetParam());
+      p.friction = {.law = law, .T_c = 0.002, .gears = 0.2};
+      p.load.torque = load;
+      Plant plant(p);
+      run(plant, 3, 5);
+      const double motor = 0.042 * plant.i_a();
+      const double carried = GetParam() == Laws::usual ? std::abs(motor + load) : std::abs(motor) + std::abs(load);
+      EXPECT_NEAR(motor, load + 1e-5 * plant.omega() + 0.002 + 0.2 * carried, 1e-6) << load;
+    }
+  }
+}
+
 // Load
+
+TEST(Plant, ADryBrakeTakesItsTorqueWhateverTheSpeedAndTheGaugeSeesIt) {
+  for (const FrictionLaw law : {FrictionLaw::bristle, FrictionLaw::hard}) {
+    for (const double reference : {-5.0, 1.0, 5.0}) {
+      PlantParameters p = servo();
+      p.friction = {.law = law, .T_c = 0.002};
+      p.load.brake = 0.006;
+      Plant plant(p);
+      run(plant, 3, reference);
+      const double direction = reference > 0 ? 1 : -1;
+      EXPECT_NEAR(plant.gauge(), 0.006 * direction, 1e-9);
+      EXPECT_NEAR(0.042 * plant.i_a(), 0.008 * direction + 1e-5 * plant.omega(), 1e-6);
+    }
+  }
+}
+
+TEST(Plant, ADryBrakeHoldsAndDoesNotPush) {
+  PlantParameters p = servo();
+  p.load.brake = 0.006;
+  Plant plant(p);
+  const double slips = 1.2 * 0.006 / 0.042 / 4;  // [V] of the reference
+  run(plant, 2, 0.95 * slips);
+  EXPECT_NEAR(plant.omega(), 0, 1e-6);
+  EXPECT_NEAR(plant.gauge(), 0.95 * 0.006, 1e-6);
+  run(plant, 2, 0);
+  EXPECT_NEAR(plant.gauge(), 0, 1e-6);
+  EXPECT_NEAR(plant.omega(), 0, 1e-6);
+  run(plant, 2, 1.05 * slips);
+  EXPECT_GT(plant.omega(), 0.1);
+}
+
+TEST(Plant, ADryBrakeSitsBehindACompliantShaft) {
+  PlantParameters p = servo();
+  p.shaft = {.stiffness = 0.5, .damping = 1e-3, .J_2 = 2e-5};
+  p.load.brake = 0.006;
+  Plant plant(p);
+  run(plant, 3, 4);
+  EXPECT_NEAR(0.042 * plant.i_a(), 0.006 + 1e-5 * plant.omega(), 1e-6);
+  EXPECT_NEAR(plant.gauge(), 0.006, 1e-9);
+}
 
 TEST(Plant, AnEccentricLoadIsSeenByTheGauge) {
   PlantParameters p = servo();
@@ -437,6 +503,9 @@ TEST(Plant, RefusesEffectsThatCannotBe) {
   refuses([](auto& p) { p.friction.T_d = 0.1; });
   refuses([](auto& p) { p.shaft.gap = 0.1; });
   refuses([](auto& p) { p.shaft.stiffness = 1; });
+  refuses([](auto& p) { p.friction.gears = 0.1; });
+  refuses([](auto& p) { p.motor.bearing_drag = -1; });
+  refuses([](auto& p) { p.load.brake = -1; });
   refuses([](auto& p) { p.load.eddy_heating = -1; });
   refuses([](auto& p) { p.sensors.torque_lag = -1; });
 }

@@ -30,6 +30,7 @@ struct FrictionWarmup {
     const Scalar left = 1.0 - drop * (1.0 - exp(-x.t / tau));
     balance.viscous *= left;
     balance.dry_friction *= left;
+    balance.gear_friction *= left;
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {
