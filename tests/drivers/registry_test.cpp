@@ -84,10 +84,11 @@ TEST(Registry, EachMistakeHasItsLine) {
 }
 
 TEST(Registry, TheSimulationIsCheckedStrictly) {
-  EXPECT_EQ(bad("J: 6.0e-5", "j: 6.0e-5"),
-            "b.yaml:11: simulation.motor.j is not known here. Known: R_a, L_a, K_b, K_m, B, J, brush_drop, "
-            "brush_current, heat_capacity, heat_resistance, reaction, reaction_current, field_drop, field_time, "
-            "flux_hysteresis, coercive_current, windage, windage_exponent, windage_omega, bearing_drag, bearing_exponent");
+  EXPECT_EQ(
+      bad("J: 6.0e-5", "j: 6.0e-5"),
+      "b.yaml:11: simulation.motor.j is not known here. Known: R_a, L_a, K_b, K_m, B, J, brush_drop, "
+      "brush_current, heat_capacity, heat_resistance, reaction, reaction_current, field_drop, field_time, "
+      "flux_hysteresis, coercive_current, windage, windage_exponent, windage_omega, bearing_drag, bearing_exponent");
   EXPECT_EQ(bad("R_a: 1.2", "R_a: 0"), "b.yaml:11: simulation.motor.R_a is 0, but must be above 0");
   EXPECT_EQ(bad(", J: 6.0e-5", ""), "b.yaml:11: simulation.motor.J is missing");
   EXPECT_EQ(bad("law: hard", "law: soft"), "b.yaml:12: simulation.friction.law is `soft`. Known: bristle, hard");
