@@ -14,7 +14,7 @@ namespace emtb {
 struct Excitation {
   std::vector<double> t;          ///< [s], increasing; the simulation's readings are at these times
   std::vector<double> u_ref;      ///< [V] held from its time to the next
-  std::vector<double> e_a;        ///< [V] linear in between, but for:
+  std::vector<double> e_a;        ///< [V] linear in between, or held, but for:
   std::vector<double> e_a_bulge;  ///< [V] by how much its mean from its time to the next exceeds that of both; empty: 0
   std::vector<double> i_a;        ///< [A] of a current drive, held
   std::vector<double> load;       ///< [N m] linear in between
@@ -26,6 +26,9 @@ struct Excitation {
                                    ///< or an offset of the reading, where the model has one, puts it off
   std::vector<double> temperature;  ///< [degC] of the armature, held
   std::vector<char> armature_open;  ///< from its time to the next
+  double acts_after = 0;  ///< [s] after the readings of its row, before them where negative: when a held input acts;
+                          ///< less than an interval
+  bool e_a_held = false;  ///< a voltage that is set, not measured
   InitialState initial;
   double longest_step = 2e-3;                                   ///< [s] longer intervals are divided
   double quick_step = std::numeric_limits<double>::infinity();  ///< [s] the same, where an effect is quicker than the

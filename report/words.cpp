@@ -31,6 +31,8 @@ std::string source_in_words(const NoiseFloor& noise) {
   switch (noise.from) {
     case FloorSource::declared:
       return "declared in the model file";
+    case FloorSource::counts:
+      return "what whole counts of the encoder leave in a speed";
     case FloorSource::settled:
       return "scatter about a straight line in settled stretches";
     case FloorSource::repeats:
@@ -38,10 +40,13 @@ std::string source_in_words(const NoiseFloor& noise) {
     case FloorSource::regression:
       return "scatter of the slow meter about a straight line through the fast signals beside it";
     case FloorSource::differences:
-      return noise.lower_bound ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
-                               : "differences of readings";
+      return noise.lower_bound   ? "differences of readings: a lower bound, coloured noise may be 3-4 times more"
+             : noise.upper_bound ? "differences of readings: an upper bound, the signal bends between them"
+                                 : "differences of readings";
     case FloorSource::resolution:
       return "the instrument's resolution, LSB/√12";
+    case FloorSource::accuracy:
+      return "as exact as a simulation is: 2e-4 of how much the signal varies";
     case FloorSource::assumed:
       return "assumed: a thousandth of the signal's range";
   }

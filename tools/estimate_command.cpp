@@ -9,6 +9,7 @@
 #include "analysis/estimate/inverse_dynamics.h"
 #include "analysis/estimate/static_experiments.h"
 #include "analysis/fit/calibrate.h"
+#include "analysis/fit/timing.h"
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
@@ -109,8 +110,8 @@ KnownParameters known_from(const Model& model, const std::string& file) {
 StaticEstimate whole_run(const std::vector<Run>& runs, const Model& model) {
   StaticEstimate result{.method = StaticMethod::whole_run, .title = "J by a fit of the model to the whole runs"};
   try {
-    const Dataset data = prepare(runs, {}, model);
-    const Calibration fit = calibrate(data.train, model);
+    Dataset data = prepare(runs, {}, model);
+    const Calibration fit = calibrate(data, model);
     const std::vector<std::string> names = fit.model.names();
     const std::vector<double> values = fit.model.values();
     for (std::size_t i = 0; i < names.size(); ++i) {

@@ -14,6 +14,7 @@
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/profile_likelihood.h"
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/timing.h"
 #include "config/formula_effect.h"
 #include "config/mapping.h"
 #include "config/model.h"
@@ -166,9 +167,8 @@ void finish_model(const ModelOptions& o, const Model& model) {
 }
 
 /// Fits, reports, writes: what calibrate and add have in common.
-int fit_and_report(const ModelOptions& o, const Model& start, const Dataset& data, const std::string& action,
-                   json extra) {
-  Calibration c = calibrate(data.train, start, o.calibration());
+int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, const std::string& action, json extra) {
+  Calibration c = calibrate(data, start, o.calibration());
   HistoryEntry entry{action, error_on(data.train, c.model), {}, o.sessions};
   if (!data.held_out.empty()) entry.held_out = error_on(data.held_out, c.model);
   c.model.history.push_back(entry);
@@ -199,7 +199,7 @@ int fit_and_report(const ModelOptions& o, const Model& start, const Dataset& dat
 
 int calibrate_command(const ModelOptions& o) {
   const Model model = read_model(o.model);
-  const Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
+  Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
   return fit_and_report(o, model, data, "calibrated", json::object());
 }
 
@@ -207,8 +207,8 @@ int add_command(const ModelOptions& o) {
   const Model model = o.model_with_candidates();
   const std::size_t effect = model.effect_named(o.effect);
   if (model.includes(effect)) throw Error(o.model + " includes " + o.effect + " already. Use emtb calibrate");
-  const Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
-  const Calibration before = calibrate(data.train, model);
+  Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
+  const Calibration before = calibrate(data, model);
   json extra{{"added", o.effect}};
   extra["before"] = {{"train", error_on(data.train, before.model)},
                      {"held_out", data.held_out.empty() ? json(nullptr) : json(error_on(data.held_out, before.model))}};
@@ -227,7 +227,8 @@ int add_command(const ModelOptions& o) {
 /// The signal that is furthest off, in the run where it is: measured over simulated with the residual below. Where none
 /// is off, the speed.
 void plot_worst(std::span<const Run> runs, const Model& model) {
-  const Dataset data = prepare(runs, {}, model);
+  Dataset data = prepare(runs, {}, model);
+  settle_timing(data, model);
   std::optional<Overlay> worst;
   std::string name;
   const auto off = [](const Overlay& o) {
@@ -257,8 +258,8 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
   const std::vector<Run> held_out = o.runs(o.held_out);
   if (o.fit) {
     for (Model& model : models) {
-      const Dataset data = prepare(runs, held_out, model);
-      model = calibrate(data.train, model, o.calibration()).model;
+      Dataset data = prepare(runs, held_out, model);
+      model = calibrate(data, model, o.calibration()).model;
     }
   }
   if (!held_out.empty()) runs = held_out;
@@ -307,8 +308,8 @@ int compare_command(const ModelOptions& o) {
   std::vector<Run> runs = o.runs(o.sessions);
   const std::vector<Run> held_out = o.runs(o.held_out);
   if (o.fit) {
-    const Dataset data = prepare(runs, held_out, model);
-    model = calibrate(data.train, model, o.calibration()).model;
+    Dataset data = prepare(runs, held_out, model);
+    model = calibrate(data, model, o.calibration()).model;
   }
   if (!held_out.empty()) runs = held_out;  // what is compared: runs that no fit has seen
   const Comparison c = compare(runs, model);

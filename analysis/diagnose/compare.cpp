@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/timing.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -53,11 +54,13 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
                      ": their errors cannot be compared");
   }
   Comparison result;
-  const Dataset staged = prepare(runs, {}, judge, Chaining::staged);
+  Dataset staged = prepare(runs, {}, judge, Chaining::staged);
+  settle_timing(staged, judge);
   const auto staged_squares = mean_squares(residuals(staged.train, model, model.values(), {}));
   result.error = error_of(staged_squares);
   result.signals = fit_of(staged.train, model, staged.noise);
-  const std::vector<Record> chained = prepare_with(staged.noise, runs, judge, Chaining::chained, staged.ripple_order);
+  std::vector<Record> chained = prepare_with(staged.noise, runs, judge, Chaining::chained, staged.ripple_order);
+  set_timing(chained, staged.timing);
   const auto chained_squares = mean_squares(residuals(chained, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);
   for (const auto& [signal, square] : chained_squares) result.chained[signal] = std::sqrt(square);

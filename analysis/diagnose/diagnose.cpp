@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/fit/timing.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -77,6 +78,20 @@ void sort_best_first(std::vector<Candidate>& candidates) {
   });
 }
 
+Finding search_from(const Trial& first, FittedTrials& trials, const Criterion& criterion,
+                    const DiagnoseOptions& options, const Search::Progress& progress) {
+  return Search(trials, criterion, first, options.longest_list, progress).run();
+}
+
+/// The model as given, once fitted, and where it fails.
+void tell_of_the_base(Diagnosis& d, const Dataset& data, const Trial& first, const DiagnoseOptions& options) {
+  d.base = first.model();
+  d.base_train = first.train;
+  d.base_held_out = first.held_out.error();
+  d.where = residual_maps(data.all(), d.base);
+  if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
+}
+
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   if (!informative(data)) return Verdict::cannot_tell;
   if (remainder) return Verdict::unknown_effect;
@@ -107,7 +122,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const auto progress = [&](double share, const std::string& doing) {
     if (options.progress) options.progress(share, doing);
   };
-  const auto prepared = std::make_shared<const Dataset>(prepare(train, held_out, model));
+  const auto prepared = std::make_shared<Dataset>(prepare(train, held_out, model));
   const Dataset& data = *prepared;
   const MaterialityCriterion by_materiality(options.materiality);
   const Criterion& criterion = options.criterion ? *options.criterion : by_materiality;
@@ -118,18 +133,17 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   progress(0.02, "fitting the model as given");
   FittedTrials trials(data, model, criterion, options.score, options.refits);
   Trial first = trials.first_fit();
-  d.base = first.model();
-  d.base_train = first.train;
-  d.base_held_out = first.held_out.error();
-  const std::vector<Record> all = data.all();
-  d.where = residual_maps(all, d.base);
-  if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
-
-  Search search(trials, criterion, std::move(first), options.longest_list, progress);
-  Finding found = search.run();
+  if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
+  Finding found = search_from(first, trials, criterion, options, progress);
+  // What the model lacked may have looked like another timing.
+  if (settle_timing(*prepared, found.current.model())) {
+    first = trials.fit(first.model(), nullptr).value_or(std::move(first));
+    found = search_from(first, trials, criterion, options, progress);
+  }
+  tell_of_the_base(d, data, first, options);
 
   progress(0.9, "standard errors");
-  fit_the_answer(d, data, all, found);
+  fit_the_answer(d, data, data.all(), found);
   name_the_missing(d, found, train, data, options.reach);
   sort_best_first(found.candidates);
   d.verdict = verdict_of(d, data, criterion.remainder(found.current.held_out));

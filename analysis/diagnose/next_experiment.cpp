@@ -30,7 +30,8 @@ struct Instrument {
 std::vector<Instrument> instruments_of(const Run& run) {
   std::vector<Instrument> all;
   for (const auto& [signal, series] : run.signals) {
-    if (signal != Signal::omega && signal != Signal::i_a && signal != Signal::e_a && signal != Signal::torque) continue;
+    constexpr std::array read{Signal::omega, Signal::theta, Signal::i_a, Signal::e_a, Signal::torque};
+    if (std::ranges::find(read, signal) == read.end()) continue;
     if (series.t.size() < 2) continue;
     const double interval = mean_interval(series.t);
     const bool slow = is_sparse(run, signal);

@@ -20,7 +20,7 @@ template <class Scalar>
 class Instrument {
  public:
   explicit Instrument(const Observation& o) : o_(o), averages_(o.first != o.last) {
-    if (averages_) integral_at_first_.resize(o.size());
+    if (averages_) integral_at_first_.resize(o.size());  // of a slope: the sum so far
   }
 
   const Observation& observation() const { return o_; }
@@ -28,6 +28,10 @@ class Instrument {
   /// @param take called with the number of each reading that ends at grid point k, and its prediction
   template <class Take>
   void see(std::size_t k, const Scalar& x, const Take& take) {
+    if (o_.functional == Functional::slope) {
+      sum_up(k, x, take);
+      return;
+    }
     if (averages_ && o_.functional != Functional::increment) {
       if (k > 0) integral_ += 0.5 * (before_ + x);
       before_ = x;
@@ -49,6 +53,16 @@ class Instrument {
   }
 
  private:
+  /// The lines overlap: a value is in two or three of them.
+  template <class Take>
+  void sum_up(std::size_t k, const Scalar& x, const Take& take) {
+    while (begun_ < o_.size() && o_.first[begun_] <= k) ++begun_;
+    for (std::size_t i = done_; i < begun_; ++i) {
+      integral_at_first_[i] += o_.weight[o_.weight_from[i] + k - o_.first[i]] * x;
+    }
+    for (; done_ < o_.size() && o_.last[done_] == k; ++done_) take(done_, integral_at_first_[done_]);
+  }
+
   const Observation& o_;
   bool averages_;
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
@@ -67,7 +81,7 @@ class Comparison final : public Reader<Scalar> {
   void read(std::size_t k, const SimulatedReadings<Scalar>& y) override {
     for (std::size_t s = 0; s < instruments_.size(); ++s) {
       const Observation& o = instruments_[s].observation();
-      instruments_[s].see(k, y.of(o.signal), [&](std::size_t reading, const Scalar& predicted) {
+      instruments_[s].see(k, y.of(o.simulated()), [&](std::size_t reading, const Scalar& predicted) {
         const auto row = static_cast<Eigen::Index>(reading);
         const double weight = 1 / o.sigma[reading];
         out_[s].value.data()[row] = (o.value[reading] - value_of(predicted)) * weight;

@@ -6,6 +6,7 @@
 
 #include "analysis/diagnose/foresee.h"
 #include "analysis/fit/calibrate.h"
+#include "analysis/fit/timing.h"
 #include "analysis/record/dataset.h"
 #include "experiment/first_experiments.h"
 #include "hal/error.h"
@@ -32,7 +33,8 @@ std::vector<std::string> names_of(const std::vector<Recording>& recordings) {
 }
 
 Model fitted(const Model& given, const Recording& recording) {
-  return calibrate(prepare(recording.runs, {}, given).train, given).model;
+  Dataset data = prepare(recording.runs, {}, given);
+  return calibrate(data, given).model;
 }
 
 Profile named(const Profile& profile, const std::string& name) {

@@ -23,6 +23,19 @@ std::vector<Record> Dataset::all() const {
   return records;
 }
 
+void set_timing(std::span<Record> records, const Timing& timing) {
+  for (Record& record : records) {
+    record.excitation.acts_after = timing.acts_after;
+    record.excitation.e_a_held = timing.held;
+  }
+}
+
+void set_timing(Dataset& data, const Timing& timing) {
+  data.timing = timing;
+  set_timing(data.train, timing);
+  set_timing(data.held_out, timing);
+}
+
 Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model, Chaining chaining) {
   Dataset data;
   const std::optional<double> order = data.ripple_order = ripple_order(train);

@@ -11,14 +11,27 @@
 
 namespace emtb {
 
+/// When what is set from outside acts, relative to the readings of its row: before they are taken or after.
+struct Timing {
+  double acts_after = 0;  ///< [s] less than a sample; negative: the readings of a row were taken after it was written
+  bool held = false;      ///< a voltage that is the model's input was set, and holds from row to row
+
+  bool operator==(const Timing&) const = default;
+};
+
 /// Runs as weighed records that share one noise floor: the one way from a session to what a model is compared with.
 struct Dataset {
   std::vector<Record> train, held_out;
   Noise noise;
   std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
 
+  Timing timing = {};  ///< of all runs, see fit/timing.h
+
   std::vector<Record> all() const;
 };
+
+void set_timing(std::span<Record> records, const Timing& timing);
+void set_timing(Dataset& data, const Timing& timing);
 
 /// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
 /// @throws ModelError where a run does not fit the model.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -16,12 +17,73 @@
 namespace emtb {
 namespace {
 
-/// Scatter by third differences, which a smooth movement of the signal leaves out: 1.4826 median|d3 x| / sqrt 20.
-double third_difference_scatter(std::span<const double> x) {
-  std::vector<double> differences;
-  for (std::size_t k = 3; k < x.size(); ++k)
-    differences.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
-  return differences.empty() ? 0 : robust_sigma(std::move(differences)) / std::sqrt(20.0);
+/// Scatter by differences of some order, which a smooth movement of the signal leaves out: 1.4826 median|d^m x| over
+/// the root of the sum of the squares of the weights, (2m)!/(m!)^2.
+double difference_scatter_of(std::span<const double> x, int order) {
+  std::vector<double> d(x.begin(), x.end());
+  double weights = 1;
+  for (int m = 1; m <= order; ++m) {
+    if (d.size() < 2) return 0;
+    for (std::size_t k = 0; k + 1 < d.size(); ++k) d[k] = d[k + 1] - d[k];
+    d.pop_back();
+    weights *= (2.0 * m) * (2.0 * m - 1) / (static_cast<double>(m) * m);
+  }
+  for (double& v : d) v = std::abs(v);
+  return d.empty() ? 0 : robust_sigma(std::move(d)) / std::sqrt(weights);
+}
+
+/// Third differences, pooled over runs. They are a bound on either side: coloured noise makes them too small; readings
+/// so far apart that the signal bends between them too large, which differences of a higher order tell by falling on.
+NoiseFloor floor_by_differences(std::span<const Observation* const> observed) {
+  constexpr int usual = 3, higher = 5;
+  constexpr double still_falls = 0.7;  // noise alone leaves all orders alike
+  std::vector<double> third, fifth;
+  for (const Observation* o : observed) {
+    third.push_back(difference_scatter_of(o->value, usual));
+    fifth.push_back(difference_scatter_of(o->value, higher));
+  }
+  NoiseFloor floor;
+  floor.from = FloorSource::differences;
+  floor.sigma = median(std::move(third));
+  floor.upper_bound = median(std::move(fifth)) < still_falls * floor.sigma;
+  floor.lower_bound = !floor.upper_bound;
+  return floor;
+}
+
+/// How much a signal varies over all its readings [SI].
+double variation_of(std::span<const Observation* const> observed) {
+  double n = 0, sum = 0, squares = 0;
+  for (const Observation* o : observed) {
+    for (const double v : o->value) n += 1, sum += v, squares += v * v;
+  }
+  return n > 0 ? std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n))) : 0;
+}
+
+/// What whole counts of an encoder leave in the readings of a signal, where all of its runs know the encoder's step.
+std::optional<NoiseFloor> floor_of_counts(std::span<const Observation* const> observed) {
+  double squares = 0, n = 0, correlation = 0;
+  for (const Observation* o : observed) {
+    if (o->counted.empty()) return std::nullopt;
+    for (const double variance : o->counted) squares += variance;
+    n += static_cast<double>(o->size());
+    correlation += o->counted_correlation * static_cast<double>(o->size());
+  }
+  if (n == 0) return std::nullopt;
+  NoiseFloor floor;
+  floor.sigma = std::sqrt(squares / n);
+  floor.from = FloorSource::counts;
+  floor.autocorrelation = correlation / n;
+  return floor;
+}
+
+/// The relative standard error of a standard deviation that was pooled from pieces, by how they scatter.
+double relative_error_of(std::span<const double> variances) {
+  if (variances.size() < 2) return 1;
+  double mean = 0, squares = 0;
+  const auto n = static_cast<double>(variances.size());
+  for (const double v : variances) mean += v / n;
+  for (const double v : variances) squares += (v - mean) * (v - mean) / (n - 1);
+  return mean > 0 ? 0.5 * std::sqrt(squares / n) / mean : 0;
 }
 
 /// Scatter of the neighbours in pieces too short for a trend: by the median, since a piece may begin before all has
@@ -150,6 +212,8 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
       lsb = std::max(lsb, o.lsb);
     }
   }
+  if (const auto counts = floor_of_counts(observed)) return *counts;
+  if (signal == Signal::omega) leave_out_rest(settled);
   remove_what_repeats(settled);
   std::vector<double> variances, correlations;
   const auto take = [&](std::span<const double> piece) {
@@ -162,6 +226,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   const auto pooled = [&](FloorSource from) {
     floor.sigma = std::sqrt(median(variances));
     floor.from = from;
+    floor.relative_error = relative_error_of(variances);
     if (!correlations.empty()) floor.autocorrelation = std::clamp(median(correlations), -0.99, 0.999);
   };
   const auto take_repeats = [&] {
@@ -181,11 +246,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   } else if (take_repeats()) {
     pooled(FloorSource::repeats);
   } else {
-    std::vector<double> differences;
-    for (const Observation* o : observed) differences.push_back(third_difference_scatter(o->value));
-    floor.sigma = median(std::move(differences));
-    floor.from = FloorSource::differences;
-    floor.lower_bound = true;
+    floor = floor_by_differences(observed);
   }
   if (slow) {
     // The readings may all span a change, or a relaxation whose last part passes for settled: then their scatter is
@@ -201,7 +262,13 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   if (const double resolution = lsb / std::sqrt(12.0); floor.sigma < resolution) {
     floor.sigma = resolution;
     floor.from = FloorSource::resolution;
-    floor.lower_bound = false;
+    floor.lower_bound = floor.upper_bound = false;
+  }
+  constexpr double accuracy = 2e-4;  // of a simulation whose steps are a tenth of the time constant
+  if (const double least = accuracy * variation_of(observed); floor.sigma < least) {
+    floor.sigma = least;
+    floor.from = FloorSource::accuracy;
+    floor.lower_bound = floor.upper_bound = false;
   }
   return floor;
 }
@@ -212,6 +279,8 @@ std::string_view name_of(FloorSource source) noexcept {
   switch (source) {
     case FloorSource::declared:
       return "declared";
+    case FloorSource::counts:
+      return "counts";
     case FloorSource::settled:
       return "settled";
     case FloorSource::repeats:
@@ -222,6 +291,8 @@ std::string_view name_of(FloorSource source) noexcept {
       return "differences";
     case FloorSource::resolution:
       return "resolution";
+    case FloorSource::accuracy:
+      return "accuracy";
     case FloorSource::assumed:
       return "assumed";
   }
@@ -241,7 +312,8 @@ Noise estimate_noise(std::span<const ObservedRun> records, const Model& model) {
     if (const auto declared = model.noise.find(signal); declared != model.noise.end()) {
       floors[i].sigma = std::max(declared->second, o->lsb / std::sqrt(12.0));
       floors[i].from = FloorSource::declared;
-      floors[i].lower_bound = false;
+      floors[i].lower_bound = floors[i].upper_bound = false;
+      floors[i].relative_error = 0;
     }
     if (floors[i].sigma <= 0) floors[i].sigma = 1e-9;  // a signal without any scatter at all: nothing to weigh by
   });

@@ -15,7 +15,7 @@ namespace emtb {
 inline constexpr double above_the_floor = 1.1;
 
 /// What tells a noise floor.
-enum class FloorSource { declared, settled, repeats, regression, differences, resolution, assumed };
+enum class FloorSource { declared, counts, settled, repeats, regression, differences, resolution, accuracy, assumed };
 std::string_view name_of(FloorSource source) noexcept;  ///< as in JSON
 
 /// The noise of one signal: what even a perfect model would leave.
@@ -23,16 +23,20 @@ struct NoiseFloor {
   double sigma = 0;  ///< SI
   FloorSource from = FloorSource::differences;
   bool lower_bound = false;    ///< true: taken from differences, which coloured noise makes 3-4 times too small
+  bool upper_bound = false;    ///< true: the readings are so far apart that they move more than they scatter
+  double relative_error = 0;   ///< of sigma: how well it is known; 0: as good as exactly
   double autocorrelation = 0;  ///< from one reading to the next, in settled stretches
 };
 
 using Noise = std::map<Signal, NoiseFloor>;
 
-/// The noise floor of each signal, the first that applies: declared in the model; scatter about a straight line in
-/// stretches of settled readings of 1 s or more, pooled over all records; scatter of repeated runs about each other;
-/// differences. For a slow meter, scatter about a line through the fast signals beside it, where that is clearly less:
-/// what settles within a few readings may still relax. Never below LSB/sqrt(12). Settled stretches come before repeats,
-/// which also differ by what an effect adds to each anew: a ripple whose angle nobody set.
+/// The noise floor of each signal, the first that applies: declared in the model; for what is made of an encoder's
+/// counts, what whole counts leave (count_errors.h); scatter about a straight line in stretches of settled readings of
+/// 1 s or more, of a speed while it turns where it ever does, pooled over all records; scatter of repeated runs about
+/// each other; differences. For a slow meter, scatter about a line through the fast signals beside it, where that is
+/// clearly less: what settles within a few readings may still relax. Never below LSB/sqrt(12). Settled stretches come
+/// before repeats, which also differ by what an effect adds to each anew: a ripple whose angle nobody set. Never below
+/// 2e-4 of how much the signal varies: a simulation's steps are no better than that.
 Noise estimate_noise(std::span<const ObservedRun> records, const Model& model);
 
 }  // namespace emtb

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/numerics/even_series.h"
+#include "analysis/record/count_errors.h"
 
 namespace emtb {
 namespace {
@@ -14,6 +15,38 @@ std::uint32_t nearest(std::span<const double> grid, double t) {
   if (above == grid.end()) return static_cast<std::uint32_t>(grid.size() - 1);
   const auto below = above - 1;
   return static_cast<std::uint32_t>((t - *below < *above - t ? below : above) - grid.begin());
+}
+
+/// The least-squares line through points: its slope, and what each of them has in it.
+struct Line {
+  double slope = 0;
+  std::vector<double> weight;
+};
+
+Line line_through(std::span<const double> t, std::span<const double> y) {
+  double middle = 0, squares = 0;
+  for (const double at : t) middle += at / static_cast<double>(t.size());
+  for (const double at : t) squares += (at - middle) * (at - middle);
+  Line line;
+  for (std::size_t j = 0; j < t.size(); ++j) {
+    line.weight.push_back((t[j] - middle) / squares);
+    line.slope += line.weight.back() * (y[j] - y.front());
+  }
+  return line;
+}
+
+/// Gives each grid point its part of the weights at other times, linear in between.
+/// @param first grid point that `out` begins with
+void spread(std::span<const double> t, std::span<const double> weight, std::span<const double> grid, std::size_t first,
+            std::span<double> out) {
+  std::size_t k = 0;
+  for (std::size_t j = 0; j < t.size(); ++j) {
+    while (k + 2 < out.size() && grid[first + k + 1] <= t[j]) ++k;
+    const double from = grid[first + k], to = grid[first + k + 1];
+    const double share = std::clamp((t[j] - from) / (to - from), 0.0, 1.0);
+    out[k] += (1 - share) * weight[j];
+    out[k + 1] += share * weight[j];
+  }
 }
 
 }  // namespace
@@ -46,38 +79,34 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
   return o;
 }
 
-Series speed_from_angle(const Series& theta, std::size_t half) {
-  Series omega;
-  omega.source = "slope of " + theta.source;
-  const std::size_t n = theta.t.size();
-  if (n <= 2 * half) return omega;
-  double squares = 0;
-  for (std::size_t j = 1; j <= half; ++j) squares += 2.0 * static_cast<double>(j * j);
-  for (std::size_t k = half; k + half < n; k += half) {  // closer ones would share most of their noise
-    double sum = 0;
-    for (std::size_t j = 1; j <= half; ++j) sum += static_cast<double>(j) * (theta.value[k + j] - theta.value[k - j]);
-    const double interval = (theta.t[k + half] - theta.t[k - half]) / (2.0 * static_cast<double>(half));
-    omega.t.push_back(theta.t[k]);
-    omega.value.push_back(sum / squares / interval);
-  }
-  return omega;
-}
-
 Observation speed_of_encoder(const Series& theta, std::span<const double> grid) {
-  const double interval = mean_interval(grid);
-  // 21 ms are short against any shaft here and long against the encoder's steps.
-  const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.01 / interval)));
-  Observation o = observe(speed_from_angle(theta, half), Signal::omega, grid, false);
-  o.functional = Functional::mean;
+  Observation o;
+  o.signal = Signal::omega;
+  o.functional = Functional::slope;
   o.origin = Origin::slope_of_angle;
-  // The line's slope is a weighted mean of the speed over +-half; a plain mean over 0.775 of it has the same spread.
-  const auto reach = static_cast<std::uint32_t>(std::lround(std::sqrt(0.6) * static_cast<double>(half)));
-  for (std::size_t i = 0; i < o.size(); ++i) {
-    o.first[i] -= std::min(o.first[i], reach);
-    o.last[i] = std::min(o.last[i] + reach, static_cast<std::uint32_t>(grid.size() - 1));
-    o.begin[i] = grid[o.first[i]];
-    o.end[i] = grid[o.last[i]];
+  o.lsb = theta.lsb;
+  const std::size_t n = theta.t.size();
+  const double interval = n > 1 ? mean_interval(theta.t) : 0;
+  // 21 ms are short against any shaft here and long against the encoder's steps.
+  const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.01 / std::max(interval, 1e-9))));
+  for (std::size_t k = half; k + half < n; k += half) {  // closer ones would share most of their noise
+    const std::span t(&theta.t[k - half], 2 * half + 1), angle(&theta.value[k - half], 2 * half + 1);
+    if (t.front() < grid.front() - 1e-9 || t.back() > grid.back() + 1e-9) continue;  // beyond what drives the model
+    const Line line = line_through(t, angle);
+    const auto first = static_cast<std::uint32_t>(std::ranges::upper_bound(grid, t.front()) - grid.begin()) - 1,
+               last = static_cast<std::uint32_t>(
+                   std::min<std::ptrdiff_t>(std::ranges::lower_bound(grid, t.back()) - grid.begin(),
+                                            static_cast<std::ptrdiff_t>(grid.size()) - 1));
+    o.begin.push_back(t.front());
+    o.end.push_back(t.back());
+    o.first.push_back(first);
+    o.last.push_back(last);
+    o.value.push_back(line.slope);
+    o.weight_from.push_back(o.weight.size());
+    o.weight.resize(o.weight.size() + last - first + 1, 0.0);
+    spread(t, line.weight, grid, first, std::span(o.weight).last(last - first + 1));
   }
+  if (theta.lsb > 0 && o.size() > 2) count_errors_of_slopes(o, theta, half);
   return o;
 }
 
@@ -97,6 +126,7 @@ Observation angle_increments(const Series& theta, std::span<const double> grid) 
     o.last.push_back(angle.last[i]);
     o.value.push_back(angle.value[i] - angle.value[i - span]);
   }
+  if (theta.lsb > 0 && o.size() > 2) count_errors_of_increments(o);
   return o;
 }
 

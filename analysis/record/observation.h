@@ -12,9 +12,10 @@ namespace emtb {
 
 /// How a reading comes of the simulated signal.
 enum class Functional {
-  instant,   ///< its value
-  mean,      ///< its mean from the beginning of the reading to the end (trapezoidal)
-  increment  ///< by how much it grew from the beginning to the end
+  instant,    ///< its value
+  mean,       ///< its mean from the beginning of the reading to the end (trapezoidal)
+  increment,  ///< by how much it grew from the beginning to the end
+  slope       ///< a sum of its values with weights: that of a line through an encoder's angles
 };
 
 /// Who made a reading.
@@ -41,8 +42,15 @@ struct Observation {
   double lsb = 0;              ///< SI, the instrument's step; 0: not known
   double window = 0;           ///< [s] over which the instrument averages; 0: not stated
   bool slow = false;           ///< fewer than half as many readings as the grid has points
+  std::vector<double> weight;  ///< of a slope: one for each grid point of each reading, one reading after the other
+  std::vector<std::size_t> weight_from;  ///< where the weights of each reading begin
+  std::vector<double> counted;     ///< variance that an encoder's whole counts leave in each reading; empty: not known
+  double counted_correlation = 0;  ///< of these errors, from one reading to the next
 
   std::size_t size() const { return value.size(); }
+
+  /// The signal of the simulation that a reading is formed of.
+  Signal simulated() const { return functional == Functional::slope ? Signal::theta : signal; }
 
   /// The covariance of the errors of two readings: a first-order autoregression.
   double covariance(std::size_t i, std::size_t j) const;
@@ -52,6 +60,11 @@ struct Observation {
   double predicted(std::size_t i, const Get& simulated) const {
     const std::size_t a = first[i], b = last[i];
     if (functional == Functional::increment) return simulated(b) - simulated(a);
+    if (functional == Functional::slope) {
+      double slope = 0;
+      for (std::size_t k = a; k <= b; ++k) slope += weight[weight_from[i] + k - a] * simulated(k);
+      return slope;
+    }
     if (a == b) return simulated(a);
     double sum = 0.5 * (simulated(a) + simulated(b));
     for (std::size_t k = a + 1; k < b; ++k) sum += simulated(k);
@@ -63,11 +76,9 @@ struct Observation {
 /// @param slow each reading is a mean: over its window, or since the reading before it
 Observation observe(const Series& series, Signal signal, std::span<const double> grid, bool slow);
 
-/// The angular velocity from an encoder's angle: slope of a least-squares line over +-`half` samples, one value every
-/// `half`.
-Series speed_from_angle(const Series& theta, std::size_t half);
-
-/// The speed that is compared where a run has an angle and no speed.
+/// The speed that is compared where a run has an angle and no speed: the slope of the least-squares line through the
+/// angles over 10 ms to either side, two samples at the least, at the times at which they were read. The same sum of
+/// simulated angles is compared with it, so that no bend of the speed within the line counts as an error.
 Observation speed_of_encoder(const Series& theta, std::span<const double> grid);
 
 /// What an encoder counts over 20 ms or more, span after span: beside a tachogenerator, which it judges.

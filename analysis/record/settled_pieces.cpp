@@ -92,6 +92,27 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
   }
 }
 
+void leave_out_rest(SettledPieces& settled) {
+  constexpr double slow = 0.02;  // of the fastest piece
+  constexpr std::size_t enough = 4;
+  const auto speed = [](const TurningStretch& piece) {
+    double sum = 0;
+    for (const double v : piece.value) sum += v;
+    return std::abs(sum) / static_cast<double>(piece.value.size());
+  };
+  double fastest = 0;
+  for (const TurningStretch& piece : settled.fast) fastest = std::max(fastest, speed(piece));
+  SettledPieces turning;
+  for (std::size_t i = 0; i < settled.fast.size(); ++i) {
+    if (speed(settled.fast[i]) < slow * fastest) continue;
+    turning.fast.push_back(settled.fast[i]);
+    turning.time.push_back(settled.time[i]);
+  }
+  if (turning.fast.size() < enough) return;
+  settled.fast = std::move(turning.fast);
+  settled.time = std::move(turning.time);
+}
+
 void remove_what_repeats(SettledPieces& settled) {
   constexpr double slowest = 4, fastest = 30;  // [Hz]
   const auto enough = [](const TurningStretch& piece, std::size_t orders) { return piece.value.size() > 20 * orders; };

@@ -23,6 +23,10 @@ struct SettledPieces {
 /// Collects the settled pieces of one observation.
 void collect(const ObservedRun& record, const Observation& o, SettledPieces& settled);
 
+/// Leaves out the pieces at rest, where there are others: an instrument of speed that has nothing to count, or whose
+/// brushes stand still, reads quieter than in motion.
+void leave_out_rest(SettledPieces& settled);
+
 /// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is
 /// no noise, something shakes the machine.
 void remove_what_repeats(SettledPieces& settled);

@@ -115,7 +115,8 @@ Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
     o.autocorrelation = floor.autocorrelation;
     o.sigma.assign(o.size(), floor.sigma);
     for (std::size_t i = 0; i < o.size(); ++i) {
-      double widened = floor.sigma * floor.sigma;
+      double widened =
+          floor.from == FloorSource::counts && !o.counted.empty() ? o.counted[i] : floor.sigma * floor.sigma;
       const std::size_t k = o.last[i];
       if (o.signal == Signal::e_a && !driver.empty()) {
         const double change = change_around(driver, k);

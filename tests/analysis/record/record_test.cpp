@@ -88,13 +88,6 @@ TEST(Observation, PredictsAMeanByTheTrapezoidalRule) {
   EXPECT_EQ(o.predicted(1, [](std::size_t k) { return static_cast<double>(k * k); }), 4);
 }
 
-TEST(SpeedFromAngle, IsExactForAConstantAcceleration) {
-  const Series theta = series(1e-3, 1, [](double t) { return 3 + 20 * t + 0.5 * 70 * t * t; });
-  const Series omega = speed_from_angle(theta, 10);
-  ASSERT_GT(omega.t.size(), 90U);
-  for (std::size_t i = 0; i < omega.t.size(); ++i) EXPECT_NEAR(omega.value[i], 20 + 70 * omega.t[i], 1e-9);
-  EXPECT_NEAR(omega.t[1] - omega.t[0], 0.01, 1e-12);  // closer ones would share their noise
-}
 
 TEST(PrepareRun, ComparesWithTheSlopeOfTheAngleWhereThereIsNoSpeed) {
   emtb::Run run = plain_run();

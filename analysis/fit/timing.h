@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "analysis/fit/calibrate.h"
+#include "analysis/record/dataset.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// When the inputs of these runs act, as the readings around their changes tell: loggers read a row before they write
+/// its reference, or after, and stamp either; and a voltage that was set, not measured, holds from row to row. Where
+/// nothing tells it, as recorded: each row is read before it is written.
+///
+/// Each possibility is judged by the sum of squares that it leaves, with what the free parameters take of it by their
+/// sensitivities projected off. Within one sample only: what is later is a delay of the driver, an effect.
+/// @param fitted to these records
+Timing fitted_timing(std::span<const Record> records, const Model& fitted);
+
+/// Finds the timing and sets it. @return whether it is another than before
+bool settle_timing(Dataset& data, const Model& fitted);
+
+/// Calibrates on the training runs, and once more where that tells another timing.
+Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options = {});
+
+/// In words, `the readings of a row are taken after its reference changes`; empty where they are as recorded.
+/// @param interval [s] between rows
+std::string in_words(const Timing& timing, double interval);
+
+}  // namespace emtb
