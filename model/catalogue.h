@@ -71,6 +71,9 @@ std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen);
 /// `coulomb_friction.T_c`
 std::string full_name(const EffectInfo& effect, std::size_t parameter = 0);
 
+/// What an effect needs, for people: `coulomb_friction, a torque gauge`; empty: nothing but the motor.
+std::string needs_of(const EffectInfo& effect);
+
 /// The effects that a running machine is watched for, first things first.
 std::vector<std::size_t> watched_effects();
 

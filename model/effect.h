@@ -89,6 +89,16 @@ struct ChangeWords {
   std::string_view less;
 };
 
+/// What must be there of a bench for an effect to be one of it, and to show in its records.
+struct BenchParts {
+  bool driver = false;          ///< the model begins with its reference
+  bool voltage = false;         ///< feeds the armature; of a current drive's circuit nothing shows
+  bool field_winding = false;   ///< permanent magnets have none
+  bool tachogenerator = false;  ///< the speed is an instrument's reading, and not made from an encoder's angle
+  bool torque_gauge = false;
+  bool current = false;  ///< measured
+};
+
 /// What an effect is, for programs and for people: `emtb effects ID` prints it.
 struct EffectInfo {
   static constexpr std::size_t max_parameters = std::tuple_size_v<StartValues>;
@@ -115,6 +125,7 @@ struct EffectInfo {
   ChangeWords changed = {};
   std::optional<Signal> reads = {};  ///< of a sensor: whose reading it describes; not seen where that is not measured
   std::string_view needs = {};       ///< the effect without which this one makes no sense
+  BenchParts bench = {};             ///< what must be there
 
   /// Neither amplitude nor null to be seen from: the effect is there or not, and is judged by trying it.
   constexpr bool fades() const {

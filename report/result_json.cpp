@@ -142,6 +142,8 @@ json to_json(const Diagnosis& d) {
                                  {"detectable_size", number(c.score.detectable_size)},
                                  {"expected", expected}});
   }
+  out["not_tried"] = json::array();
+  for (const Withheld& w : d.withheld) out["not_tried"].push_back({{"id", d.id(w.effect)}, {"why", w.why}});
   out["parameters"] = parameters_json(d.final);
   out["error"] = {{"base", {{"train", number(d.base_train)}, {"held_out", number(d.base_held_out)}}},
                   {"final", {{"train", number(d.final_train)}, {"held_out", number(d.final_held_out)}}}};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "analysis/diagnose/diagnose.h"
 
@@ -11,5 +12,8 @@ std::string verdict_text(const Diagnosis& diagnosis);
 
 /// The verdict in a sentence or two, with numbers, for the page.
 std::string verdict_in_words(const Diagnosis& diagnosis);
+
+/// A line for each reason for which effects were not tried: `not tried: torque_lag (no gauge reads the torque)`.
+std::vector<std::string> not_tried(const Diagnosis& diagnosis);
 
 }  // namespace emtb

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
@@ -131,7 +132,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   say_what_judges(d, train, held_out);
 
   progress(0.02, "fitting the model as given");
-  FittedTrials trials(data, model, criterion, options.score, options.refits);
+  d.withheld = withheld_effects(model, data.train);
+  Model offering = model;
+  offering.withheld.clear();
+  for (const Withheld& w : d.withheld) offering.withheld.push_back(w.effect);
+  FittedTrials trials(data, offering, criterion, options.score, options.refits);
   Trial first = trials.first_fit();
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   Finding found = search_from(first, trials, criterion, options, progress);

@@ -194,6 +194,21 @@ TEST(Catalogue, IsWatchedForWhatHasASizeAndNoShapeThatMatters) {
   }
 }
 
+TEST(Catalogue, SaysWhatAnEffectNeeds) {
+  const auto needs = [](std::string_view id) { return needs_of(effect_catalogue()[effect_index(id)]); };
+  EXPECT_EQ(needs("windage"), "");
+  EXPECT_EQ(needs("stribeck_friction"), "coulomb_friction");
+  EXPECT_EQ(needs("dry_brake"), "a torque gauge");
+  EXPECT_EQ(needs("field_heating"), "a field winding");
+  for (const EffectInfo& effect : effect_catalogue()) {
+    SCOPED_TRACE(effect.id);
+    EXPECT_EQ(effect.bench.driver, effect.stage == Stage::driver);
+    if (effect.reads == Signal::torque) {
+      EXPECT_TRUE(effect.bench.torque_gauge);
+    }
+  }
+}
+
 TEST(Catalogue, EffectsOfOneFamilyActInOneStage) {
   for (const EffectInfo& a : effect_catalogue()) {
     for (const EffectInfo& b : effect_catalogue()) {

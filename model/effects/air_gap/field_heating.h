@@ -22,7 +22,8 @@ struct FieldHeating {
       .parameter_list =
           {{{.symbol = "drop", .unit = "1", .null = 0, .min = -0.5, .max = 0.5, .typical = 0.04},
             {.symbol = "tau", .unit = "s", .null = 100, .min = 1e-2, .max = 1e5, .typical = 100, .role = Role::shape}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .bench = {.field_winding = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {

@@ -32,7 +32,8 @@ struct ArmatureHeating {
           {{{.symbol = "C_th", .unit = "J/K", .null = infinity, .min = 1e-3, .max = 1e7, .typical = 200},
             {.symbol = "R_th", .unit = "K/W", .null = 1, .min = 1e-4, .max = 1e4, .typical = 3, .role = Role::shape}}},
       .parameter_count = 2,
-      .memory = 1};
+      .memory = 1,
+      .bench = {.voltage = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {

@@ -17,7 +17,8 @@ struct ArmatureInductance {
       .told_apart = "From tacho_lag by the current: in the speed alone they are the same.",
       .source = "Erdal et al. (2011), equation (1)",
       .parameter_list = {{{.symbol = "L_a", .unit = "H", .null = 0, .min = 0, .max = 100, .typical = 1}}},
-      .quick = true};
+      .quick = true,
+      .bench = {.voltage = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

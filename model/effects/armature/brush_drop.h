@@ -33,7 +33,8 @@ struct BrushDrop {
                            .role = Role::shape}}},
       .parameter_count = 2,
       .opposes_motion = true,
-      .watch = Watch{.rank = 3, .varies = false}};
+      .watch = Watch{.rank = 3, .varies = false},
+      .bench = {.voltage = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -22,7 +22,8 @@ struct DiscontinuousConduction {
       .parameter_list =
           {{{.symbol = "V_d", .unit = "V", .null = 0, .min = 0, .max = 1e3, .typical = 3},
             {.symbol = "i_c", .unit = "A", .null = 0.1, .min = 1e-6, .max = 1e3, .typical = 0.1, .role = Role::shape}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -24,7 +24,8 @@ struct DriverDelay {
       .source = "Leonhard, Control of Electrical Drives: T/(2p) on the mean",
       .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2, .typical = 0.03}}},
       .at_null = AtNull::small,
-      .family = Family::driver_edges};
+      .family = Family::driver_edges,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

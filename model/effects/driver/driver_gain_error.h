@@ -21,7 +21,8 @@ struct DriverGainError {
       .source = "calibration error of gain and zero; e.g. IEC 60051 for such errors of instruments",
       .parameter_list = {{{.symbol = "k", .unit = "1", .null = 0, .min = -0.5, .max = 0.5, .typical = 0.01},
                           {.symbol = "e_0", .unit = "V", .null = 0, .min = -100, .max = 100, .typical = 0.5}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -20,7 +20,8 @@ struct DriverLag {
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.07}}},
       .at_null = AtNull::small,
-      .family = Family::driver_edges};
+      .family = Family::driver_edges,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

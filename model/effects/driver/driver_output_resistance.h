@@ -16,7 +16,8 @@ struct DriverOutputResistance {
       .shows = "e_a sags in proportion to the current.",
       .told_apart = "From R_a by a measured e_a alone: without it they are one.",
       .source = "Thevenin; Leonhard, Control of Electrical Drives",
-      .parameter_list = {{{.symbol = "R_o", .unit = "ohm", .null = 0, .min = 0, .max = 1e4, .typical = 3}}}};
+      .parameter_list = {{{.symbol = "R_o", .unit = "ohm", .null = 0, .min = 0, .max = 1e4, .typical = 3}}},
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -19,7 +19,8 @@ struct CurrentOffset {
       .parameter_list = {{{.symbol = "i_0", .unit = "A", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.02}}},
       .watch = Watch{.rank = 5},
       .changed = {"the current is read", "has the sensor's zero moved?", "has the sensor's zero moved?"},
-      .reads = Signal::i_a};
+      .reads = Signal::i_a,
+      .bench = {.current = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

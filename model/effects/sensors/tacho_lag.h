@@ -18,7 +18,8 @@ struct TachoLag {
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.03}}},
       .memory = 3,
-      .reads = Signal::omega};
+      .reads = Signal::omega,
+      .bench = {.tachogenerator = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {

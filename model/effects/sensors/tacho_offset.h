@@ -19,7 +19,8 @@ struct TachoOffset {
       .parameter_list = {{{.symbol = "omega_0", .unit = "rad/s", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.7}}},
       .watch = Watch{.rank = 4},
       .changed = {"the tacho reads", "has its zero moved?", "has its zero moved?"},
-      .reads = Signal::omega};
+      .reads = Signal::omega,
+      .bench = {.tachogenerator = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {

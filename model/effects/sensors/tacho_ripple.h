@@ -25,7 +25,8 @@ struct TachoRipple {
             {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .typical = 1, .role = Role::phase}}},
       .parameter_count = 3,
       .periodic = true,
-      .reads = Signal::omega};
+      .reads = Signal::omega,
+      .bench = {.tachogenerator = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {

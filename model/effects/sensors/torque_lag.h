@@ -22,7 +22,8 @@ struct TorqueLag {
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.016}}},
       .memory = 2,
       .at_null = AtNull::small,
-      .reads = Signal::torque};
+      .reads = Signal::torque,
+      .bench = {.torque_gauge = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {

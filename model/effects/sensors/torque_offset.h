@@ -19,7 +19,8 @@ struct TorqueOffset {
           "From load_torque by the speed, which a load lowers, and by standstill: a weight would turn the shaft.",
       .source = "offset error of a bridge",
       .parameter_list = {{{.symbol = "T_0", .unit = "N m", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.015}}},
-      .reads = Signal::torque};
+      .reads = Signal::torque,
+      .bench = {.torque_gauge = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
