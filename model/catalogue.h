@@ -27,6 +27,7 @@
 #include "model/effects/load/eddy_brake.h"
 #include "model/effects/load/load_torque.h"
 #include "model/effects/sensors/current_offset.h"
+#include "model/effects/sensors/speed_delay.h"
 #include "model/effects/sensors/tacho_lag.h"
 #include "model/effects/sensors/tacho_offset.h"
 #include "model/effects/sensors/tacho_ripple.h"
@@ -39,6 +40,7 @@
 #include "model/effects/shaft/coulomb_friction.h"
 #include "model/effects/shaft/friction_warmup.h"
 #include "model/effects/shaft/load_dependent_friction.h"
+#include "model/effects/shaft/presliding_friction.h"
 #include "model/effects/shaft/shaft_compliance.h"
 #include "model/effects/shaft/stribeck_friction.h"
 #include "model/effects/shaft/windage.h"
@@ -50,11 +52,11 @@ using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, Drive
                               DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction,  //
                               ArmatureHeating, ArmatureInductance, BrushDrop,                      //
                               ArmatureReaction, FieldHeating,                                      //
-                              CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction, Windage,
-                              BearingDrag, FrictionWarmup,                     //
-                              Cogging, Backlash, ShaftCompliance,              //
-                              LoadTorque, DryBrake, EccentricLoad, EddyBrake,  //
-                              TachoRipple, TachoOffset, TachoLag, TorqueOffset, TorqueLag, CurrentOffset>;
+                              CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction,
+                              PreslidingFriction, Windage, BearingDrag, FrictionWarmup,  //
+                              Cogging, Backlash, ShaftCompliance,                        //
+                              LoadTorque, DryBrake, EccentricLoad, EddyBrake,            //
+                              TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;
 
@@ -70,6 +72,10 @@ std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen);
 
 /// `coulomb_friction.T_c`
 std::string full_name(const EffectInfo& effect, std::size_t parameter = 0);
+
+/// Why an effect with these values is not that effect on such a machine, in words: `J_2 is 0.012 kg m2, not below 0.011
+/// kg m2, J`. Empty: it may be.
+std::string implausible(std::size_t effect, std::span<const double> values, const FittedMachine& machine);
 
 /// What an effect needs, for people: `coulomb_friction, a torque gauge`; empty: nothing but the motor.
 std::string needs_of(const EffectInfo& effect);

@@ -141,6 +141,7 @@ json to_json(const Diagnosis& d) {
                                  {"held_out_error", number(c.held_out_error)},
                                  {"detectable_size", number(c.score.detectable_size)},
                                  {"expected", expected}});
+    if (!c.implausible.empty()) out["candidates"].back()["implausible"] = c.implausible;
   }
   out["not_tried"] = json::array();
   for (const Withheld& w : d.withheld) out["not_tried"].push_back({{"id", d.id(w.effect)}, {"why", w.why}});

@@ -107,6 +107,15 @@ std::string verdict_in_words(const Diagnosis& d) {
   return {};
 }
 
+std::vector<std::string> refused(const Diagnosis& d) {
+  std::vector<std::string> lines;
+  for (const Candidate& c : d.candidates) {
+    if (c.implausible.empty()) continue;
+    lines.push_back(d.id(c.score.effect) + " would need an implausible value: " + c.implausible);
+  }
+  return lines;
+}
+
 std::vector<std::string> not_tried(const Diagnosis& d) {
   std::map<std::string, std::string> ids;  // by reason
   for (const Withheld& w : d.withheld) {

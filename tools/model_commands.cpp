@@ -354,6 +354,7 @@ void print_candidates(const Diagnosis& d) {
                     pretty(c.score.detectable_size, 2)});
   }
   std::cout << candidates.text();
+  for (const std::string& line : refused(d)) std::cout << line << "\n";
   for (const std::string& line : not_tried(d)) std::cout << line << "\n";
 }
 

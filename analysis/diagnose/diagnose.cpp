@@ -71,6 +71,10 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
   }
 }
 
+bool named(const Finding& found, std::size_t effect) {
+  return std::ranges::find(found.effects, effect) != found.effects.end();
+}
+
 void sort_best_first(std::vector<Candidate>& candidates) {
   std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
     const double unfit = 1e300;  // any that was not refitted comes after those that were
@@ -150,6 +154,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   progress(0.9, "standard errors");
   fit_the_answer(d, data, data.all(), found);
   name_the_missing(d, found, train, data, options.reach);
+  for (const auto& [effect, why] : trials.refused()) {
+    const auto candidate =
+        std::ranges::find(found.candidates, effect, [](const Candidate& c) { return c.score.effect; });
+    if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
+  }
   sort_best_first(found.candidates);
   d.verdict = verdict_of(d, data, criterion.remainder(found.current.held_out));
   d.candidates = std::move(found.candidates);

@@ -19,6 +19,9 @@ constexpr double no_lag = 2 * shortest_step;
 /// [s] A change of the reference this close to a step's end is at its end.
 constexpr double instant = 1e-9;
 
+/// [s] between the readings that go on a late bus, at least.
+constexpr double bus_interval = 1e-4;
+
 constexpr double copper = 0.00393;   ///< [1/K]
 constexpr double disc_cooling = 60;  ///< [s] of the eddy brake's disc
 
@@ -109,6 +112,12 @@ void Plant::derive() {
   if (driver.delay > 0 || driver.sampling > 0) {
     on_its_way_.resize(4 + static_cast<std::size_t>(driver.delay / 5e-5));  // a loop of 20 kHz
   }
+  if (sensors.delay > 0) {
+    const Reading first{-unlimited, read_now().tacho, state_.theta};
+    on_the_bus_.assign(4 + static_cast<std::size_t>(sensors.delay / bus_interval), first);
+  } else {
+    on_the_bus_.clear();
+  }
   rare_ = see_ > 0 || lag_1_ > 0 || tacho_1_ > 0 || gauge_1_ > 0 || shaft.stiffness != unlimited;
 }
 
@@ -175,6 +184,7 @@ void Plant::step(double dt) noexcept {
   bend_lining(dt / 2);
   each([this](auto member) { state_.*member = settled(state_.*member); });
   remember(dt, state_.heat - heat);
+  send_reading();
 }
 
 /// What a step leaves behind: heat, magnetism, a coupling that sticks.
@@ -222,9 +232,40 @@ double Plant::e_a() const noexcept {
   return output(state_, state_.e, time_) - p_.driver.output_resistance * state_.i;
 }
 
-double Plant::tacho() const noexcept {
-  if (p_.sensors.tacho_stick > 0) return stuck_reading_;
-  return tacho_2_ > 0 ? state_.tacho_2 : tacho_1_ > 0 ? state_.tacho_1 : rippled(state_);
+double Plant::tacho() const noexcept { return on_the_bus_.empty() ? read_now().tacho : arrived().tacho; }
+
+double Plant::encoder() const noexcept { return on_the_bus_.empty() ? state_.theta : arrived().theta; }
+
+/// What the sensors put on the bus.
+Plant::Reading Plant::read_now() const noexcept {
+  const double tacho = p_.sensors.tacho_stick > 0 ? stuck_reading_
+                       : tacho_2_ > 0             ? state_.tacho_2
+                       : tacho_1_ > 0             ? state_.tacho_1
+                                                  : rippled(state_);
+  return {time_, tacho, state_.theta};
+}
+
+/// What comes out of the bus, straight between what went in. Before anything has, the first.
+Plant::Reading Plant::arrived() const noexcept {
+  const double at = time_ - p_.sensors.delay;
+  const std::size_t n = on_the_bus_.size();
+  Reading after = read_now();
+  for (std::size_t k = 0; k < n; ++k) {
+    const Reading& before = on_the_bus_[(newest_ + n - k) % n];
+    if (before.t <= at) {
+      const double share = after.t > before.t ? (at - before.t) / (after.t - before.t) : 0;
+      return {at, before.tacho + share * (after.tacho - before.tacho),
+              before.theta + share * (after.theta - before.theta)};
+    }
+    after = before;
+  }
+  return after;
+}
+
+void Plant::send_reading() noexcept {
+  if (on_the_bus_.empty() || time_ < on_the_bus_[newest_].t + bus_interval) return;
+  newest_ = (newest_ + 1) % on_the_bus_.size();
+  on_the_bus_[newest_] = read_now();
 }
 
 double Plant::load_torque() const noexcept {

@@ -126,6 +126,7 @@ struct SensorParameters {
   double ripple_order = 2;   ///< N, a turn
   double ripple_phase = 0;   ///< [rad]
   double tacho_stick = 0;    ///< [rad/s] by which the speed must change for the tacho's coupling to let go
+  double delay = 0;          ///< [s] of speed and angle, as over a bus
   double torque_lag = 0;     ///< [s] other: two lags of half of it each
 };
 

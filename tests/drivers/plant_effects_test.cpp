@@ -450,6 +450,27 @@ TEST_P(BothLaws, TachoAndGaugeLagByTheirTimeConstants) {
               1e-2 * 0.03 * 0.02 / 1e5 * acceleration);
 }
 
+TEST(Plant, ABusBringsSpeedAndAngleLateAndNothingElse) {
+  PlantParameters p = servo();
+  p.sensors.ripple = 0.02;
+  Plant now(p);
+  p.sensors.delay = 0.0123;
+  Plant late(p);
+  std::vector<double> tacho, theta;
+  for (int n = 0; n < 300; ++n) {
+    now.advance(1e-4, n < 150 ? 3 : 1);
+    late.advance(1e-4, n < 150 ? 3 : 1);
+    tacho.push_back(now.tacho());
+    theta.push_back(now.encoder());
+    EXPECT_EQ(late.omega(), now.omega());
+    EXPECT_EQ(late.i_a(), now.i_a());
+    if (n < 124) continue;
+    const auto then = static_cast<std::size_t>(n - 123);
+    ASSERT_NEAR(late.tacho(), tacho[then], 1e-6) << n;
+    ASSERT_NEAR(late.encoder(), theta[then], 1e-8) << n;
+  }
+}
+
 TEST(Plant, TheTachoRipplesWithTheAngle) {
   PlantParameters p = servo();
   p.sensors = {.ripple = 0.02, .ripple_second = 0.25, .ripple_order = 4, .ripple_phase = 0.7};
@@ -508,6 +529,7 @@ TEST(Plant, RefusesEffectsThatCannotBe) {
   refuses([](auto& p) { p.load.brake = -1; });
   refuses([](auto& p) { p.load.eddy_heating = -1; });
   refuses([](auto& p) { p.sensors.torque_lag = -1; });
+  refuses([](auto& p) { p.sensors.delay = -1; });
 }
 
 }  // namespace

@@ -61,6 +61,7 @@ inline TestBench slow_bench() {
   b.typical = with_typical_sizes({{"driver_slew.fall", 18},
                                   {"driver_saturation.e_max", 103.9},
                                   {"driver_delay.t_d", 0.0317},  // no whole number of readings
+                                  {"speed_delay.t_d", 0.0317},
                                   {"armature_heating.C_th", 5},  // a hundredth of a real one: the run is short
                                   {"field_heating.tau", 40},
                                   {"coulomb_friction.T_c", 0.0547},
@@ -88,6 +89,8 @@ inline TestBench fast_bench() {
                                   {"driver_output_resistance.R_o", 0.2},
                                   {"driver_lag.tau", 0.01},
                                   {"driver_delay.t_d", 0.00537},
+                                  {"speed_delay.t_d", 0.00537},
+                                  {"presliding_friction.sigma_0", 0.5},
                                   {"discontinuous_conduction.V_d", 0.5},
                                   {"discontinuous_conduction.i_c", 0.3},
                                   {"armature_inductance.L_a", 2e-3},

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "hal/error.h"
+#include "tests/model/benches.h"
 
 namespace emtb {
 namespace {
@@ -36,6 +37,8 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"windage", {"c_w"}},
     {"load_dependent_friction", {"k_l"}},
     {"bearing_drag", {"c_b"}},
+    {"presliding_friction", {"sigma_0"}},
+    {"speed_delay", {"t_d"}},
     {"friction_warmup", {"drop", "tau"}},
     {"cogging", {"T_cog", "N", "phase"}},
     {"shaft_compliance", {"k", "d", "J_2"}},
@@ -171,6 +174,64 @@ TEST(Catalogue, WhatIsTriedAtSizesBesideItsNullStartsThere) {
     const bool limit = about.parameter_list[0].role == Role::limit;
     EXPECT_EQ(starts.front()[0], limit ? seen.rise : about.parameter_list[0].null);
   }
+}
+
+/// The machine of a test bench, and about how far it goes there.
+FittedMachine machine_of(const testing_benches::TestBench& bench) {
+  FittedMachine machine{.R_a = bench.base[base::R_a],
+                        .K_b = bench.base[base::K_b],
+                        .K_m = bench.base[base::K_m],
+                        .B = bench.base[base::B],
+                        .J = bench.base[base::J],
+                        .current_driven = false,
+                        .seen = {}};
+  const bool slow = bench.name == "slow";
+  machine.seen.reference = 6;
+  machine.seen.voltage = slow ? 110 : 24;
+  machine.seen.current = slow ? 0.5 : 20;
+  machine.seen.speed = machine.seen.voltage / machine.K_b;
+  machine.seen.duration = 10;
+  machine.seen.heat = slow ? 10 : 100;
+  machine.seen.inertia = machine.J;
+  return machine;
+}
+
+TEST(Catalogue, EveryTypicalSizeIsPlausibleOnItsBench) {
+  for (const auto& bench : {testing_benches::slow_bench(), testing_benches::fast_bench()}) {
+    for (std::size_t effect = 0; effect < effect_count; ++effect) {
+      std::vector<double> values;
+      for (std::size_t i = 0; i < effect_catalogue()[effect].parameter_count; ++i) {
+        values.push_back(bench.typical.at(full_name(effect_catalogue()[effect], i)));
+      }
+      EXPECT_EQ(implausible(effect, values, machine_of(bench)), "")
+          << effect_catalogue()[effect].id << " " << bench.name;
+    }
+  }
+}
+
+TEST(Catalogue, EveryEffectWithASizeKnowsOneThatItCannotHave) {
+  const FittedMachine machine = machine_of(testing_benches::fast_bench());
+  for (std::size_t effect = 0; effect < effect_count; ++effect) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    const bool limit = about.clips || (about.parameter_count > 0 && about.parameter_list[0].role == Role::limit);
+    if (limit || about.parameter_count == 0) continue;
+    std::vector<double> largest;
+    for (const EffectParameter& p : about.parameters()) largest.push_back(p.null == infinity ? p.min : p.max);
+    std::vector<double> smallest;
+    for (const EffectParameter& p : about.parameters()) smallest.push_back(p.min);
+    EXPECT_NE(implausible(effect, largest, machine) + implausible(effect, smallest, machine), "") << about.id;
+  }
+}
+
+TEST(Catalogue, PlausibilityOfTorquesDoesNotHangOnTheirScale) {
+  FittedMachine machine = machine_of(testing_benches::fast_bench());
+  const std::size_t friction = effect_index("coulomb_friction");
+  const double stall = machine.stall_torque();
+  EXPECT_EQ(implausible(friction, std::vector{0.9 * stall}, machine), "");
+  EXPECT_NE(implausible(friction, std::vector{1.1 * stall}, machine), "");
+  for (double* scaled : {&machine.K_m, &machine.B, &machine.J}) *scaled *= 1000;
+  EXPECT_EQ(implausible(friction, std::vector{900 * stall}, machine), "");
+  EXPECT_NE(implausible(friction, std::vector{1100 * stall}, machine), "");
 }
 
 TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {

@@ -93,6 +93,29 @@ TEST(Step, GearsHoldALoadThatAloneWouldTurnThem) {
   EXPECT_LT(speed(0.1, 0.0034), 0);
 }
 
+TEST(Step, DryFrictionThatGivesSpringsBackAndSlipsAtItsTorque) {
+  const double T_c = 0.003, sigma_0 = 0.3;
+  const ModelStructure s = with({"coulomb_friction", "presliding_friction"}, Signal::i_a);
+  const auto angle = [&](double torque) {
+    Excitation x = constant(1, 1e-3, torque / K, &Excitation::i_a);
+    return run(s, and_({R, K, K, 0, J}, {T_c, sigma_0}), x).theta.back();
+  };
+  EXPECT_NEAR(angle(0.002), 0.002 / sigma_0, 1e-6);
+  EXPECT_NEAR(angle(-0.002), -0.002 / sigma_0, 1e-6);
+  EXPECT_GT(angle(0.0031), 0.5) << "it slips";
+  Excitation x = constant(1, 1e-3, 0.002 / K, &Excitation::i_a);
+  for (std::size_t k = 500; k < x.t.size(); ++k) x.i_a[k] = 0;
+  EXPECT_NEAR(run(s, and_({R, K, K, 0, J}, {T_c, sigma_0}), x).theta.back(), 0, 1e-6) << "and springs back";
+}
+
+TEST(Step, AStiffBristleIsDryFriction) {
+  const Excitation x = holds(1e-3, {{0.2, 0}, {0.5, 3}, {0.5, -2}, {0.5, 0}});
+  const Trajectory<double> dry = run(with({"coulomb_friction"}), and_(servo, {0.003}), x);
+  const Trajectory<double> bristles =
+      run(with({"coulomb_friction", "presliding_friction"}), and_(servo, {0.003, 1e4}), x);
+  EXPECT_LT(largest_error(dry.omega, bristles.omega), 0.02);
+}
+
 TEST(Step, BearingDragGrowsWithTheSpeedToTheTwoThirds) {
   for (const double volts : {-12.0, 2.0, 12.0}) {
     const Trajectory<double> y =

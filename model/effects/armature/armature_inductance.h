@@ -1,6 +1,10 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -24,6 +28,12 @@ struct ArmatureInductance {
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const Scalar& L_a = p[0];
     balance.inductance += L_a;
+  }
+
+  /// The current follows faster than the speed does.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most("L_a/R_a", p[0] / machine.R_a, machine.time_constant(), "s",
+                                      "the mechanical time constant");
   }
 };
 

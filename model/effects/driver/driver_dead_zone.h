@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -25,6 +29,11 @@ struct DriverDeadZone {
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const Scalar& u_d = p[0];
     balance.u = soft_threshold(balance.u, u_d);
+  }
+
+  /// A zone as wide as what was asked for would have left nothing to record.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.5 * machine.seen.reference, "half of the largest reference");
   }
 };
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -29,6 +32,11 @@ struct DriverGainError {
     const auto& [k, e_0] = std::tie(p[0], p[1]);
     balance.gain *= 1.0 + k;
     if (value_of(balance.u) > 0) balance.offset += e_0;
+  }
+
+  /// A zero that is off by more is no calibration error.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(1, 0.3 * machine.seen.voltage, "a third of the voltage");
   }
 };
 

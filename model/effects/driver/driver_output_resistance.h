@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -23,6 +27,11 @@ struct DriverOutputResistance {
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const Scalar& R_o = p[0];
     balance.output_resistance += R_o;
+  }
+
+  /// A driver that keeps more of the voltage than the motor gets would be no driver for it.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.R_a, "R_a");
   }
 };
 

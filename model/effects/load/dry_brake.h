@@ -1,6 +1,10 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -25,6 +29,11 @@ struct DryBrake {
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const Scalar& T_b = p[0];
     balance.brake += T_b;
+  }
+
+  /// The motor turned.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.stall_torque(), "what stalls the motor");
   }
 };
 

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -29,6 +33,11 @@ struct CurrentOffset {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.current; }
+
+  /// An error of the zero, and not the reading.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.5 * machine.seen.current, "half of the largest current");
+  }
 };
 
 }  // namespace emtb

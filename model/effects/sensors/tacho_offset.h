@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -30,6 +34,11 @@ struct TachoOffset {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.speed; }
+
+  /// An error of the zero, and not the reading.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.5 * machine.seen.speed, "half of the largest speed");
+  }
 };
 
 }  // namespace emtb

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -32,6 +35,11 @@ struct TachoRipple {
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     const auto& [r, N, phase] = std::tie(p[0], p[1], p[2]);
     balance.omega_reading *= 1.0 + r * sin(N * x.theta + phase);
+  }
+
+  /// Even two segments rectify to less.
+  static std::string implausible(std::span<const double> p, const FittedMachine&) {
+    return Plausible(info, p).at_most(0, 0.3, "that of a tachogenerator at all");
   }
 };
 

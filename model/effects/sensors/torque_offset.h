@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -27,6 +31,11 @@ struct TorqueOffset {
     const Scalar& T_0 = p[0];
     balance.torque_reading += T_0;
     balance.load_offset += T_0;
+  }
+
+  /// An error of the zero, and not the reading.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.stall_torque(), "what stalls the motor");
   }
 };
 

@@ -1,7 +1,12 @@
 #pragma once
 
+#include <cmath>
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -29,6 +34,12 @@ struct BearingDrag {
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     const Scalar& c_b = p[0];
     balance.braking_torque += c_b * x.omega * pow(x.omega * x.omega + straight_below * straight_below, -1.0 / 6);
+  }
+
+  /// The motor reached its speed.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most("its torque at speed", p[0] * std::pow(machine.seen.speed, 2.0 / 3),
+                                      machine.stall_torque(), "N m", "what stalls the motor");
   }
 };
 

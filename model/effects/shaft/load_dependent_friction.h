@@ -1,6 +1,10 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -29,6 +33,11 @@ struct LoadDependentFriction {
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const Scalar& k_l = p[0];
     balance.gear_friction += k_l;
+  }
+
+  /// Gears that let most of their torque through.
+  static std::string implausible(std::span<const double> p, const FittedMachine&) {
+    return Plausible(info, p).at_most(0, 0.8, "a gear that holds itself");
   }
 };
 

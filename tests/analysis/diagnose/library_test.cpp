@@ -62,5 +62,33 @@ TEST(DiagnoseLibrary, NamesTheDragOfABearing) {
   EXPECT_NEAR(fitted(d, "c_b"), 8e-5, 4e-6);
 }
 
+TEST(DiagnoseLibrary, NamesASpeedThatIsReadLate) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.sensors.delay = 0.008;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("speed_delay")) << report(d);
+  EXPECT_NEAR(fitted(d, "t_d"), 0.008, 4e-4);
+}
+
+TEST(DiagnoseLibrary, NamesAnAngleThatIsReadLate) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.sensors.delay = 0.03;
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::omega; });
+  bench.channels.push_back({.signal = Signal::theta, .low = -8000, .high = 8000, .bits = 24});  // 1 mrad
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), testing::Contains("speed_delay")) << report(d);
+  EXPECT_NEAR(fitted(d, "t_d"), 0.03, 2e-3);
+}
+
+TEST(DiagnoseLibrary, NamesFrictionThatGivesBeforeItSlips) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.friction = {.T_c = 0.005, .deflection = 0.05};
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::omega; });
+  bench.channels.push_back({.signal = Signal::theta, .low = -8000, .high = 8000, .bits = 24});  // 1 mrad
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("coulomb_friction", "presliding_friction")) << report(d);
+  EXPECT_NEAR(fitted(d, "sigma_0"), 0.1, 0.03);
+}
+
 }  // namespace
 }  // namespace emtb
