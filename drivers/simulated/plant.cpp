@@ -113,8 +113,9 @@ void Plant::derive() {
     on_its_way_.resize(4 + static_cast<std::size_t>(driver.delay / 5e-5));  // a loop of 20 kHz
   }
   if (sensors.delay > 0) {
-    const Reading first{-unlimited, read_now().tacho, state_.theta};
-    on_the_bus_.assign(4 + static_cast<std::size_t>(sensors.delay / bus_interval), first);
+    const Reading now = read_now(), long_ago{time_ - 1e6, now.tacho, now.theta};
+    on_the_bus_.assign(4 + static_cast<std::size_t>(sensors.delay / bus_interval), long_ago);
+    on_the_bus_[newest_ = 0] = now;
   } else {
     on_the_bus_.clear();
   }
