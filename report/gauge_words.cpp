@@ -30,12 +30,14 @@ std::string composite_of(const Follower& follower, const std::string& pin, Names
 /// What the runs tell in the place of the parameter that is held.
 std::string told_instead(const Pin& pin, Names how) {
   if (pin.followers.empty()) return "these runs tell nothing of it";
+  const bool adds = pin.value == 0;  // what is held at nothing is told from none by a factor
   std::vector<std::string> composites, names;
   for (const Follower& f : pin.followers) {
     composites.push_back(composite_of(f, short_of(pin.parameter, how), how));
     names.push_back(short_of(f.parameter, how));
   }
-  if (std::ranges::find(composites, "") == composites.end()) return "these runs tell " + joined(composites) + " only";
+  if (!adds && std::ranges::find(composites, "") == composites.end())
+    return "these runs tell " + joined(composites) + " only";
   return "these runs do not tell it from " + joined(names, " and ");
 }
 

@@ -16,7 +16,6 @@ namespace emtb {
 namespace {
 
 constexpr double factor_of_ten = std::numbers::ln10;  // of the logarithm
-constexpr double told = 0.3;                          // of its size: as calibrate() calls a parameter determined
 constexpr double rounding = 1e-7;                     // of the strongest direction: lost in the arithmetic
 constexpr double takes_part = 0.1;                    // of a direction's square; by hand
 constexpr double goes_with = 0.1;                     // of a change in the pin; by hand
@@ -29,28 +28,28 @@ struct Information {
   Eigen::MatrixXd scaled;
 };
 
-Information information_of(std::span<const Record> records, const Model& model, const Model& sized_as) {
+Information information_of(std::span<const Record> records, const Model& model) {
   const CalibrationOptions options;
   const FitProblem problem(records, model, options);
   const auto places = problem.free().places();
   Information info{{places.begin(), places.end()}, Eigen::VectorXd(static_cast<Eigen::Index>(places.size())), {}};
   for (std::size_t i = 0; i < places.size(); ++i) {
-    info.size[static_cast<Eigen::Index>(i)] = natural_size(sized_as, sized_as, places[i]);
+    info.size[static_cast<Eigen::Index>(i)] = natural_size(model, model, places[i]);
   }
   const Eigen::MatrixXd sts = problem.normal_equations(problem.free().pick({}), true, false).sts;
   info.scaled = info.size.asDiagonal() * sts * info.size.asDiagonal();
   return info;
 }
 
-/// The directions, one a column, along which the logarithm of the parameters is not known to that much.
-Eigen::MatrixXd null_directions(const Eigen::MatrixXd& scaled, double log_error) {
+/// The directions, one a column, along which the logarithm of the parameters may change by more than a factor of ten.
+Eigen::MatrixXd null_directions(const Eigen::MatrixXd& scaled) {
   if (scaled.size() == 0) return {};
   const Eigensystem eigen = eigensystem(scaled);
   const double largest = std::sqrt(std::max(0.0, eigen.values.maxCoeff()));
   Eigen::Index count = 0;
   while (count < eigen.values.size()) {
     const double singular = std::sqrt(std::max(0.0, eigen.values[count]));
-    if (singular * log_error >= 1 && singular > rounding * largest) break;
+    if (singular * factor_of_ten >= 1 && singular > rounding * largest) break;
     ++count;
   }
   return eigen.vectors.leftCols(count);
@@ -64,20 +63,17 @@ std::size_t rank(std::size_t place) {
 }
 
 /// Holds one parameter after the other, until no null direction is left.
-/// @param among these alone, unless empty
-std::vector<std::size_t> chosen(const Information& info, double log_error, std::size_t most,
-                                std::span<const std::size_t> among) {
+std::vector<std::size_t> chosen(const Information& info, std::size_t most) {
   std::vector<Eigen::Index> left;
   for (std::size_t i = 0; i < info.places.size(); ++i) left.push_back(static_cast<Eigen::Index>(i));
   std::vector<std::size_t> held;
   while (held.size() < most) {
-    const Eigen::MatrixXd null = null_directions(info.scaled(left, left), log_error);
+    const Eigen::MatrixXd null = null_directions(info.scaled(left, left));
     if (null.cols() == 0) break;
     std::optional<std::size_t> best;  // in `left`
     double share = 0;
     for (std::size_t i = 0; i < left.size(); ++i) {
       const std::size_t place = info.places[static_cast<std::size_t>(left[i])];
-      if (!among.empty() && std::ranges::find(among, place) == among.end()) continue;
       const double part = null.row(static_cast<Eigen::Index>(i)).squaredNorm();
       if (part < takes_part) continue;
       const std::size_t best_rank = best ? rank(info.places[static_cast<std::size_t>(left[*best])]) : no_rank;
@@ -91,20 +87,6 @@ std::vector<std::size_t> chosen(const Information& info, double log_error, std::
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(*best));
   }
   return held;
-}
-
-/// How many directions the data leave open where the model stands, and which parameters end that.
-std::vector<std::size_t> to_hold(std::span<const Record> records, const Model& model, double log_error,
-                                 std::span<const std::size_t> among) {
-  const Information there = information_of(records, model, model);
-  const auto open = static_cast<std::size_t>(null_directions(there.scaled, log_error).cols());
-  if (open == 0) return {};
-  // Along a factor that is free B goes as the torques do, as much as there is of it. Where there is none it takes part
-  // only in what is a sum with it. Held in place of such a factor, a B that is really nothing would drive all others
-  // to their bounds.
-  Model without_B = model;
-  if (!without_B.at(base::B).fixed && without_B.at(base::B).min <= 0) without_B.at(base::B).value = 0;
-  return chosen(information_of(records, without_B, model), log_error, open, among);
 }
 
 void pin(Parameter& p, double value) {
@@ -123,9 +105,10 @@ bool crowded(const Model& model) {
   });
 }
 
-/// Values to try, the nearest to that given first.
+/// Values to try, the nearest to that given first. What may be nothing is held at nothing: then K_b stands for all that
+/// it is told from, and none of the rest depends on the other pins but by a factor.
 std::vector<double> values_to_try(const Parameter& given, const Parameter& fitted) {
-  if (given.min <= 0) return {given.value, fitted.value, std::clamp(0.0, given.min, given.max)};
+  if (given.min <= 0) return {std::clamp(0.0, given.min, given.max), given.value, fitted.value};
   std::vector<double> values{given.value};
   for (const double factor : {3.0, 10.0, 30.0, 100.0, 1000.0}) {
     for (const double value : {given.value * factor, given.value / factor}) {
@@ -152,7 +135,15 @@ Fit fit_with_pin(std::span<const Record> records, const Model& given, const Mode
 }  // namespace
 
 std::vector<std::size_t> places_to_hold(std::span<const Record> records, const Model& fitted) {
-  return to_hold(records, fitted, factor_of_ten, {});
+  const Information there = information_of(records, fitted);
+  const auto open = static_cast<std::size_t>(null_directions(there.scaled).cols());
+  if (open == 0) return {};
+  // Along a factor that is free B goes as the torques do, as much as there is of it. Where there is none it takes part
+  // only in what is a sum with it. Held in place of such a factor, a B that is really nothing would drive all others
+  // to their bounds.
+  Model without_B = fitted;
+  if (Parameter& B = without_B.at(base::B); !B.fixed && B.min <= 0) B.value = 0;
+  return chosen(information_of(records, without_B), open);
 }
 
 Model hold(std::span<const Record> records, const Model& given, const Model& fitted,
@@ -191,16 +182,23 @@ Model without_pins(Model model) {
 }
 
 std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted) {
-  std::vector<std::size_t> pinned;
-  for (std::size_t i = 0; i < fitted.names().size(); ++i) {
-    if (fitted.at(i).pinned) pinned.push_back(i);
+  constexpr double told = 0.3;  // of its size: as calibrate() calls a parameter determined
+  CalibrationOptions as_it_is{.extra_starts = 0, .max_iterations = 0};
+  as_it_is.quick_errors = true;
+  Model freed = fitted;
+  bool any = false;
+  for (std::size_t place = 0; place < fitted.names().size(); ++place) {
+    if (!fitted.at(place).pinned) continue;
+    Model free = freed;
+    free.at(place).fixed = free.at(place).pinned = false;
+    // Standard errors that hold for what the model leaves: where that is no noise, any tie seems to be broken a little.
+    const Fit judged = fit_or_none(records, free, as_it_is);
+    const std::optional<double> error = judged.model.at(place).std_error;
+    if (!error || *error > told * natural_size(free, free, place)) continue;
+    freed = std::move(free);
+    any = true;
   }
-  if (pinned.empty()) return std::nullopt;
-  Model free = without_pins(fitted);
-  const std::vector<std::size_t> still = to_hold(records, free, told, pinned);
-  if (still.size() == pinned.size()) return std::nullopt;
-  for (const std::size_t place : still) pin(free.at(place), free.at(place).value);
-  return free;
+  return any ? std::optional(freed) : std::nullopt;
 }
 
 std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted) {
@@ -214,7 +212,7 @@ std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted) {
     Pin p{place, names[place], fitted.at(place).value, fitted.at(place).unit, {}, current_read};
     Model free = fitted;
     free.at(place).fixed = false;
-    const Information info = information_of(records, free, fitted);
+    const Information info = information_of(records, free);
     const auto own = static_cast<Eigen::Index>(std::ranges::find(info.places, place) - info.places.begin());
     std::vector<Eigen::Index> others;
     for (Eigen::Index i = 0; i < info.size.size(); ++i) {

@@ -46,8 +46,8 @@ struct Pin {
 /// effects. So the rest is determined, and none of it needs to change its sign or to leave zero wherever the pin lies.
 std::vector<std::size_t> places_to_hold(std::span<const Record> records, const Model& fitted);
 
-/// The model as given with those parameters held: at the values given, or where the others would have to leave their
-/// bounds for that, as near to them as loses nothing.
+/// The model as given with those parameters held: B at nothing, the others at the values given, or where the rest would
+/// have to leave its bounds for that, as near to them as loses nothing.
 /// @param fitted the same model fitted with all of them free
 Model hold(std::span<const Record> records, const Model& given, const Model& fitted,
            std::span<const std::size_t> places);
@@ -55,7 +55,8 @@ Model hold(std::span<const Record> records, const Model& given, const Model& fit
 /// The same model with all pins free again.
 Model without_pins(Model model);
 
-/// The same model with those pins free that its effects let the data tell; none where all stay.
+/// The same model with those pins free that its effects let the data tell, to less than a third of their size as
+/// standard errors have it that hold for coloured residuals; none where all stay.
 std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted);
 
 /// The pins of a fitted model, and what goes with each.
