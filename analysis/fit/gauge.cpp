@@ -41,15 +41,15 @@ Information information_of(std::span<const Record> records, const Model& model) 
   return info;
 }
 
-/// The directions, one a column, along which the logarithm of the parameters may change by more than a factor of ten.
-Eigen::MatrixXd null_directions(const Eigen::MatrixXd& scaled) {
+/// The directions, one a column, along which the logarithm of the parameters is not known to that much.
+Eigen::MatrixXd null_directions(const Eigen::MatrixXd& scaled, double log_error = factor_of_ten) {
   if (scaled.size() == 0) return {};
   const Eigensystem eigen = eigensystem(scaled);
   const double largest = std::sqrt(std::max(0.0, eigen.values.maxCoeff()));
   Eigen::Index count = 0;
   while (count < eigen.values.size()) {
     const double singular = std::sqrt(std::max(0.0, eigen.values[count]));
-    if (singular * factor_of_ten >= 1 && singular > rounding * largest) break;
+    if (singular * log_error >= 1 && singular > rounding * largest) break;
     ++count;
   }
   return eigen.vectors.leftCols(count);
@@ -183,6 +183,9 @@ Model without_pins(Model model) {
 
 std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted) {
   constexpr double told = 0.3;  // of its size: as calibrate() calls a parameter determined
+  const auto open = [&](const Model& model) {
+    return null_directions(information_of(records, model).scaled, told).cols();
+  };
   CalibrationOptions as_it_is{.extra_starts = 0, .max_iterations = 0};
   as_it_is.quick_errors = true;
   Model freed = fitted;
@@ -191,6 +194,8 @@ std::optional<Model> with_told_pins_free(std::span<const Record> records, const 
     if (!fitted.at(place).pinned) continue;
     Model free = freed;
     free.at(place).fixed = free.at(place).pinned = false;
+    // What ends on a bound is no part of a covariance, and seems to tell the rest.
+    if (open(free) > open(freed)) continue;
     // Standard errors that hold for what the model leaves: where that is no noise, any tie seems to be broken a little.
     const Fit judged = fit_or_none(records, free, as_it_is);
     const std::optional<double> error = judged.model.at(place).std_error;
