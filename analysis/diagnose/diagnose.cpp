@@ -107,7 +107,12 @@ void free_what_is_told(Finding& found, FittedTrials& trials, const Dataset& data
   const std::optional<Model> freed = with_told_pins_free(data.train, found.current.model());
   if (!freed) return;
   std::optional<Trial> trial = trials.fit_to_the_end(*freed);
-  if (trial && trial->fit.cost <= found.current.fit.cost) found.current = std::move(*trial);
+  if (!trial || trial->fit.cost > found.current.fit.cost) return;
+  for (std::size_t i = 0; i < freed->names().size(); ++i) {  // also where the fit has gone since
+    const bool was_held = found.current.model().at(i).pinned && !freed->at(i).pinned;
+    if (was_held && !told(data.train, trial->model(), i)) return;
+  }
+  found.current = std::move(*trial);
 }
 
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {

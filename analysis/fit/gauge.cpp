@@ -181,25 +181,29 @@ Model without_pins(Model model) {
   return model;
 }
 
-std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted) {
-  constexpr double told = 0.3;  // of its size: as calibrate() calls a parameter determined
+bool told(std::span<const Record> records, const Model& fitted, std::size_t place) {
+  constexpr double enough = 0.3;  // of its size: as calibrate() calls a parameter determined
   const auto open = [&](const Model& model) {
-    return null_directions(information_of(records, model).scaled, told).cols();
+    return null_directions(information_of(records, model).scaled, enough).cols();
   };
+  Model held = fitted;
+  held.at(place).fixed = true;
+  // What ends on a bound is no part of a covariance, and seems to tell the rest.
+  if (open(fitted) > open(held)) return false;
   CalibrationOptions as_it_is{.extra_starts = 0, .max_iterations = 0};
   as_it_is.quick_errors = true;
+  const std::optional<double> error = fit_or_none(records, fitted, as_it_is).model.at(place).std_error;
+  return error && *error < enough * natural_size(fitted, fitted, place);
+}
+
+std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted) {
   Model freed = fitted;
   bool any = false;
   for (std::size_t place = 0; place < fitted.names().size(); ++place) {
     if (!fitted.at(place).pinned) continue;
     Model free = freed;
     free.at(place).fixed = free.at(place).pinned = false;
-    // What ends on a bound is no part of a covariance, and seems to tell the rest.
-    if (open(free) > open(freed)) continue;
-    // Standard errors that hold for what the model leaves: where that is no noise, any tie seems to be broken a little.
-    const Fit judged = fit_or_none(records, free, as_it_is);
-    const std::optional<double> error = judged.model.at(place).std_error;
-    if (!error || *error > told * natural_size(free, free, place)) continue;
+    if (!told(records, free, place)) continue;
     freed = std::move(free);
     any = true;
   }

@@ -55,8 +55,12 @@ Model hold(std::span<const Record> records, const Model& given, const Model& fit
 /// The same model with all pins free again.
 Model without_pins(Model model);
 
-/// The same model with those pins free that its effects let the data tell, to less than a third of their size as
-/// standard errors have it that hold for coloured residuals; none where all stay.
+/// Do the data tell a free parameter, to less than a third of its size? As standard errors have it that hold for
+/// coloured residuals: by those for white ones, any effect that explains a little of a large remainder seems to tell
+/// all.
+bool told(std::span<const Record> records, const Model& fitted, std::size_t place);
+
+/// The same model with those pins free that its effects let the data tell; none where all stay.
 std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted);
 
 /// The pins of a fitted model, and what goes with each.
