@@ -143,6 +143,20 @@ const Parameter& Model::at(std::size_t i) const {
 
 Parameter& Model::at(std::size_t i) { return const_cast<Parameter&>(std::as_const(*this).at(i)); }
 
+const EffectParameter* Model::known_of(std::size_t place) const {
+  if (place < base.size()) return nullptr;
+  place -= base.size();
+  for (const IncludedEffect& e : effects) {
+    if (place < e.parameters.size()) return &effect_catalogue()[e.effect].parameter_list[place];
+    place -= e.parameters.size();
+  }
+  for (const AddedTerm& t : terms) {
+    if (place < t.parameters.size()) return t.info ? &t.info->parameter_list[place] : nullptr;
+    place -= t.parameters.size();
+  }
+  throw ModelError("no such parameter");
+}
+
 FreeParameters::FreeParameters(const Model& model) {
   const std::vector<std::string> names = model.names();
   movers_.resize(names.size());

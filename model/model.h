@@ -28,6 +28,7 @@ struct Parameter {
   bool fixed = false;
   std::optional<Prior> prior;
   std::optional<double> std_error;  ///< of the last calibration; none where it exceeds the bounds: not determined
+  bool pinned = false;  ///< fixed for as long as a diagnosis lasts, because the data cannot tell it (see Pin)
 };
 
 /// An effect that the model includes.
@@ -37,6 +38,7 @@ struct IncludedEffect {
 };
 
 struct EffectInfo;
+struct EffectParameter;
 
 /// A term of the equations beside the catalogue's effects.
 struct AddedTerm {
@@ -107,6 +109,9 @@ struct Model {
 
   /// [s] with which the speed follows the voltage, J R_a/(K_b K_m); with a current drive J/B.
   double mechanical_time_constant() const;
+
+  /// What is known of the parameter at a place of the structure; null for a base parameter and for a bare term.
+  const EffectParameter* known_of(std::size_t place) const;
 
   bool periodic() const;  ///< includes an effect that repeats with the angle
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "figures/number.h"
+#include "report/gauge_words.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/words.h"
@@ -64,7 +65,9 @@ std::string verdict_text(const Diagnosis& d) {
     out << "  " << d.about(m.effect).id << " (" << d.about(m.effect).equation << ")";
     for (const Parameter& p : m.parameters) {
       out << "  " << p.symbol << " = "
-          << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
+          << (is_determined(p) ? pretty(p.value, *p.std_error, p.unit)
+              : p.std_error    ? pretty(p.value, 2) + with_space(p.unit) + " (not determined)"
+                               : pretty(p.value) + with_space(p.unit));
     }
     out << "\n";
     for (const std::size_t rival : m.tied_with)

@@ -22,11 +22,13 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/figures_of_diagnosis.h"
+#include "report/gauge_words.h"
 #include "report/progress.h"
 #include "report/result_json.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/verdict.h"
+#include "report/words.h"
 #include "session/spec.h"
 #include "tools/commands.h"
 
@@ -77,7 +79,8 @@ std::string in_words(const LikelihoodInterval& v) {
 /// Values with standard errors, what rests on a bound, what the data do not determine.
 /// @param intervals where they were asked for
 void print_parameters(const Model& model, const std::vector<std::string>& at_bound,
-                      const std::vector<Undetermined>& undetermined, const LikelihoodIntervals& intervals) {
+                      const std::vector<Undetermined>& undetermined, std::span<const Record> records,
+                      const LikelihoodIntervals& intervals, std::span<const Pin> pins = {}) {
   std::vector<std::string> heading{"parameter", "value", "+- std error", "unit", ""};
   if (!intervals.empty()) heading.insert(heading.end() - 1, "95 % by profile likelihood");
   Table table(heading);
@@ -89,12 +92,19 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     std::string remark;
     if (tie != model.tie.end()) {
       remark = "= " + tie->second;
+    } else if (p.pinned) {
+      remark = "held: see below";
     } else if (p.fixed) {
       remark = "fixed";
     } else if (std::ranges::find(at_bound, names[i]) != at_bound.end()) {
       remark = "rests on its bound";
     }
-    std::vector<std::string> row{names[i], pretty(values[i], 5), p.std_error ? pretty(*p.std_error, 2) : "-", p.unit};
+    const bool free = remark.empty();
+    if (const auto with = scaled_with(pins, tie != model.tie.end() ? tie->second : names[i]); !with.empty()) {
+      remark += (remark.empty() ? "" : ", ") + ("goes with " + joined(with));
+    }
+    std::vector<std::string> row{names[i], pretty(values[i], free && !is_determined(p) ? 2 : 5),
+                                 error_in_words(p, free), p.unit};
     if (!intervals.empty()) {
       const auto interval = intervals.find(names[i]);
       row.push_back(interval == intervals.end() ? "" : in_words(interval->second));
@@ -106,11 +116,11 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     table.row(row);
   }
   std::cout << table.text();
-  for (const Undetermined& u : undetermined) {
-    std::cout << "These data do not determine " << u.combination << " (relative changes): +-"
-              << (std::isfinite(u.relative_error) && u.relative_error < 100 ? pretty(100 * u.relative_error, 2) + " %"
-                                                                            : "anything")
-              << "\n";
+  for (const Pin& pin : pins) std::cout << in_words(pin) << "\n";
+  for (const Undetermined& u : undetermined) std::cout << in_words(u) << "\n";
+  if (!undetermined.empty()) {
+    std::cout << "To determine " << (undetermined.size() == 1 ? "it" : "them") << ": "
+              << advice_on(undetermined, model, recorded_by(records)) << "\n";
   }
 }
 
@@ -183,13 +193,16 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   out["at_bound"] = c.at_bound;
   out["undetermined"] = json::array();
   for (const Undetermined& u : c.identifiability.undetermined) out["undetermined"].push_back(u.combination);
+  out["advice"] = c.identifiability.undetermined.empty()
+                      ? json(nullptr)
+                      : json(advice_on(c.identifiability.undetermined, c.model, recorded_by(data.train)));
   out["singular_values"] =
       std::vector<double>(c.identifiability.singular_values.begin(), c.identifiability.singular_values.end());
   out["signals"] = to_json(fit_of(data.held_out.empty() ? data.train : data.held_out, c.model, data.noise));
   write_json(o.json_file, out);
   if (o.json_file == "-") return c.converged ? 0 : 1;
 
-  print_parameters(c.model, c.at_bound, c.identifiability.undetermined, intervals);
+  print_parameters(c.model, c.at_bound, c.identifiability.undetermined, data.train, intervals);
   std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out "
             << error_cell(entry.held_out) << "\n";
   finish_model(o, c.model);
@@ -374,7 +387,7 @@ int diagnose_command(const ModelOptions& o) {
     CalibrationOptions from_there;
     from_there.extra_starts = 0;
     intervals = profile_likelihoods(d.data->train, calibrate(d.data->train, d.final, from_there));
-    result["parameters"] = parameters_json(d.final, intervals);
+    result["parameters"] = parameters_json(d.final, intervals, d.pins);
   }
   write_json(o.json_file, result);
   if (o.json_file == "-") return 0;
@@ -389,7 +402,7 @@ int diagnose_command(const ModelOptions& o) {
   std::cout << "\n" << verdict_text(d) << "\n";
   print_candidates(d);
   std::cout << "\n";
-  print_parameters(d.final, d.at_bound, d.undetermined, intervals);
+  print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
   std::cout << "\n";
   print_signals(d.signals);
   if (d.verdict != Verdict::nothing_missing && d.verdict != Verdict::cannot_tell) {

@@ -45,6 +45,7 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> a
   } catch (const ModelError&) {
     d.final = found.current.model();
   }
+  d.pins = pins_of(data.train, d.final);
   d.final_train = found.current.train;
   d.final_held_out = found.current.held_out.error();
   d.base = with_standard_errors(data.train, d.base).model;
@@ -99,6 +100,28 @@ void tell_of_the_base(Diagnosis& d, const Dataset& data, const Trial& first, con
   if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
 }
 
+/// The first fit. Where the data cannot tell all parameters, `given` gets the pins, and all fits hold them.
+Trial first_fit(FittedTrials& trials, const Dataset& data, Model& given) {
+  Trial first = trials.first_fit();
+  const std::vector<std::size_t> places = places_to_hold(data.train, first.model());
+  if (places.empty()) return first;
+  given = hold(data.train, given, first.model(), places);
+  return trials.first_fit();
+}
+
+/// What was found may tell what the model as given could not: a driver that blocks tells K_b by itself.
+void free_what_is_told(Finding& found, FittedTrials& trials, const Dataset& data) {
+  const std::optional<Model> freed = with_told_pins_free(data.train, found.current.model());
+  if (!freed) return;
+  std::optional<Trial> trial = trials.fit_to_the_end(*freed);
+  if (!trial || trial->fit.cost > found.current.fit.cost) return;
+  for (std::size_t i = 0; i < freed->names().size(); ++i) {  // also where the fit has gone since
+    const bool was_held = found.current.model().at(i).pinned && !freed->at(i).pinned;
+    if (was_held && !told(data.train, trial->model(), i)) return;
+  }
+  found.current = std::move(*trial);
+}
+
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   if (!informative(data)) return Verdict::cannot_tell;
   if (remainder) return Verdict::unknown_effect;
@@ -139,11 +162,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
 
   progress(0.02, "fitting the model as given");
   d.withheld = withheld_effects(model, data.train);
-  Model offering = model;
-  offering.withheld.clear();
-  for (const Withheld& w : d.withheld) offering.withheld.push_back(w.effect);
-  FittedTrials trials(data, offering, criterion, options.score, options.refits);
-  Trial first = trials.first_fit();
+  Model given = without_pins(model);
+  given.withheld.clear();
+  for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
+  FittedTrials trials(data, given, criterion, options.score, options.refits);
+  Trial first = first_fit(trials, data, given);
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   Finding found = search_from(first, trials, criterion, options, progress);
   // What the model lacked may have looked like another timing.
@@ -151,6 +174,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     first = trials.fit(first.model(), nullptr).value_or(std::move(first));
     found = search_from(first, trials, criterion, options, progress);
   }
+  free_what_is_told(found, trials, data);
   tell_of_the_base(d, data, first, options);
 
   progress(0.9, "standard errors");

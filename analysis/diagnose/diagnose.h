@@ -16,6 +16,7 @@
 #include "analysis/diagnose/score.h"
 #include "analysis/diagnose/search.h"
 #include "analysis/fit/calibrate.h"
+#include "analysis/fit/gauge.h"
 #include "model/effect.h"
 #include "model/model.h"
 
@@ -51,6 +52,7 @@ struct Diagnosis {
   std::vector<std::string> at_bound;       ///< parameters of the final model that rest on a bound
   std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
   std::vector<Withheld> withheld;          ///< effects that were not tried
+  std::vector<Pin> pins;                   ///< parameters that were held because these data cannot tell them
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first
