@@ -1,0 +1,180 @@
+#include "tests/blind/wide/oracle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "analysis/fit/calibrate.h"
+#include "analysis/fit/residuals.h"
+#include "analysis/record/dataset.h"
+#include "config/model.h"
+#include "model/catalogue.h"
+#include "session/spec.h"
+
+namespace emtb::blind::wide {
+namespace {
+
+std::vector<Run> read_all(const CaseFiles& files, const std::vector<std::string>& names) {
+  std::vector<Run> runs;
+  for (const std::string& name : names) {
+    for (Run& run : read_runs((files.folder / name).string())) runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
+/// Residuals of each signal over all records, one after another.
+using Errors = std::map<Signal, std::vector<double>>;
+
+Errors errors_of(std::span<const Record> records, const Model& model) {
+  Errors errors;
+  for (const Residuals& r : residuals(records, model, model.values(), {})) {
+    auto& list = errors[r.signal];
+    list.insert(list.end(), r.value.begin(), r.value.end());
+  }
+  return errors;
+}
+
+double mean_square(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v * v;
+  return sum / static_cast<double>(std::max<std::size_t>(values.size(), 1));
+}
+
+/// How many independent readings a series is worth: n/(1 + 2 sum of its autocorrelation while that is positive).
+double effective(const std::vector<double>& values) {
+  const std::size_t n = values.size();
+  const double square = mean_square(values);
+  if (n < 3 || square == 0) return static_cast<double>(n);
+  double sum = 0;
+  for (std::size_t lag = 1; lag < n / 4; ++lag) {
+    double product = 0;
+    for (std::size_t k = lag; k < n; ++k) product += values[k] * values[k - lag];
+    const double correlation = product / static_cast<double>(n - lag) / square;
+    if (correlation < 0.05) break;
+    sum += correlation;
+  }
+  return static_cast<double>(n) / (1 + 2 * sum);
+}
+
+/// A structure fitted from values that are as near to the truth as anybody knows.
+std::optional<Model> fitted(std::span<const Record> train, Model model, const WideCase& c,
+                            const std::vector<std::string>& ids) {
+  for (const auto& [symbol, value] : true_base(c)) {
+    const auto p = std::ranges::find(model.base, symbol, &Parameter::symbol);
+    if (p != model.base.end()) p->value = std::clamp(value, p->min, p->max);
+  }
+  for (const std::string& id : ids) {
+    const std::size_t effect = effect_index(id);
+    if (!model.includes(effect)) model.include(effect);
+    const auto truth = std::ranges::find(c.truths, id, &Truth::id);
+    for (Parameter& p : model.parameters_of(effect)) {
+      if (truth == c.truths.end()) continue;
+      const auto known = std::ranges::find(truth->parameters, p.symbol, &TrueParameter::symbol);
+      if (known != truth->parameters.end()) p.value = std::clamp(known->value, p.min, p.max);
+    }
+  }
+  const Fit fit = fit_or_none(train, model, {.extra_starts = 2, .max_iterations = 60, .with_covariance = false});
+  if (!std::isfinite(fit.cost)) return std::nullopt;
+  return fit.model;
+}
+
+std::string joined(const std::vector<std::string>& ids) {
+  std::string out;
+  for (const std::string& id : ids) out += (out.empty() ? "" : " + ") + id;
+  return out.empty() ? "nothing" : out;
+}
+
+/// All sets of at most `most` of the names that are not the truth; none larger than the truth itself.
+std::vector<std::vector<std::string>> rivals(const std::vector<std::string>& named, const std::vector<Truth>& truths) {
+  std::vector<std::vector<std::string>> sets;
+  const std::size_t count = std::min<std::size_t>(named.size(), 6);
+  for (std::size_t mask = 0; mask < (std::size_t{1} << count); ++mask) {
+    std::vector<std::string> set;
+    for (std::size_t i = 0; i < count; ++i) {
+      if ((mask >> i & 1U) != 0) set.push_back(named[i]);
+    }
+    if (set.size() != std::min(count, truths.size())) continue;
+    const bool all_true =
+        set.size() == truths.size() && std::ranges::all_of(truths, [&](const Truth& t) {
+          return std::ranges::any_of(t.right, [&](const auto& id) { return std::ranges::find(set, id) != set.end(); });
+        });
+    if (!all_true) sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+/// The phase at which a periodic effect begins to be fitted: Model::include gives a null amplitude, whose sensitivities
+/// to order and phase vanish.
+void begin_with_an_amplitude(Model& model, const WideCase& c) {
+  for (const Truth& t : c.truths) {
+    if (!in_library(t.id) || !model.includes(effect_index(t.id))) continue;
+    for (Parameter& p : model.parameters_of(effect_index(t.id))) {
+      if (p.symbol != "N") continue;
+      const auto& plant = c.bench.plant;
+      p.value = t.id == "cogging" ? plant.shaft.cogging_order : plant.sensors.ripple_order;
+    }
+  }
+}
+
+Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std::string>& named) {
+  const Model start = read_model(files.folder / files.model);
+  std::vector<std::string> judges = files.held_out;
+  judges.insert(judges.end(), files.secret.begin(), files.secret.end());
+  const Dataset data = prepare(read_all(files, files.train), read_all(files, judges), start);
+  std::vector<std::string> truth;
+  for (const Truth& t : c.truths) truth.push_back(t.id);
+  Model with_truth = start;
+  for (const std::string& id : truth) with_truth.include(effect_index(id));
+  begin_with_an_amplitude(with_truth, c);
+  const auto true_model = fitted(data.train, with_truth, c, truth);
+  if (!true_model) return {.nats = {}, .rival = {}, .why_not = "the true structure could not be fitted"};
+  const Errors true_errors = errors_of(data.held_out, *true_model);
+  Oracle oracle;
+  for (const auto& set : rivals(named, c.truths)) {
+    const auto rival = fitted(data.train, start, c, set);
+    if (!rival) continue;
+    double nats = 0;
+    for (const auto& [signal, errors] : errors_of(data.held_out, *rival)) {
+      const auto& own = true_errors.at(signal);
+      nats += 0.5 * std::min(effective(own), effective(errors)) * std::log(mean_square(errors) / mean_square(own));
+    }
+    if (!oracle.nats || nats < *oracle.nats) oracle.nats = nats, oracle.rival = joined(set);
+  }
+  return oracle;
+}
+
+}  // namespace
+
+bool in_library(const std::string& id) {
+  return std::ranges::find(effect_catalogue(), id, &EffectInfo::id) != effect_catalogue().end();
+}
+
+Oracle ask_oracle(const WideCase& c, const CaseFiles& files, const std::vector<std::string>& named) {
+  for (const Truth& t : c.truths) {
+    if (!in_library(t.id)) return {.nats = {}, .rival = {}, .why_not = "the library lacks " + t.id};
+  }
+  for (const std::string& id : named) {
+    if (!in_library(id)) return {.nats = {}, .rival = {}, .why_not = id + " is no effect of this library"};
+  }
+  try {
+    return compare(c, files, named);
+  } catch (const std::exception& error) {
+    return {.nats = {}, .rival = {}, .why_not = error.what()};
+  }
+}
+
+std::map<std::string, double> secret_errors(const WideCase& c, const CaseFiles& files, const std::string& model) {
+  Model final = read_model(files.folder / model);
+  // As the instruments are, whatever the diagnosis took them for; the weights of a speed from counts are the library's.
+  for (const Instrument& i : c.bench.instruments) {
+    if (i.signal != Signal::torque) final.noise[i.signal] = i.sigma();
+  }
+  const Dataset data = prepare(read_all(files, files.secret), {}, final);
+  std::map<std::string, double> out;
+  for (const auto& [signal, errors] : errors_of(data.train, final)) {
+    out[std::string(info(signal).name)] = std::sqrt(mean_square(errors));
+  }
+  return out;
+}
+
+}  // namespace emtb::blind::wide
