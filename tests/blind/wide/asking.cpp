@@ -102,7 +102,8 @@ void check(const CaseFiles& files, const Asking& how, WideAnswer& answer) {
   run_command(how.emtb, arguments, files.folder, "check.log", how.longest);
   answer.findings.emplace();
   if (!std::filesystem::exists(files.folder / "check.json")) return;
-  for (const json& finding : read_json(files.folder / "check.json").at("findings")) {
+  const json result = read_json(files.folder / "check.json");
+  for (const json& finding : result.at("findings")) {
     const auto word = [&](const char* key) {
       return finding.contains(key) && finding[key].is_string() ? finding[key].get<std::string>() : std::string();
     };
@@ -121,7 +122,9 @@ std::vector<std::string> diagnose_arguments(const CaseFiles& files) {
 }
 
 bool has_check(const std::filesystem::path& emtb, const std::filesystem::path& folder) {
-  return run_command(emtb, {"check", "--help"}, folder, "help.log", 20).code == 0;
+  // A program that does not know the command prints its general help.
+  return run_command(emtb, {"check", "--help"}, folder, "help.log", 20).code == 0 &&
+         text_of(folder / "help.log").find("emtb check") != std::string::npos;
 }
 
 WideAnswer answer_not_made(Kind kind, std::size_t number, const std::string& why) {

@@ -34,7 +34,7 @@ std::string given_text(const WideCase& c, Draw& draw) {
   const auto& p = c.bench.plant;
   const auto one = [&](const char* symbol, double truth, const char* unit) {
     return std::string(symbol) + ": {value: " + text(truth * draw.within(0.8, 1.2), 3) +
-           ", min: 0, max: " + text(20 * truth, 3) + ", unit: " + unit + "}";
+           ", min: " + text(truth / 50, 3) + ", max: " + text(20 * truth, 3) + ", unit: " + unit + "}";
   };
   std::string out;
   for (const std::string& id : c.given) {

@@ -6,6 +6,7 @@
 
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/timing.h"
 #include "analysis/record/dataset.h"
 #include "config/model.h"
 #include "model/catalogue.h"
@@ -120,13 +121,15 @@ Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std:
   const Model start = read_model(files.folder / files.model);
   std::vector<std::string> judges = files.held_out;
   judges.insert(judges.end(), files.secret.begin(), files.secret.end());
-  const Dataset data = prepare(read_all(files, files.train), read_all(files, judges), start);
+  Dataset data = prepare(read_all(files, files.train), read_all(files, judges), start);
   std::vector<std::string> truth;
   for (const Truth& t : c.truths) truth.push_back(t.id);
   Model with_truth = start;
   for (const std::string& id : truth) with_truth.include(effect_index(id));
   begin_with_an_amplitude(with_truth, c);
-  const auto true_model = fitted(data.train, with_truth, c, truth);
+  auto true_model = fitted(data.train, with_truth, c, truth);
+  // When the readings of a row are taken, the true structure tells best; all are compared at that.
+  if (true_model && settle_timing(data, *true_model)) true_model = fitted(data.train, with_truth, c, truth);
   if (!true_model) return {.nats = {}, .rival = {}, .why_not = "the true structure could not be fitted"};
   const Errors true_errors = errors_of(data.held_out, *true_model);
   Oracle oracle;
@@ -169,9 +172,11 @@ std::map<std::string, double> secret_errors(const WideCase& c, const CaseFiles& 
   for (const Instrument& i : c.bench.instruments) {
     if (i.signal != Signal::torque) final.noise[i.signal] = i.sigma();
   }
-  const Dataset data = prepare(read_all(files, files.secret), {}, final);
+  Dataset data = prepare(read_all(files, files.train), read_all(files, files.secret), final);
+  settle_timing(data, final);
   std::map<std::string, double> out;
-  for (const auto& [signal, errors] : errors_of(data.train, final)) {
+  for (const auto& [signal, errors] : errors_of(data.held_out, final)) {
+    if (signal == Signal::torque) continue;  // an input, unless the model has a load
     out[std::string(info(signal).name)] = std::sqrt(mean_square(errors));
   }
   return out;

@@ -121,7 +121,10 @@ WideAnswer answer_to(const Wanted& w, const Options& options) {
   } catch (const std::exception& error) {
     a = answer_not_made(w.kind, w.number, std::string("not made: ") + error.what());
   }
-  if (!keep) std::filesystem::remove_all(folder);
+  if (!keep)
+    std::filesystem::remove_all(folder);
+  else
+    std::ofstream(folder / "answer.json") << to_json_line(a) << "\n";
   return a;
 }
 

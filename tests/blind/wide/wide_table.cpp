@@ -26,6 +26,7 @@ struct Row {
 
 std::vector<Row> rows(const WideScores& s) {
   return {{"one effect: named, nothing wrong beside", ">= 95 %", s.single},
+          {"one effect, named right: `unknown_effect` all the same", "", s.single_remainder},
           {"healthy: anything named", "<= 2 %", s.healthy_named},
           {"healthy: `unknown_effect`", "<= 3 %", s.healthy_unknown},
           {"two effects: all named, nothing wrong beside", ">= 88 %", s.pair},
@@ -129,6 +130,7 @@ WideScores wide_score(std::span<const WideAnswer> answers) {
     } else {
       (a.kind == "single" ? s.single : a.kind == "pair" ? s.pair : s.triple).add(right);
     }
+    if (a.kind == "single" && right) s.single_remainder.add(a.verdict == "unknown_effect");
     if (a.kind == "outside" || !right) continue;
     for (const auto& [signal, error] : a.secret) secret.push_back(error);
     if (a.traits.at("laws") != "usual" && a.kind != "healthy") continue;

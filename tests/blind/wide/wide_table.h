@@ -12,8 +12,9 @@ namespace emtb::blind::wide {
 struct WideScores {
   Share single, pair, triple;  ///< all named, nothing wrong beside; undecidable cases are left out
   Share healthy_named, healthy_unknown;
-  Share outside_wrong;   ///< a wrong name, and no word of a remainder
-  Share outside_silent;  ///< nothing named, and no word of a remainder
+  Share single_remainder;  ///< of the singles named right: a remainder is stated that is not there
+  Share outside_wrong;     ///< a wrong name, and no word of a remainder
+  Share outside_silent;    ///< nothing named, and no word of a remainder
   Share covered, base_covered;
   Share caught;          ///< contradicted garbage: found under its name
   Share remarked;        ///< other garbage: any finding
