@@ -57,9 +57,36 @@ double effective(const std::vector<double>& values) {
   return static_cast<double>(n) / (1 + 2 * sum);
 }
 
+/// Values of parameters to begin with, by effect.
+using Starts = std::map<std::string, std::vector<TrueParameter>>;
+
+/// Those of the truth: as the plant has them, or nearly so where its law is another.
+Starts true_starts(const WideCase& c) {
+  Starts starts;
+  for (std::size_t t = 0; t < c.truths.size(); ++t) starts[c.truths[t].id] = c.about.at(t);
+  const auto& plant = c.bench.plant;
+  if (starts.contains("cogging")) starts["cogging"].push_back({"N", plant.shaft.cogging_order});
+  if (starts.contains("tacho_ripple")) starts["tacho_ripple"].push_back({"N", plant.sensors.ripple_order});
+  return starts;
+}
+
+/// Those that the diagnosis ended with; none where its model cannot be read.
+Starts found_starts(const CaseFiles& files) try {
+  Starts starts;
+  const Model found = read_model(files.folder / "final.yaml");
+  for (const IncludedEffect& e : found.effects) {
+    for (const Parameter& p : e.parameters) {
+      starts[std::string(effect_catalogue()[e.effect].id)].push_back({p.symbol, p.value});
+    }
+  }
+  return starts;
+} catch (const std::exception&) {
+  return {};
+}
+
 /// A structure fitted from values that are as near to the truth as anybody knows.
 std::optional<Model> fitted(std::span<const Record> train, Model model, const WideCase& c,
-                            const std::vector<std::string>& ids) {
+                            const std::vector<std::string>& ids, const Starts& starts) {
   for (const auto& [symbol, value] : true_base(c)) {
     const auto p = std::ranges::find(model.base, symbol, &Parameter::symbol);
     if (p != model.base.end()) p->value = std::clamp(value, p->min, p->max);
@@ -67,11 +94,11 @@ std::optional<Model> fitted(std::span<const Record> train, Model model, const Wi
   for (const std::string& id : ids) {
     const std::size_t effect = effect_index(id);
     if (!model.includes(effect)) model.include(effect);
-    const auto truth = std::ranges::find(c.truths, id, &Truth::id);
+    const auto known = starts.find(id);
+    if (known == starts.end()) continue;
     for (Parameter& p : model.parameters_of(effect)) {
-      if (truth == c.truths.end()) continue;
-      const auto known = std::ranges::find(truth->parameters, p.symbol, &TrueParameter::symbol);
-      if (known != truth->parameters.end()) p.value = std::clamp(known->value, p.min, p.max);
+      const auto value = std::ranges::find(known->second, p.symbol, &TrueParameter::symbol);
+      if (value != known->second.end()) p.value = std::clamp(value->value, p.min, p.max);
     }
   }
   const Fit fit = fit_or_none(train, model, {.extra_starts = 2, .max_iterations = 60, .with_covariance = false});
@@ -104,19 +131,6 @@ std::vector<std::vector<std::string>> rivals(const std::vector<std::string>& nam
   return sets;
 }
 
-/// The phase at which a periodic effect begins to be fitted: Model::include gives a null amplitude, whose sensitivities
-/// to order and phase vanish.
-void begin_with_an_amplitude(Model& model, const WideCase& c) {
-  for (const Truth& t : c.truths) {
-    if (!in_library(t.id) || !model.includes(effect_index(t.id))) continue;
-    for (Parameter& p : model.parameters_of(effect_index(t.id))) {
-      if (p.symbol != "N") continue;
-      const auto& plant = c.bench.plant;
-      p.value = t.id == "cogging" ? plant.shaft.cogging_order : plant.sensors.ripple_order;
-    }
-  }
-}
-
 Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std::string>& named) {
   const Model start = read_model(files.folder / files.model);
   std::vector<std::string> judges = files.held_out;
@@ -124,17 +138,15 @@ Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std:
   Dataset data = prepare(read_all(files, files.train), read_all(files, judges), start);
   std::vector<std::string> truth;
   for (const Truth& t : c.truths) truth.push_back(t.id);
-  Model with_truth = start;
-  for (const std::string& id : truth) with_truth.include(effect_index(id));
-  begin_with_an_amplitude(with_truth, c);
-  auto true_model = fitted(data.train, with_truth, c, truth);
+  const Starts known = true_starts(c), found = found_starts(files);
+  auto true_model = fitted(data.train, start, c, truth, known);
   // When the readings of a row are taken, the true structure tells best; all are compared at that.
-  if (true_model && settle_timing(data, *true_model)) true_model = fitted(data.train, with_truth, c, truth);
+  if (true_model && settle_timing(data, *true_model)) true_model = fitted(data.train, start, c, truth, known);
   if (!true_model) return {.nats = {}, .rival = {}, .why_not = "the true structure could not be fitted"};
   const Errors true_errors = errors_of(data.held_out, *true_model);
   Oracle oracle;
   for (const auto& set : rivals(named, c.truths)) {
-    const auto rival = fitted(data.train, start, c, set);
+    const auto rival = fitted(data.train, start, c, set, found);
     if (!rival) continue;
     double nats = 0;
     for (const auto& [signal, errors] : errors_of(data.held_out, *rival)) {

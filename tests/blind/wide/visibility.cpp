@@ -86,7 +86,8 @@ Visibility::Readings Visibility::ideal(const WideBench& bench) const {
   std::size_t run = 0;
   for (const auto* list : {&base_.train, &base_.held_out}) {
     for (const Experiment& e : *list) {
-      for (auto& [signal, values] : record(bench, e, seed_, written_[run]).ideal) {
+      const Recording recording = record(bench, e, seed_, written_[run]);
+      for (const auto& [signal, values] : recording.ideal) {
         // Where the file has the terminal voltage in place of the reference, it is what drives the model.
         if (signal == Signal::e_a && !bench.logs_reference) continue;
         auto& list_of = all[signal];

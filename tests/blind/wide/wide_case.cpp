@@ -81,9 +81,9 @@ bool hide(WideCase& c, const std::vector<const WideEffect*>& what, std::uint64_t
     for (std::size_t i = 0; i < what.size(); ++i) {
       if (i == left_out) continue;
       auto parameters = what[i]->hide(bench, c.truths[i].size, shapes[i]);
-      if (left_out >= what.size() && plain.plant.laws == simulated::Laws::usual) {
-        c.truths[i].parameters = std::move(parameters);
-      }
+      if (left_out < what.size()) continue;
+      if (plain.plant.laws == simulated::Laws::usual) c.truths[i].parameters = parameters;
+      c.about.push_back(std::move(parameters));
     }
     return bench;
   };

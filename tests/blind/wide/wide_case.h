@@ -28,9 +28,10 @@ struct WideCase {
   Kind kind{};
   std::uint64_t seed = 0;  ///< of the bench that was drawn
   WideBench bench;
-  std::vector<Truth> truths;
-  double visible = 0;              ///< of the hidden things together; 1: just material
-  std::vector<std::string> given;  ///< effects that plant and model have from the start
+  std::vector<Truth> truths;                      ///< their parameters only where the plant obeys the library's laws
+  std::vector<std::vector<TrueParameter>> about;  ///< of each truth: about what the library's law would have
+  double visible = 0;                             ///< of the hidden things together; 1: just material
+  std::vector<std::string> given;                 ///< effects that plant and model have from the start
   std::optional<Garbage> garbage;
   std::vector<Run> train, held_out, secret;
 };
