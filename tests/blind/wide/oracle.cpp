@@ -85,8 +85,8 @@ Starts found_starts(const CaseFiles& files) try {
 }
 
 /// A structure fitted from values that are as near to the truth as anybody knows.
-std::optional<Model> fitted(std::span<const Record> train, Model model, const WideCase& c,
-                            const std::vector<std::string>& ids, const Starts& starts) {
+std::optional<Fit> fitted(std::span<const Record> train, Model model, const WideCase& c,
+                          const std::vector<std::string>& ids, const Starts& starts) {
   for (const auto& [symbol, value] : true_base(c)) {
     const auto p = std::ranges::find(model.base, symbol, &Parameter::symbol);
     if (p != model.base.end()) p->value = std::clamp(value, p->min, p->max);
@@ -101,9 +101,16 @@ std::optional<Model> fitted(std::span<const Record> train, Model model, const Wi
       if (value != known->second.end()) p.value = std::clamp(value->value, p.min, p.max);
     }
   }
-  const Fit fit = fit_or_none(train, model, {.extra_starts = 2, .max_iterations = 60, .with_covariance = false});
+  Fit fit = fit_or_none(train, model, {.extra_starts = 2, .max_iterations = 60, .with_covariance = false});
   if (!std::isfinite(fit.cost)) return std::nullopt;
-  return fit.model;
+  return fit;
+}
+
+/// The better of two fits of one structure, from either start.
+std::optional<Fit> best_fit(std::span<const Record> train, const Model& model, const WideCase& c,
+                            const std::vector<std::string>& ids, const Starts& one, const Starts& other) {
+  auto a = fitted(train, model, c, ids, one), b = fitted(train, model, c, ids, other);
+  return !a || (b && b->cost < a->cost) ? b : a;
 }
 
 std::string joined(const std::vector<std::string>& ids) {
@@ -139,17 +146,20 @@ Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std:
   std::vector<std::string> truth;
   for (const Truth& t : c.truths) truth.push_back(t.id);
   const Starts known = true_starts(c), found = found_starts(files);
-  auto true_model = fitted(data.train, start, c, truth, known);
+  Starts mixed = known;
+  for (const auto& [id, values] : found) mixed[id] = values;
+  const auto fit_truth = [&] { return best_fit(data.train, start, c, truth, known, mixed); };
+  auto true_fit = fit_truth();
   // When the readings of a row are taken, the true structure tells best; all are compared at that.
-  if (true_model && settle_timing(data, *true_model)) true_model = fitted(data.train, start, c, truth, known);
-  if (!true_model) return {.nats = {}, .rival = {}, .why_not = "the true structure could not be fitted"};
-  const Errors true_errors = errors_of(data.held_out, *true_model);
+  if (true_fit && settle_timing(data, true_fit->model)) true_fit = fit_truth();
+  if (!true_fit) return {.nats = {}, .rival = {}, .why_not = "the true structure could not be fitted"};
+  const Errors true_errors = errors_of(data.held_out, true_fit->model);
   Oracle oracle;
   for (const auto& set : rivals(named, c.truths)) {
-    const auto rival = fitted(data.train, start, c, set, found);
+    const auto rival = best_fit(data.train, start, c, set, found, known);
     if (!rival) continue;
     double nats = 0;
-    for (const auto& [signal, errors] : errors_of(data.held_out, *rival)) {
+    for (const auto& [signal, errors] : errors_of(data.held_out, rival->model)) {
       const auto& own = true_errors.at(signal);
       nats += 0.5 * std::min(effective(own), effective(errors)) * std::log(mean_square(errors) / mean_square(own));
     }

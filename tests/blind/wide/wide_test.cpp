@@ -12,6 +12,7 @@
 #include "session/spec.h"
 #include "tests/blind/wide/asking.h"
 #include "tests/blind/wide/logger.h"
+#include "tests/blind/wide/oracle.h"
 #include "tests/blind/wide/visibility.h"
 #include "tests/blind/wide/wide_table.h"
 
@@ -361,6 +362,41 @@ TEST(WideAsking, ADiagnosisThatFailsOrLastsTooLongIsAnAnswer) {
   EXPECT_EQ(died.verdict, "failed: exit 2, why");
   const auto slow = program(folder.path(), "[ \"$1\" = check ] && exit 2\nexec sleep 30\n");
   EXPECT_THAT(ask(c, files, {.emtb = slow, .longest = 0.3}).verdict, HasSubstr("in time"));
+}
+
+// The oracle
+
+TEST(WideOracle, SaysWhetherTheDataTellTheTruthFromWhatWasNamed) {
+  const TemporaryFolder folder;
+  WideCase c;
+  c.bench = bench_with_experiments();
+  c.bench.secret = c.bench.held_out;
+  c.about = {wide_effect("coulomb_friction").hide(c.bench, 3, Draw(1))};
+  c.truths = {{"coulomb_friction", 3, c.about.front(), {"coulomb_friction"}}};
+  std::uint64_t seed = 1;
+  for (const Experiment& e : c.bench.train) c.train.push_back(record(c.bench, e, seed++).run);
+  for (const Experiment& e : c.bench.held_out) c.held_out.push_back(record(c.bench, e, seed++).run);
+  c.secret = {c.held_out.front()};
+  c.secret.front().name = "secret";
+  const CaseFiles files = write_case(c, folder.path());
+  const Oracle over_nothing = ask_oracle(c, files, {});
+  ASSERT_TRUE(over_nothing.nats) << over_nothing.why_not;
+  EXPECT_GT(*over_nothing.nats, 3);
+  EXPECT_EQ(over_nothing.rival, "nothing");
+  const Oracle over_another = ask_oracle(c, files, {"coulomb_friction", "windage"});
+  EXPECT_EQ(over_another.rival, "windage") << "no larger than the truth, and not the truth";
+  EXPECT_GT(over_another.nats.value_or(0), 3);
+  // A lag of 1 us is nothing that these rows could show.
+  c.bench.plant.friction.T_c = 0;
+  c.truths = {{"driver_lag", 1, {}, {"driver_lag"}}};
+  c.about = {{{"tau", 1e-6}}};
+  c.train = {record(c.bench, c.bench.train.front(), 1).run};
+  c.held_out = c.secret = {record(c.bench, c.bench.held_out.front(), 2).run};
+  const Oracle over_an_alias = ask_oracle(c, write_case(c, folder.path()), {"driver_delay"});
+  ASSERT_TRUE(over_an_alias.nats) << over_an_alias.why_not;
+  EXPECT_FALSE(over_an_alias.decidable());
+  c.truths.front().id = "no_such_effect";
+  EXPECT_THAT(ask_oracle(c, files, {}).why_not, HasSubstr("lacks no_such_effect"));
 }
 
 WideAnswer answer(const std::string& kind, std::vector<std::string> truth, std::vector<std::string> named) {
