@@ -170,6 +170,7 @@ WideAnswer ask(const WideCase& c, const CaseFiles& files, const Asking& how) {
     for (const auto& m : a.missing) named.push_back(m.id);
     const Oracle oracle = ask_oracle(c, files, named);
     a.nats = oracle.nats;
+    a.truth_error = oracle.truth_error;
     a.rival = oracle.rival;
     a.why_not = oracle.why_not;
   }

@@ -138,8 +138,17 @@ std::vector<std::vector<std::string>> rivals(const std::vector<std::string>& nam
   return sets;
 }
 
+/// Weighed as the instruments are, whatever a diagnosis took them for. The floor of a speed from counts is the
+/// library's, and the torque's, which is an input for most.
+Model with_true_noise(Model model, const WideCase& c) {
+  for (const Instrument& i : c.bench.instruments) {
+    if (i.signal != Signal::torque) model.noise[i.signal] = i.sigma();
+  }
+  return model;
+}
+
 Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std::string>& named) {
-  const Model start = read_model(files.folder / files.model);
+  const Model start = with_true_noise(read_model(files.folder / files.model), c);
   std::vector<std::string> judges = files.held_out;
   judges.insert(judges.end(), files.secret.begin(), files.secret.end());
   Dataset data = prepare(read_all(files, files.train), read_all(files, judges), start);
@@ -152,9 +161,13 @@ Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std:
   auto true_fit = fit_truth();
   // When the readings of a row are taken, the true structure tells best; all are compared at that.
   if (true_fit && settle_timing(data, true_fit->model)) true_fit = fit_truth();
-  if (!true_fit) return {.nats = {}, .rival = {}, .why_not = "the true structure could not be fitted"};
+  if (!true_fit)
+    return {.nats = {}, .rival = {}, .truth_error = 0, .why_not = "the true structure could not be fitted"};
   const Errors true_errors = errors_of(data.held_out, true_fit->model);
   Oracle oracle;
+  for (const auto& [signal, errors] : true_errors) {
+    if (signal != Signal::torque) oracle.truth_error = std::max(oracle.truth_error, std::sqrt(mean_square(errors)));
+  }
   for (const auto& set : rivals(named, c.truths)) {
     const auto rival = best_fit(data.train, start, c, set, found, known);
     if (!rival) continue;
@@ -176,24 +189,21 @@ bool in_library(const std::string& id) {
 
 Oracle ask_oracle(const WideCase& c, const CaseFiles& files, const std::vector<std::string>& named) {
   for (const Truth& t : c.truths) {
-    if (!in_library(t.id)) return {.nats = {}, .rival = {}, .why_not = "the library lacks " + t.id};
+    if (!in_library(t.id)) return {.nats = {}, .rival = {}, .truth_error = 0, .why_not = "the library lacks " + t.id};
   }
   for (const std::string& id : named) {
-    if (!in_library(id)) return {.nats = {}, .rival = {}, .why_not = id + " is no effect of this library"};
+    if (!in_library(id))
+      return {.nats = {}, .rival = {}, .truth_error = 0, .why_not = id + " is no effect of this library"};
   }
   try {
     return compare(c, files, named);
   } catch (const std::exception& error) {
-    return {.nats = {}, .rival = {}, .why_not = error.what()};
+    return {.nats = {}, .rival = {}, .truth_error = 0, .why_not = error.what()};
   }
 }
 
 std::map<std::string, double> secret_errors(const WideCase& c, const CaseFiles& files, const std::string& model) {
-  Model final = read_model(files.folder / model);
-  // As the instruments are, whatever the diagnosis took them for; the weights of a speed from counts are the library's.
-  for (const Instrument& i : c.bench.instruments) {
-    if (i.signal != Signal::torque) final.noise[i.signal] = i.sigma();
-  }
+  const Model final = with_true_noise(read_model(files.folder / model), c);
   Dataset data = prepare(read_all(files, files.train), read_all(files, files.secret), final);
   settle_timing(data, final);
   std::map<std::string, double> out;

@@ -14,8 +14,9 @@ struct Oracle {
   /// By how much ln L of the true structure is above that of the best wrong set of at most its size that can be made
   /// of what was named: sum over signals of n_eff/2 ln(MSE_wrong/MSE_true). At least 3: the case is decidable.
   std::optional<double> nats;
-  std::string rival;    ///< that set
-  std::string why_not;  ///< no answer: the library lacks an effect, or a fit failed
+  std::string rival;       ///< that set
+  double truth_error = 0;  ///< RMSE of the true structure on those runs, true sigma, of the worst signal
+  std::string why_not;     ///< no answer: the library lacks an effect, or a fit failed
   bool decidable() const { return !nats || *nats >= 3; }
 };
 

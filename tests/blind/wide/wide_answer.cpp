@@ -57,6 +57,7 @@ std::string to_json_line(const WideAnswer& a) {
                      {"base_intervals", to_json(a.base_intervals)},
                      {"secret", secret},
                      {"nats", a.nats ? finite(*a.nats) : json(nullptr)},
+                     {"truth_error", finite(a.truth_error)},
                      {"rival", a.rival},
                      {"why_not", a.why_not},
                      {"findings", a.findings ? json(*a.findings) : json(nullptr)},
@@ -92,6 +93,7 @@ WideAnswer wide_answer_from(const std::string& line) try {
   a.base_intervals = covered_from(j.at("base_intervals"));
   for (const auto& [signal, error] : j.at("secret").items()) a.secret[signal] = number(error);
   if (!j.at("nats").is_null()) a.nats = j.at("nats");
+  a.truth_error = number(j.at("truth_error"));
   a.rival = j.at("rival");
   a.why_not = j.at("why_not");
   if (!j.at("findings").is_null()) a.findings = j.at("findings").get<std::vector<std::string>>();
@@ -116,6 +118,11 @@ Grade grade(const WideAnswer& answer) {
 bool counts(const WideAnswer& a) { return !starts_with(a.verdict, "not made") && a.lacking.empty(); }
 
 bool undecidable(const WideAnswer& a) {
+  const auto is = [&](const char* trait, const char* value) {
+    const auto found = a.traits.find(trait);
+    return found != a.traits.end() && found->second == value;
+  };
+  if (a.truth_error > 2 && is("laws", "usual") && is("model error", "no")) return false;
   return counts(a) && !a.truth.empty() && a.kind != "outside" && !grade(a).all_right() && a.nats && *a.nats < 3;
 }
 

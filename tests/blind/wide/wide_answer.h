@@ -33,6 +33,7 @@ struct WideAnswer {
 
   // The oracle; asked where an answer is not right
   std::optional<double> nats;
+  double truth_error = 0;
   std::string rival, why_not;
 
   // What `emtb check` found: `what signal`; nothing where the command is absent
@@ -54,7 +55,8 @@ bool counts(const WideAnswer& answer);
 
 /// An answer that is not right, though the oracle could tell; for a single, pair or triple.
 bool missed(const WideAnswer& answer);
-/// Not right, and nothing could tell the truth from what was named.
+/// Not right, and nothing could tell the truth from what was named. Not where the true structure itself is far from the
+/// instruments although the plant obeys the library's laws: then it is the library that cannot tell.
 bool undecidable(const WideAnswer& answer);
 
 /// The remainder is stated: `unknown_effect`, or an error above 1.25 floors.

@@ -158,7 +158,8 @@ std::string line_of(const WideAnswer& a) {
     what = a.verdict;
     for (const auto& f : a.findings.value_or(std::vector<std::string>{})) what += "; " + f;
   }
-  if (a.nats) what += "; oracle " + rounded(*a.nats, 1) + " nats over " + a.rival;
+  if (a.nats)
+    what += "; oracle " + rounded(*a.nats, 1) + " nats over " + a.rival + ", truth " + rounded(a.truth_error, 2);
   if (!a.why_not.empty()) what += "; no oracle: " + a.why_not;
   const char* mark = missed(a) ? "MISS " : undecidable(a) ? "?    " : !a.lacking.empty() ? "lack " : "     ";
   return mark + a.id + " [" + trait("machine") + ", " + trait("speed") + ", " + trait("rate") + ", loop " +

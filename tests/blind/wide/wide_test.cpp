@@ -382,6 +382,8 @@ TEST(WideOracle, SaysWhetherTheDataTellTheTruthFromWhatWasNamed) {
   const Oracle over_nothing = ask_oracle(c, files, {});
   ASSERT_TRUE(over_nothing.nats) << over_nothing.why_not;
   EXPECT_GT(*over_nothing.nats, 3);
+  EXPECT_GT(over_nothing.truth_error, 0.9);
+  EXPECT_LT(over_nothing.truth_error, 1.6) << "what the instruments leave, and where the shaft stops within a row";
   EXPECT_EQ(over_nothing.rival, "nothing");
   const Oracle over_another = ask_oracle(c, files, {"coulomb_friction", "windage"});
   EXPECT_EQ(over_another.rival, "windage") << "no larger than the truth, and not the truth";
@@ -453,6 +455,19 @@ TEST(WideScores, CountEachRowByItsOwnRule) {
   EXPECT_EQ(s.covered.count, 1u);
   EXPECT_EQ(s.covered.of, 2u);
   EXPECT_THAT(wide_tables(answers), HasSubstr("| loop | open | 1 of 2 |"));
+}
+
+TEST(WideScores, WhereTheTrueStructureItselfIsFarOffTheLibraryHasNoExcuse) {
+  WideAnswer a = answer("single", {"windage"}, {"eddy_brake"});
+  a.traits["model error"] = "no";
+  a.nats = -5;
+  a.truth_error = 1.1;
+  EXPECT_TRUE(undecidable(a));
+  a.truth_error = 8;
+  EXPECT_FALSE(undecidable(a));
+  EXPECT_TRUE(missed(a));
+  a.traits["laws"] = "other";
+  EXPECT_TRUE(undecidable(a)) << "its law is not the plant's";
 }
 
 TEST(WideScores, AnEffectThatTheLibraryLacksIsCountedApart) {
