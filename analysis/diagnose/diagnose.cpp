@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/diagnose/remainder.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
 
@@ -13,13 +14,14 @@ namespace {
 
 /// Did anything move at all? Readings that never leave their noise inform nothing.
 bool informative(const Dataset& data) {
+  constexpr double moves = 1.5;  // floors, over thousands of readings
   for (const Record& record : data.train) {
     for (const Observation& o : record.observations) {
       if (o.signal != Signal::omega && o.signal != Signal::i_a) continue;
       double mean = 0, squares = 0;
       for (const double v : o.value) mean += v / static_cast<double>(o.size());
       for (const double v : o.value) squares += (v - mean) * (v - mean);
-      if (std::sqrt(squares / static_cast<double>(o.size())) > 5 * data.noise.at(o.signal).sigma) return true;
+      if (std::sqrt(squares / static_cast<double>(o.size())) > moves * data.noise.at(o.signal).sigma) return true;
     }
   }
   return false;
@@ -146,7 +148,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   fit_the_answer(d, data, data.all(), found);
   name_the_missing(d, found, train, data, options.reach);
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(d, data, criterion.remainder(found.current.held_out));
+  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality));
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");

@@ -4,6 +4,7 @@
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/criterion.h"
+#include "analysis/diagnose/likelihood.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/trials.h"
 
@@ -35,7 +36,10 @@ class FittedTrials final : public Trials {
 
  private:
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
-  void leave_one_out(Trial& trial, CalibrationOptions options) const;
+  /// Adds the losses of runs left out in turn to a trial. @return their squares
+  Squares leave_one_out(Trial& trial, CalibrationOptions options) const;
+  Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
+  Quality quality_in_training(const Fit& fit) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;
 
   const Dataset& data_;

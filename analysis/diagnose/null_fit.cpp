@@ -77,8 +77,8 @@ double ringing_of(const NullFit& fitted) {
 NullFit null_fit(std::span<const Record> records, const Model& model) {
   const FreeParameters free(model);
   const auto p = static_cast<Eigen::Index>(free.size());
-  NullFit fit{records, model, std::vector<RotorPhase>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model),
-              p};
+  NullFit fit{
+      records, model, std::vector<RotorPhase>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model), {}, 0, p};
   fit.bases.resize(records.size());
   const std::vector<double> values = model.values();
   const std::vector<std::vector<std::size_t>> moved = moved_by(free);
@@ -95,6 +95,14 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
       fit.white.add(base.white_sensitivity, base.white);
     }
   }
+  ResidualSpectra spectra;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (const WhitenedResiduals& base : fit.bases[i]) {
+      add_squares(fit.left, records[i], base.plain);
+      add_spectrum(spectra, records[i], base.plain);
+    }
+  }
+  fit.memory = memory_of(spectra);
   fit.seen.ringing = ringing_of(fit);
   return fit;
 }
