@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/fit/timing.h"
@@ -72,6 +73,10 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
   }
 }
 
+bool named(const Finding& found, std::size_t effect) {
+  return std::ranges::find(found.effects, effect) != found.effects.end();
+}
+
 void sort_best_first(std::vector<Candidate>& candidates) {
   std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
     const double unfit = 1e300;  // any that was not refitted comes after those that were
@@ -133,7 +138,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   say_what_judges(d, train, held_out);
 
   progress(0.02, "fitting the model as given");
-  FittedTrials trials(data, model, criterion, options.score, options.refits);
+  d.withheld = withheld_effects(model, data.train);
+  Model offering = model;
+  offering.withheld.clear();
+  for (const Withheld& w : d.withheld) offering.withheld.push_back(w.effect);
+  FittedTrials trials(data, offering, criterion, options.score, options.refits);
   Trial first = trials.first_fit();
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   Finding found = search_from(first, trials, criterion, options, progress);
@@ -147,6 +156,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   progress(0.9, "standard errors");
   fit_the_answer(d, data, data.all(), found);
   name_the_missing(d, found, train, data, options.reach);
+  for (const auto& [effect, why] : trials.refused()) {
+    const auto candidate =
+        std::ranges::find(found.candidates, effect, [](const Candidate& c) { return c.score.effect; });
+    if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
+  }
   sort_best_first(found.candidates);
   d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality));
   d.candidates = std::move(found.candidates);

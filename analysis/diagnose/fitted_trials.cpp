@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/refit.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -221,6 +222,17 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
 }
 
 bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
+  if (!told_from_zero(fitted, effect)) return false;
+  std::string objection = implausible_value(data_.train, fitted, effect);
+  if (objection.empty()) {
+    refused_.erase(effect);
+    return true;
+  }
+  refused_.insert_or_assign(effect, std::move(objection));
+  return false;
+}
+
+bool FittedTrials::told_from_zero(const Model& fitted, std::size_t effect) const {
   // What quick errors lack is no reason to doubt that it is there.
   const Fit judged = with_standard_errors(data_.train, fitted, true);
   const EffectInfo& about = fitted.about(effect);

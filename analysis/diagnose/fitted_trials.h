@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <span>
+#include <string>
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/criterion.h"
@@ -34,7 +36,11 @@ class FittedTrials final : public Trials {
   bool determined(const Model& fitted, std::size_t effect) override;
   bool explains_most_runs(const Trial& trial) override;
 
+  /// The effects that were last refused for a value that they cannot have, and why.
+  const std::map<std::size_t, std::string>& refused() const { return refused_; }
+
  private:
+  bool told_from_zero(const Model& fitted, std::size_t effect) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
   /// Adds the losses of runs left out in turn to a trial. @return their squares
   Squares leave_one_out(Trial& trial, CalibrationOptions options) const;
@@ -48,6 +54,7 @@ class FittedTrials final : public Trials {
   const ScoreOptions& score_;
   std::size_t refits_;
   Valleys valleys_;
+  std::map<std::size_t, std::string> refused_;
 };
 
 /// A fitted model as it stands, with its standard errors and what rests on a bound.

@@ -11,7 +11,7 @@ namespace emtb {
 std::vector<std::size_t> absent_effects(const Model& model) {
   std::vector<std::size_t> absent;
   for (std::size_t e = 0; e < model.known_effects(); ++e) {
-    if (!model.includes(e)) absent.push_back(e);
+    if (!model.includes(e) && !model.withholds(e)) absent.push_back(e);
   }
   return absent;
 }
@@ -39,7 +39,9 @@ std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<
 std::vector<std::size_t> absent_detents(const Model& model) {
   std::vector<std::size_t> detents;
   for (std::size_t effect = 0; effect < effect_count; ++effect) {
-    if (effect_catalogue()[effect].is_detent() && !model.includes(effect)) detents.push_back(effect);
+    if (effect_catalogue()[effect].is_detent() && !model.includes(effect) && !model.withholds(effect)) {
+      detents.push_back(effect);
+    }
   }
   return detents;
 }

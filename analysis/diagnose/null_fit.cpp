@@ -25,7 +25,19 @@ WhitenedResiduals whitened(Residuals r) {
   return base;
 }
 
-/// How far the fitted model went in the records.
+/// [rad/s] at which what is left of the speed rings.
+double ringing_of(const NullFit& fitted) {
+  std::vector<std::vector<double>> all;
+  double common = 0;  // [s] between the readings of the first record; others are left out
+  for_each_fast_speed(fitted, [&](const Record&, const Observation&, std::vector<double> left, double interval) {
+    if (common == 0) common = interval;
+    if (std::abs(interval - common) <= 0.01 * common) all.push_back(std::move(left));
+  });
+  return ringing_frequency(all, common);
+}
+
+}  // namespace
+
 Ranges ranges_of(std::span<const Record> records, const Model& model) {
   struct Extremes final : Reader<double> {
     Ranges seen;
@@ -60,19 +72,6 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
   seen.torque = values[base::K_m] * seen.current;
   return seen;
 }
-
-/// [rad/s] at which what is left of the speed rings.
-double ringing_of(const NullFit& fitted) {
-  std::vector<std::vector<double>> all;
-  double common = 0;  // [s] between the readings of the first record; others are left out
-  for_each_fast_speed(fitted, [&](const Record&, const Observation&, std::vector<double> left, double interval) {
-    if (common == 0) common = interval;
-    if (std::abs(interval - common) <= 0.01 * common) all.push_back(std::move(left));
-  });
-  return ringing_frequency(all, common);
-}
-
-}  // namespace
 
 NullFit null_fit(std::span<const Record> records, const Model& model) {
   const FreeParameters free(model);

@@ -60,6 +60,9 @@ struct NullFit {
   }
 };
 
+/// How far the fitted model goes in the records; at what frequency it rings is not asked.
+Ranges ranges_of(std::span<const Record> records, const Model& fitted);
+
 /// Simulates the fitted model on all records, with sensitivities.
 NullFit null_fit(std::span<const Record> records, const Model& fitted);
 
