@@ -150,7 +150,8 @@ WideAnswer ask(const WideCase& c, const CaseFiles& files, const Asking& how) {
     if (!wide_effect(t.id).outside && !in_library(t.id)) a.lacking.push_back(t.id);
   }
   // What loads a bench with a gauge is read by it: an input, of which nothing need be said.
-  if (c.bench.find(Signal::torque) != nullptr) a.tolerated = {"eddy_brake"};
+  if (c.bench.find(Signal::torque) != nullptr)
+    a.tolerated = {c.bench.plant.load.brake > 0 ? "dry_brake" : "eddy_brake"};
   for (const char* old : {"diagnosis.json", "final.yaml", "check.json"}) std::filesystem::remove(files.folder / old);
   check(files, how, a);
   if (c.garbage) {

@@ -123,8 +123,12 @@ void make_plant(WideBench& bench, Draw& draw) {
   plant.friction.deflection = 1e-4 * m.speed * m.tau;
   // What a gauge reads is an input: a brake that nobody is asked about.
   if (bench.find(Signal::torque) != nullptr) {
-    plant.load.eddy_torque = 0.4 * m.torque;
-    plant.load.eddy_omega = 0.7 * m.speed;
+    if (draw.chance(0.5)) {
+      plant.load.brake = 0.25 * m.torque;
+    } else {
+      plant.load.eddy_torque = 0.4 * m.torque;
+      plant.load.eddy_omega = 0.7 * m.speed;
+    }
   }
   bench.traits["laws"] = plant.laws == simulated::Laws::usual ? "usual" : "other";
   bench.traits["machine"] = m.kind;

@@ -172,13 +172,16 @@ Truth grease_warms(WideBench& b, double size, Draw draw) {
   return {{"drop", b.plant.friction.warm_drop}, {"tau", b.plant.friction.warm_time}};
 }
 
-Truth bearing_drags(WideBench& b, double size, Draw) {
-  const double c_b = 0.15 * b.machine.torque / std::pow(b.machine.speed, 2.0 / 3) * size;
-  b.plant.hidden_torque = [c_b, small = 1e-3 * b.machine.speed](double omega, double, double) {
-    const double square = omega * omega;  // smooth within a thousandth of the speed
-    return c_b * omega / std::pow(square + small * small, 1.0 / 6);
-  };
-  return {{"c_b", c_b}};
+Truth bearing_drags(WideBench& b, double size, Draw draw) {
+  auto& motor = b.plant.motor;
+  if (!usual(b)) motor.bearing_exponent = draw.within(0.5, 0.8);
+  motor.bearing_drag = 0.15 * b.machine.torque / std::pow(b.machine.speed, motor.bearing_exponent) * size;
+  return {{"c_b", motor.bearing_drag}};
+}
+
+Truth gears_press(WideBench& b, double size, Draw) {
+  b.plant.friction.gears = std::min(0.1 * size, 0.6);
+  return {{"k_l", b.plant.friction.gears}};
 }
 
 Truth bristle_bends(WideBench& b, double size, Draw) {
@@ -218,6 +221,11 @@ Truth backlash(WideBench& b, double size, Draw) {
 Truth weight(WideBench& b, double size, Draw draw) {
   b.plant.load.torque = (b.machine.both_ways ? draw.sign() : 1) * 0.12 * b.machine.torque * size;
   return {{"T_L", b.plant.load.torque}};
+}
+
+Truth brake_rubs(WideBench& b, double size, Draw) {
+  b.plant.load.brake = 0.1 * b.machine.torque * size;
+  return {{"T_b", b.plant.load.brake}};
 }
 
 Truth off_centre(WideBench& b, double size, Draw draw) {
@@ -312,11 +320,13 @@ constexpr std::array all{
                .possible = long_runs,
                .hide = grease_warms},
     WideEffect{.id = "bearing_drag", .hide = bearing_drags},
+    WideEffect{.id = "load_dependent_friction", .given = "coulomb_friction", .hide = gears_press},
     WideEffect{.id = "presliding_friction", .given = "coulomb_friction", .hide = bristle_bends},
     WideEffect{.id = "cogging", .possible = fine_enough, .hide = cogs},
     WideEffect{.id = "shaft_compliance", .hide = compliant},
     WideEffect{.id = "backlash", .given = "shaft_compliance", .possible = both_ways, .hide = backlash},
     WideEffect{.id = "load_torque", .possible = no_gauge, .hide = weight},
+    WideEffect{.id = "dry_brake", .possible = no_gauge, .hide = brake_rubs},
     WideEffect{.id = "eccentric_load", .possible = turns_without_gauge, .hide = off_centre},
     WideEffect{.id = "eddy_brake", .possible = no_gauge, .hide = eddy_currents},
     WideEffect{.id = "tacho_lag", .possible = has_tacho, .hide = tacho_lags},
