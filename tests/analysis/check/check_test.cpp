@@ -1,0 +1,3 @@
+#include "analysis/check/check.h"
+
+#include <gtest/gtest.h>
