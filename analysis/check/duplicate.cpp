@@ -2,7 +2,7 @@
 
 #include <bit>
 #include <cstdint>
-#include <unordered_map>
+#include <optional>
 #include <unordered_set>
 
 #include "analysis/check/readings.h"
@@ -10,8 +10,8 @@
 namespace emtb {
 namespace {
 
-constexpr std::size_t block = 50;    // rows that are compared together
-constexpr std::size_t varied = 10;   // different rows among them, at least: a standstill repeats itself
+constexpr std::size_t block = 50;   // rows that are compared together
+constexpr std::size_t varied = 10;  // changes among them, at least: a standstill repeats itself
 
 /// The rows of a run as numbers that are the same where all readings are.
 std::vector<std::uint64_t> rows_of(const Run& run) {
@@ -31,30 +31,40 @@ std::vector<std::uint64_t> rows_of(const Run& run) {
   return rows;
 }
 
-/// One number for block rows from k on, if they vary enough to tell runs apart.
-std::optional<std::uint64_t> block_at(const std::vector<std::uint64_t>& rows, std::size_t k) {
+/// One number for each `block` rows, from every row on: a polynomial, which goes on from the one before it. None where
+/// they hardly vary.
+std::vector<std::optional<std::uint64_t>> blocks_of(const std::vector<std::uint64_t>& rows) {
+  constexpr std::uint64_t base = 0x9E3779B97F4A7C15u;
+  std::uint64_t highest = 1;  // base to the power of block
+  for (std::size_t i = 0; i < block; ++i) highest *= base;
+  std::vector<std::optional<std::uint64_t>> blocks;
   std::uint64_t sum = 0;
-  std::unordered_set<std::uint64_t> different;
-  for (std::size_t i = k; i < k + block; ++i) {
-    sum = (sum ^ rows[i]) * 0x9E3779B97F4A7C15u;
-    sum ^= sum >> 31;
-    different.insert(rows[i]);
+  std::size_t changes = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    sum = sum * base + rows[k];
+    if (k > 0 && rows[k] != rows[k - 1]) ++changes;
+    if (k >= block) {
+      sum -= highest * rows[k - block];
+      if (rows[k - block + 1] != rows[k - block]) --changes;
+    }
+    if (k + 1 >= block) blocks.push_back(changes >= varied ? std::optional(sum) : std::nullopt);
   }
-  return different.size() >= varied ? std::optional(sum) : std::nullopt;
+  return blocks;
 }
 
 struct Listed {
   const Run* run = nullptr;
   bool held_out = false;
-  std::vector<std::uint64_t> rows;
-  std::size_t blocks = 0;                     ///< that tell it from others
-  std::unordered_set<std::uint64_t> at_each;  ///< the blocks from every row on
+  std::size_t rows = 0;
+  std::vector<std::optional<std::uint64_t>> blocks;  ///< from every row on
+  std::unordered_set<std::uint64_t> known;           ///< the same, to look up
 };
 
 Listed listed(const Run& run, bool held_out) {
-  Listed l{&run, held_out, rows_of(run), 0, {}};
-  for (std::size_t k = 0; k + block <= l.rows.size(); ++k) {
-    if (const auto sum = block_at(l.rows, k)) l.at_each.insert(*sum);
+  const std::vector<std::uint64_t> rows = rows_of(run);
+  Listed l{&run, held_out, rows.size(), blocks_of(rows), {}};
+  for (const auto& b : l.blocks) {
+    if (b) l.known.insert(*b);
   }
   return l;
 }
@@ -65,11 +75,10 @@ struct Shared {
 
 Shared shared(const Listed& a, const Listed& b) {
   Shared s;
-  for (std::size_t k = 0; k + block <= b.rows.size(); k += block) {
-    const auto sum = block_at(b.rows, k);
-    if (!sum) continue;
+  for (std::size_t k = 0; k < b.blocks.size(); k += block) {
+    if (!b.blocks[k]) continue;
     ++s.of;
-    if (!a.at_each.contains(*sum)) continue;
+    if (!a.known.contains(*b.blocks[k])) continue;
     if (s.same == 0) s.first = k;
     ++s.same;
     s.last = k + block - 1;
@@ -94,7 +103,7 @@ DataFindings duplicates(std::span<const Run> train, std::span<const Run> held_ou
       if (!enough(s) && !enough(back)) continue;
       double from = 0, to = all[b].run->duration();
       for (const auto& [signal, series] : all[b].run->signals) {
-        if (series.t.size() == all[b].rows.size()) from = series.t[s.first], to = series.t[s.last];
+        if (series.t.size() == all[b].rows) from = series.t[s.first], to = series.t[s.last];
       }
       const bool twice = all[a].run->name == all[b].run->name;
       const std::string text =

@@ -43,19 +43,18 @@ bool moves(const Series& series) {
   // Second differences make coloured noise four times too small.
   if (noise > 0.5 * step ? high - low > 40 * noise : step > 0 && high - low > 3.5 * step) return true;
   const std::size_t length = std::min<std::size_t>(100, x.size());
-  double squares = 0;
+  double far = 0;
   std::vector<double> scatter;
   for (std::size_t k = 0; k + length <= x.size() && length > 0; k += length) {
     const double* const begin = x.data() + k;
     double mean = 0, off = 0;
     for (std::size_t i = 0; i < length; ++i) mean += begin[i] / static_cast<double>(length);
     for (std::size_t i = 0; i < length; ++i) off += (begin[i] - mean) * (begin[i] - mean);
-    squares += mean * mean;
+    far = std::max(far, std::abs(mean));
     scatter.push_back(std::sqrt(off / static_cast<double>(length)));
   }
   if (scatter.empty()) return false;
-  const double far = std::sqrt(squares / static_cast<double>(scatter.size()));
-  return far > 2 * std::max(median(scatter), step) && low != high;
+  return low != high && far > std::max(5 * median(scatter), 0.9 * step);
 }
 
 double size_of(std::span<const double> x) {

@@ -29,7 +29,7 @@ double step_of(const Series& series);
 double noise_of(std::span<const double> x, double rest);
 
 /// Whether a speed or an angle moves, by more than noise and than the instrument's steps: its range is far above that
-/// of noise, white or coloured, or its means over a hundred readings lie further off zero than readings scatter in one.
+/// of noise, white or coloured, or its mean over a hundred readings lies once far further off zero than they scatter.
 bool moves(const Series& series);
 
 /// The largest absolute value.

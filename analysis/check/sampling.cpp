@@ -31,6 +31,22 @@ DataFinding gap_finding(const Run& run, std::optional<Signal> signal, const std:
   return {run.name, signal, Flaw::gap, longest.from, longest.to, text, false};
 }
 
+std::optional<DataFinding> uneven_rows(const Run& run, std::span<const double> t) {
+  if (t.size() < 20) return std::nullopt;
+  std::vector<double> intervals;
+  for (std::size_t k = 1; k < t.size(); ++k) intervals.push_back(t[k] - t[k - 1]);
+  const double usual = median(intervals);
+  const auto count = static_cast<double>(intervals.size());
+  const auto off = static_cast<double>(
+      std::ranges::count_if(intervals, [&](double i) { return std::abs(i - usual) > 0.5 * usual; }));
+  if (off <= 0.1 * count) return std::nullopt;
+  return DataFinding{run.name, {}, Flaw::jitter, t.front(), t.back(),
+                     short_number(100 * off / count) +
+                         " % of the rows come more than half an interval early or late (usually " +
+                         short_number(usual) + " s apart): stamp readings when they are taken, not when they arrive",
+                     false};
+}
+
 }  // namespace
 
 DataFindings sampling_flaws(const Run& run) {
@@ -46,21 +62,12 @@ DataFindings sampling_flaws(const Run& run) {
     if (!own.empty()) findings.push_back(gap_finding(run, signal, own));
   }
 
-  if (t.size() < 20) return findings;
-  std::vector<double> intervals;
-  for (std::size_t k = 1; k < t.size(); ++k) intervals.push_back(t[k] - t[k - 1]);
-  const double usual = median(intervals);
-  const auto off = static_cast<double>(
-      std::ranges::count_if(intervals, [&](double i) { return std::abs(i - usual) > 0.5 * usual; }));
-  const bool one_clock = std::ranges::all_of(run.signals, [&](const auto& s) {
-    return is_sparse(run, s.first) || s.second.t.size() == t.size();  // else two clocks, and their union is uneven
-  });
-  if (one_clock && off > 0.1 * static_cast<double>(intervals.size())) {
-    findings.push_back({run.name, {}, Flaw::jitter, t.front(), t.back(),
-                        short_number(100 * off / static_cast<double>(intervals.size())) +
-                            " % of the rows come more than half an interval early or late (usually " +
-                            short_number(usual) + " s apart): stamp readings when they are taken, not when they arrive",
-                        false});
+  for (const auto& [signal, series] : run.signals) {
+    if (is_sparse(run, signal)) continue;
+    if (auto uneven = uneven_rows(run, series.t)) {
+      findings.push_back(*uneven);
+      break;  // the rows of one file
+    }
   }
   return findings;
 }

@@ -61,7 +61,7 @@ TEST_F(Check, AnAngleBesideTheSpeedFixesItsScaleAndSign) {
   auto good = servo_runs();
   for (Run& run : good) planted::add_angle(run, 2000);
   EXPECT_THAT(check(good, {}, &servo), IsEmpty());
-  for (const double factor : {9.5493, 57.2958, 6.28319, 1000.0, -1.0}) {
+  for (const double factor : {9.5493, 57.2958, 1 / 6.28319, 1000.0, -1.0}) {
     auto wrong = good;
     for (Run& run : wrong) planted::scale(run, Signal::omega, factor);
     EXPECT_THAT(check(wrong), names(factor < 0 ? Flaw::sign : Flaw::scale, Signal::omega)) << factor;
