@@ -10,14 +10,12 @@
 namespace emtb {
 namespace {
 
-/// Where the run starts: at rest unless the first readings say otherwise.
-double first_speed(const Observation& omega, std::span<const double> grid) {
-  if (omega.slow) return 0;
-  // As many readings as the speed hardly changes in: 30 ms, three at the least.
-  std::size_t n = 0;
-  while (n < omega.size() && (n < 3 || grid[omega.last[n]] < grid.front() + 0.03)) ++n;
-  if (n < 3) return 0;
-  // Straight line through the first readings; its value at the start and how sure that is.
+/// The straight line through the first readings of a speed: its value at the start, and how sure that is.
+struct FirstSpeed {
+  double start = 0, error = 0;
+};
+
+FirstSpeed line_to_the_start(const Observation& omega, std::span<const double> grid, std::size_t n) {
   double st = 0, sy = 0, stt = 0, sty = 0;
   const auto time_of = [&](std::size_t i) { return 0.5 * (grid[omega.first[i]] + grid[omega.last[i]]) - grid.front(); };
   for (std::size_t i = 0; i < n; ++i) {
@@ -26,11 +24,30 @@ double first_speed(const Observation& omega, std::span<const double> grid) {
   }
   const double count = static_cast<double>(n);
   const double slope = (count * sty - st * sy) / (count * stt - st * st);
-  const double start = (sy - slope * st) / count;
+  FirstSpeed first{(sy - slope * st) / count, 0};
   double squares = 0;
-  for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - start - slope * time_of(i), 2);
-  const double error = 2 * std::sqrt(squares / std::max(1.0, count - 2) / count) + omega.lsb;
-  return std::abs(start) > 3 * error ? start : 0;
+  for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - first.start - slope * time_of(i), 2);
+  first.error = 2 * std::sqrt(squares / std::max(1.0, count - 2) / count) + omega.lsb;
+  return first;
+}
+
+/// Where the run starts: at rest unless the first readings say otherwise.
+double first_speed(const Observation& omega, std::span<const double> grid) {
+  constexpr std::size_t fewest = 3;
+  constexpr double longest = 0.03;  // [s] in which the speed of most motors hardly bends
+  if (omega.slow) return 0;
+  std::size_t n = 0;
+  while (n < omega.size() && (n < fewest || grid[omega.last[n]] < grid.front() + longest)) ++n;
+  if (n < fewest) return 0;
+  FirstSpeed first = line_to_the_start(omega, grid, n);
+  // A small servo rests and is at full speed within that time: then half as many readings tell it better.
+  while (n / 2 >= fewest) {
+    const FirstSpeed nearer = line_to_the_start(omega, grid, n / 2);
+    if (nearer.error >= first.error) break;
+    first = nearer;
+    n /= 2;
+  }
+  return std::abs(first.start) > 3 * first.error ? first.start : 0;
 }
 
 /// The input, and what else is set from outside.
