@@ -43,6 +43,8 @@ std::size_t Model::effect_named(std::string_view id) const {
   }
 }
 
+bool Model::withholds(std::size_t effect) const { return std::ranges::find(withheld, effect) != withheld.end(); }
+
 bool Model::includes(std::size_t effect) const {
   if (effect >= effect_count) {
     return std::ranges::find(terms, offered.at(effect - effect_count).name, &AddedTerm::name) != terms.end();

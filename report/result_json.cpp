@@ -165,8 +165,15 @@ json to_json(const Diagnosis& d) {
                                  {"held_out_error", number(c.held_out_error)},
                                  {"detectable_size", number(c.score.detectable_size)},
                                  {"expected", expected}});
+    if (!c.implausible.empty()) out["candidates"].back()["implausible"] = c.implausible;
   }
+<<<<<<< HEAD
   out["parameters"] = parameters_json(d.final, {}, d.pins);
+=======
+  out["not_tried"] = json::array();
+  for (const Withheld& w : d.withheld) out["not_tried"].push_back({{"id", d.id(w.effect)}, {"why", w.why}});
+  out["parameters"] = parameters_json(d.final);
+>>>>>>> main
   out["error"] = {{"base", {{"train", number(d.base_train)}, {"held_out", number(d.base_held_out)}}},
                   {"final", {{"train", number(d.final_train)}, {"held_out", number(d.final_held_out)}}}};
   out["signals"] = to_json(d.signals);

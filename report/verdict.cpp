@@ -1,6 +1,7 @@
 #include "report/verdict.h"
 
 #include <algorithm>
+#include <map>
 #include <sstream>
 
 #include "figures/number.h"
@@ -107,6 +108,26 @@ std::string verdict_in_words(const Diagnosis& d) {
       return "These runs cannot tell: nothing in them moves enough to inform the model.";
   }
   return {};
+}
+
+std::vector<std::string> refused(const Diagnosis& d) {
+  std::vector<std::string> lines;
+  for (const Candidate& c : d.candidates) {
+    if (c.implausible.empty()) continue;
+    lines.push_back(d.id(c.score.effect) + " would need an implausible value: " + c.implausible);
+  }
+  return lines;
+}
+
+std::vector<std::string> not_tried(const Diagnosis& d) {
+  std::map<std::string, std::string> ids;  // by reason
+  for (const Withheld& w : d.withheld) {
+    std::string& list = ids[w.why];
+    list += (list.empty() ? "" : ", ") + d.id(w.effect);
+  }
+  std::vector<std::string> lines;
+  for (const auto& [why, list] : ids) lines.push_back("not tried: " + list + " (" + why + ")");
+  return lines;
 }
 
 }  // namespace emtb

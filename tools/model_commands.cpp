@@ -41,6 +41,7 @@ struct ModelOptions {
   std::string effect, model;
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file, candidates;
+  Wanted wanted;
   bool fit = false, plot = false, intervals = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
@@ -366,10 +367,13 @@ void print_candidates(const Diagnosis& d) {
                     pretty(c.score.detectable_size, 2)});
   }
   std::cout << candidates.text();
+  for (const std::string& line : refused(d)) std::cout << line << "\n";
+  for (const std::string& line : not_tried(d)) std::cout << line << "\n";
 }
 
 int diagnose_command(const ModelOptions& o) {
-  const Model model = o.model_with_candidates();
+  Model model = o.model_with_candidates();
+  withhold_unwanted(model, o.wanted);
   const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
   Progress progress;
   DiagnoseOptions options;
@@ -444,6 +448,9 @@ void add_model_commands(CommandLine& line) {
   const char* const candidates = "a YAML file of formulas of your own, to be tried beside the library's effects";
   with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing")))
       .option("--candidates", o->candidates, candidates)
+      .options("--only", o->wanted.only,
+               "tries these effects alone, and what they need: ids, with commas or one by one")
+      .options("--without", o->wanted.without, "tries all but these effects")
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");

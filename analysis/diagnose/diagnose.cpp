@@ -4,7 +4,9 @@
 #include <cmath>
 #include <memory>
 
+#include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/diagnose/remainder.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
 
@@ -13,13 +15,14 @@ namespace {
 
 /// Did anything move at all? Readings that never leave their noise inform nothing.
 bool informative(const Dataset& data) {
+  constexpr double moves = 1.5;  // floors, over thousands of readings
   for (const Record& record : data.train) {
     for (const Observation& o : record.observations) {
       if (o.signal != Signal::omega && o.signal != Signal::i_a) continue;
       double mean = 0, squares = 0;
       for (const double v : o.value) mean += v / static_cast<double>(o.size());
       for (const double v : o.value) squares += (v - mean) * (v - mean);
-      if (std::sqrt(squares / static_cast<double>(o.size())) > 5 * data.noise.at(o.signal).sigma) return true;
+      if (std::sqrt(squares / static_cast<double>(o.size())) > moves * data.noise.at(o.signal).sigma) return true;
     }
   }
   return false;
@@ -69,6 +72,10 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
     m.parameters = d.final.parameters_of(effect);
     d.missing.push_back(std::move(m));
   }
+}
+
+bool named(const Finding& found, std::size_t effect) {
+  return std::ranges::find(found.effects, effect) != found.effects.end();
 }
 
 void sort_best_first(std::vector<Candidate>& candidates) {
@@ -154,9 +161,12 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   say_what_judges(d, train, held_out);
 
   progress(0.02, "fitting the model as given");
-  Model given = without_pins(model);
-  FittedTrials trials(data, given, criterion, options.score, options.refits);
-  Trial first = first_fit(trials, data, given);
+  d.withheld = withheld_effects(model, data.train);
+  Model offering = without_pins(model);
+  offering.withheld.clear();
+  for (const Withheld& w : d.withheld) offering.withheld.push_back(w.effect);
+  FittedTrials trials(data, offering, criterion, options.score, options.refits);
+  Trial first = first_fit(trials, data, offering);
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   Finding found = search_from(first, trials, criterion, options, progress);
   // What the model lacked may have looked like another timing.
@@ -170,8 +180,13 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   progress(0.9, "standard errors");
   fit_the_answer(d, data, data.all(), found);
   name_the_missing(d, found, train, data, options.reach);
+  for (const auto& [effect, why] : trials.refused()) {
+    const auto candidate =
+        std::ranges::find(found.candidates, effect, [](const Candidate& c) { return c.score.effect; });
+    if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
+  }
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(d, data, criterion.remainder(found.current.held_out));
+  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality));
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");
