@@ -167,13 +167,9 @@ json to_json(const Diagnosis& d) {
                                  {"expected", expected}});
     if (!c.implausible.empty()) out["candidates"].back()["implausible"] = c.implausible;
   }
-<<<<<<< HEAD
-  out["parameters"] = parameters_json(d.final, {}, d.pins);
-=======
   out["not_tried"] = json::array();
   for (const Withheld& w : d.withheld) out["not_tried"].push_back({{"id", d.id(w.effect)}, {"why", w.why}});
-  out["parameters"] = parameters_json(d.final);
->>>>>>> main
+  out["parameters"] = parameters_json(d.final, {}, d.pins);
   out["error"] = {{"base", {{"train", number(d.base_train)}, {"held_out", number(d.base_held_out)}}},
                   {"final", {{"train", number(d.final_train)}, {"held_out", number(d.final_held_out)}}}};
   out["signals"] = to_json(d.signals);
