@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "emtb/version.h"
+#include "session/gaps.h"
 #include "session/spec.h"
 
 namespace emtb {
@@ -37,6 +38,21 @@ void ReportInput::add(const std::string& spec, bool as_held_out, const Mapping& 
     runs.push_back(
         {spec, as_held_out, used[i], whole[i], parsed.t0.value_or(0), std::min(parsed.t1.value_or(end), end)});
   }
+}
+
+void ReportInput::split_at_gaps() {
+  std::vector<ReportRun> pieces;
+  for (const ReportRun& r : runs) {
+    const std::vector<Gap> spans = spans_between_gaps(r.run, model.input);
+    const std::vector<Run> parts = emtb::split_at_gaps(r.run, model.input);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      pieces.push_back(r);
+      pieces.back().run = parts[i];
+      pieces.back().from = r.from + spans[i].from;
+      pieces.back().to = std::min(r.to, r.from + spans[i].to);
+    }
+  }
+  runs = std::move(pieces);
 }
 
 std::vector<Run> ReportInput::part(bool held_out) const {

@@ -40,6 +40,8 @@ struct ReportInput {
 
   /// Adds the runs of a session, as it is named on the command line.
   void add(const std::string& spec, bool as_held_out, const Mapping& mapping = {});
+  /// Makes each run pieces without a gap in the model's input.
+  void split_at_gaps();
   std::vector<Run> part(bool held_out) const;
 
   bool every_run_has(Signal signal) const;

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "hal/error.h"
@@ -81,6 +82,7 @@ class Rows {
     Recording& run = run_of_row();
     const double t = take_time(run);
     for (const CsvColumn& column : header_.signals) take_value(run, column, t);
+    for (const CsvProperty& property : header_.properties) take_property(run, property);
   }
 
   /// In the order of their first rows.
@@ -147,6 +149,19 @@ class Rows {
     series.value.push_back(value);
   }
 
+  void take_property(Recording& run, const CsvProperty& property) const {
+    const std::string_view cell = table_.cells()[property.cell];
+    if (cell.empty()) return;
+    const double value = numbers_.parse(cell, property.name);
+    double& known = run.series[index(property.signal)].*property.what;
+    if (value < 0 || (known > 0 && known != value)) {
+      table_.fail("column " + shown(property.name) + ": " + shortest(value) +
+                  (value < 0 ? ". It must be above 0" : " after " + shortest(known) + ". One value stands for a run") +
+                  "; leave the cell empty where it is not known");
+    }
+    known = value;
+  }
+
   const CsvTable& table_;
   const CsvHeader& header_;
   CsvNumbers numbers_;
@@ -190,9 +205,38 @@ void append(std::string& out, double value) {
   out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
+/// Which of the signals have a resolution or a window in some run.
+std::vector<CsvProperty> known_properties(const Session& session, const std::vector<Signal>& columns) {
+  std::vector<CsvProperty> known;
+  const auto add = [&](Signal signal, double Series::* what, const std::string& name) {
+    const bool stated = std::ranges::any_of(
+        session.runs, [&](const Run& run) { return run.has(signal) && run.at(signal).*what > 0; });
+    if (stated) known.push_back({0, signal, what, name});
+  };
+  for (const Signal signal : columns) {
+    add(signal, &Series::lsb, lsb_column(signal));
+    add(signal, &Series::window, window_column(signal));
+  }
+  return known;
+}
+
+/// What each instrument's columns say of a run. @return {of the first row, of those below}
+std::pair<std::string, std::string> property_cells(const Run& run, const std::vector<CsvProperty>& properties) {
+  std::string first;
+  for (const CsvProperty& property : properties) {
+    first += ',';
+    const double value = run.has(property.signal) ? run.at(property.signal).*property.what : 0;
+    if (value > 0) append(first, value);
+  }
+  return {first, std::string(properties.size(), ',')};
+}
+
 /// One run's rows: a row for each time at which any signal has a reading.
 /// @param lead what each row begins with
-void append_rows(std::string& out, const Run& run, const std::vector<Signal>& columns, const std::string& lead) {
+void append_rows(std::string& out, const Run& run, const std::vector<Signal>& columns,
+                 const std::vector<CsvProperty>& properties, const std::string& lead) {
+  const auto [first, below] = property_cells(run, properties);
+  const std::string* tail = &first;
   std::vector<const Series*> series;
   series.reserve(columns.size());
   for (const Signal signal : columns) series.push_back(run.has(signal) ? &run.at(signal) : nullptr);
@@ -210,6 +254,8 @@ void append_rows(std::string& out, const Run& run, const std::vector<Signal>& co
       if (series[c] && next[c] < series[c]->t.size() && series[c]->t[next[c]] == t)
         append(out, series[c]->value[next[c]++]);
     }
+    out += *tail;
+    tail = &below;
     out += '\n';
   }
 }
@@ -250,11 +296,13 @@ void write_csv(const std::filesystem::path& path, const Session& session) {
 
   std::string out = several ? "run,t_s" : "t_s";
   for (const Signal signal : columns) out += "," + std::string(info(signal).column);
+  const std::vector<CsvProperty> properties = known_properties(session, columns);
+  for (const CsvProperty& property : properties) out += "," + property.name;
   out += '\n';
   for (std::size_t r = 0; r < session.runs.size(); ++r) {
     const Run& run = session.runs[r];
     const std::string lead = several ? quoted_if_needed(names[r]) + "," : "";
-    append_rows(out, run, columns, lead);
+    append_rows(out, run, columns, properties, lead);
   }
 
   std::ofstream file(path, std::ios::binary);

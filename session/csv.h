@@ -17,14 +17,18 @@ namespace emtb {
 /// contract's by case and punctuation or (from five letters on) by one letter, and a signal's name alone or with
 /// another unit: `i_a`, `omega_rpm`, `theta_deg`; but not `omega_ref`.
 ///
+/// What an instrument can tell apart and over what time it averages stand in columns of their own, `i_a_lsb_A` and
+/// `i_a_window_s`, filled in one row of each run; a mapping that lists columns passes them over.
+///
 /// Runs stand in the order of their first row, and time is counted from the first row of each. Within a run it must
 /// increase. Byte-order mark, CR LF, blank lines, spaces around cells and quoted cells (on one line) are understood.
 /// @throws SessionError with file, line, column and what would be right.
 Session read_csv(const std::filesystem::path& path, const Mapping& mapping = {});
 
 /// Writes the contract's columns: a row for each time at which any signal has a reading, empty cells for the others,
-/// the shortest digits that read back the same. Several runs: a column `run`. Events, attributes, windows and
-/// resolutions have no place in a CSV.
+/// the shortest digits that read back the same. Several runs: a column `run`. Where a
+/// resolution or a window is known, a column for it behind the signals, with the value in the first row of each run:
+/// any program reads such a file without being told of them. Events and attributes have no place in a CSV.
 void write_csv(const std::filesystem::path& path, const Session& session);
 
 }  // namespace emtb

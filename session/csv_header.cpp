@@ -147,7 +147,28 @@ std::vector<CsvColumn> mapped_columns(const CsvTable& table, const std::vector<s
   return columns;
 }
 
+/// Resolutions and windows of the signals that are read.
+std::vector<CsvProperty> properties_by_name(const CsvTable& table, const std::vector<std::string>& names,
+                                            const std::vector<CsvColumn>& signals) {
+  std::vector<CsvProperty> properties;
+  for (const CsvColumn& column : signals) {
+    const Signal signal = column.signal;
+    if (const auto cell = position(table, names, lsb_column(signal)))
+      properties.push_back({*cell, signal, &Series::lsb, lsb_column(signal)});
+    if (const auto cell = position(table, names, window_column(signal)))
+      properties.push_back({*cell, signal, &Series::window, window_column(signal)});
+  }
+  return properties;
+}
+
 }  // namespace
+
+std::string lsb_column(Signal signal) {
+  const std::string unit = std::string(info(signal).column).substr(info(signal).name.size());
+  return std::string(info(signal).name) + "_lsb" + unit;
+}
+
+std::string window_column(Signal signal) { return std::string(info(signal).name) + "_window_s"; }
 
 CsvHeader read_csv_header(const CsvTable& table, const Mapping& mapping) {
   std::vector<std::string> names;
@@ -159,7 +180,9 @@ CsvHeader read_csv_header(const CsvTable& table, const Mapping& mapping) {
       .time_name = mapping.time,
       .run = {},
       .run_name = mapping.run.empty() && mapping.columns.empty() ? "run" : mapping.run,
-      .signals = mapping.columns.empty() ? columns_by_name(table, names) : mapped_columns(table, names, mapping)};
+      .signals = mapping.columns.empty() ? columns_by_name(table, names) : mapped_columns(table, names, mapping),
+      .properties = {}};
+  if (mapping.columns.empty()) header.properties = properties_by_name(table, names, header.signals);
   if (!header.run_name.empty()) header.run = position(table, names, header.run_name);
   if (!mapping.run.empty() && !header.run) {
     table.fail("no column `" + shown(mapping.run) + "`, by which the mapping splits runs. " + columns_here(names));

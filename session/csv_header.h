@@ -20,6 +20,18 @@ struct CsvColumn {
   std::string name;
 };
 
+/// A column that says something of a signal's instrument: its cell is filled once a run.
+struct CsvProperty {
+  std::size_t cell = 0;
+  Signal signal{};
+  double Series::* what = nullptr;  ///< &Series::lsb or &Series::window
+  std::string name;
+};
+
+/// What a column of an instrument's resolution is called, `i_a_lsb_A`, and that of its window, `i_a_window_s`.
+std::string lsb_column(Signal signal);
+std::string window_column(Signal signal);
+
 /// What the columns of a CSV file are.
 struct CsvHeader {
   std::size_t width = 0;
@@ -29,6 +41,7 @@ struct CsvHeader {
   std::optional<std::size_t> run;  ///< the cell of a run's name
   std::string run_name;            ///< of that column
   std::vector<CsvColumn> signals;
+  std::vector<CsvProperty> properties;  ///< not where a mapping lists the columns
 };
 
 /// Reads the names of the columns.

@@ -97,24 +97,6 @@ bool begins_within(const Series& series, bool sparse, std::size_t k, double t0) 
   return t0 <= 0 || (series.window == 0 && !sparse) || window_start(series, k) >= t0 - 1e-9;
 }
 
-/// The readings of t0 <= t < t1: half open, so that two spans that meet share none.
-Run cut(const Run& run, double t0, double t1) {
-  Run out{.name = run.name, .signals = {}, .field_on = run.field_on + t0};
-  for (const auto& [signal, series] : run.signals) {
-    const bool sparse = is_sparse(run, signal);
-    Series part{.t = {}, .value = {}, .window = series.window, .lsb = series.lsb, .source = series.source};
-    for (std::size_t k = 0; k < series.t.size() && series.t[k] < t1; ++k) {
-      if (!begins_within(series, sparse, k, t0)) continue;
-      part.t.push_back(series.t[k]);
-      part.value.push_back(series.value[k]);
-    }
-    if (part.t.empty()) continue;
-    shift_to_zero(part.t, t0);
-    out.signals.emplace(signal, std::move(part));
-  }
-  return out;
-}
-
 void estimate_resolutions(Session& session) {
   for (const Signal signal : all_signals()) {
     std::vector<Series*> series;
@@ -131,6 +113,23 @@ void estimate_resolutions(Session& session) {
 }
 
 }  // namespace
+
+Run cut(const Run& run, double t0, double t1) {
+  Run out{.name = run.name, .signals = {}, .field_on = run.field_on + t0};
+  for (const auto& [signal, series] : run.signals) {
+    const bool sparse = is_sparse(run, signal);
+    Series part{.t = {}, .value = {}, .window = series.window, .lsb = series.lsb, .source = series.source};
+    for (std::size_t k = 0; k < series.t.size() && series.t[k] < t1; ++k) {
+      if (!begins_within(series, sparse, k, t0)) continue;
+      part.t.push_back(series.t[k]);
+      part.value.push_back(series.value[k]);
+    }
+    if (part.t.empty()) continue;
+    shift_to_zero(part.t, t0);
+    out.signals.emplace(signal, std::move(part));
+  }
+  return out;
+}
 
 SessionSpec parse_session_spec(std::string_view text) {
   const std::size_t end = end_of_path(text);

@@ -30,6 +30,10 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping =
 /// @throws SessionError where the file, the run or the span does not exist or holds nothing.
 std::vector<Run> read_runs(std::string_view spec, const Mapping& mapping = {});
 
+/// The readings of t0 <= t < t1 [s], time starting at zero: half open, so that two spans that meet share none. The name
+/// stays.
+Run cut(const Run& run, double t0, double t1);
+
 /// Writes by the ending: .csv or .h5.
 void write_session(const std::filesystem::path& path, const Session& session);
 

@@ -18,8 +18,10 @@
 #include "report/text.h"
 #include "report/verdict.h"
 #include "server/client.h"
+#include "session/gaps.h"
 #include "session/spec.h"
 #include "tools/bench_run.h"
+#include "tools/checked.h"
 #include "tools/commands.h"
 #include "tools/prediction.h"
 
@@ -36,7 +38,7 @@ struct InvestigateWords {
   Wanted wanted;
   double reach = 0.9, settle = 10, seed = 7;
   int rounds = 4;
-  bool yes = false, reset = false, no_confirm = false;
+  bool yes = false, reset = false, no_confirm = false, unchecked = false;
 };
 
 /// The bench at the other end of the socket, which moves only after somebody agreed.
@@ -140,6 +142,12 @@ std::vector<Recording> recordings(const std::vector<std::string>& sessions) {
   return all;
 }
 
+std::vector<Run> runs_of(const std::vector<Recording>& recorded) {
+  std::vector<Run> all;
+  for (const Recording& r : recorded) all.insert(all.end(), r.runs.begin(), r.runs.end());
+  return all;
+}
+
 void tell_foretold(const ForetoldRun& foretold) {
   Table table({"predicted from the reference alone", "given model", "found model", "unit"});
   for (const auto& [signal, fit] : foretold.final.signals) {
@@ -186,6 +194,11 @@ int investigate_command(const InvestigateWords& o) {
     throw Error(o.report + ": cannot be written. Give another --report FILE.html");
   }
   catch_interrupt();
+  std::vector<Recording> train = recordings(o.sessions), held_out = recordings(o.held_out);
+  if (!checked({runs_of(train), runs_of(held_out)}, given, o.unchecked, std::cout)) return 1;
+  for (std::vector<Recording>* part : {&train, &held_out}) {
+    for (Recording& r : *part) r.runs = split_at_gaps(r.runs, given.input);
+  }
   DaemonBench bench(o);
   std::cout << "bench " << bench.name() << ", model " << o.model << "\n";
   std::filesystem::create_directories(o.folder);
@@ -193,7 +206,7 @@ int investigate_command(const InvestigateWords& o) {
       .rounds = o.rounds, .settle = o.settle, .foretell = !o.no_confirm, .seed = static_cast<std::uint64_t>(o.seed)};
   const Investigation found = [&] {
     Terminal terminal(o.folder, bench.rate());
-    return investigate(bench, given, recordings(o.sessions), recordings(o.held_out), options, terminal);
+    return investigate(bench, given, train, held_out, options, terminal);
   }();
   if (found.foretold) tell_foretold(*found.foretold);
   write(found, o, given);
@@ -222,6 +235,7 @@ void add_investigate_command(CommandLine& line, const std::shared_ptr<const std:
       .option("--settle", o->settle, "[s] the motor takes to settle, and a slow meter for some readings [10]")
       .option("--rounds", o->rounds, "diagnoses at most [4]")
       .option("--seed", o->seed, "of the run that confirms [7]")
+      .flag("--unchecked", o->unchecked, unchecked_help)
       .flag("--no-confirm", o->no_confirm, "leaves away the run that is predicted before it is made")
       .option("--out", o->folder, "folder for the model found and the prediction [investigation]")
       .option("--report", o->report, "writes a page of all rounds, the prediction and the diagnosis to this file")

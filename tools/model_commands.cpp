@@ -29,7 +29,9 @@
 #include "report/text.h"
 #include "report/verdict.h"
 #include "report/words.h"
+#include "session/gaps.h"
 #include "session/spec.h"
+#include "tools/checked.h"
 #include "tools/commands.h"
 
 namespace emtb {
@@ -42,13 +44,18 @@ struct ModelOptions {
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file, candidates;
   Wanted wanted;
-  bool fit = false, plot = false, intervals = false;
+  bool fit = false, plot = false, intervals = false, unchecked = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
     const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
     std::vector<Run> all;
     for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
     return all;
+  }
+
+  /// Those that fit and those that judge; nothing where a finding stops it.
+  std::optional<CheckedRuns> checked_runs(const Model& m) const {
+    return checked({runs(sessions), runs(held_out)}, m, unchecked, json_file == "-" ? std::cerr : std::cout);
   }
 
   /// The model, with the formulas of the user that it may be given.
@@ -213,7 +220,9 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
 
 int calibrate_command(const ModelOptions& o) {
   const Model model = read_model(o.model);
-  Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
+  const auto runs = o.checked_runs(model);
+  if (!runs) return 1;
+  Dataset data = prepare(runs->train, runs->held_out, model);
   return fit_and_report(o, model, data, "calibrated", json::object());
 }
 
@@ -221,7 +230,9 @@ int add_command(const ModelOptions& o) {
   const Model model = o.model_with_candidates();
   const std::size_t effect = model.effect_named(o.effect);
   if (model.includes(effect)) throw Error(o.model + " includes " + o.effect + " already. Use emtb calibrate");
-  Dataset data = prepare(o.runs(o.sessions), o.runs(o.held_out), model);
+  const auto runs = o.checked_runs(model);
+  if (!runs) return 1;
+  Dataset data = prepare(runs->train, runs->held_out, model);
   const Calibration before = calibrate(data, model);
   json extra{{"added", o.effect}};
   extra["before"] = {{"train", error_on(data.train, before.model)},
@@ -319,8 +330,8 @@ int compare_command(const ModelOptions& o) {
     return compare_models(o, files, {others, o.sessions.end()});
   }
   Model model = read_model(o.model);
-  std::vector<Run> runs = o.runs(o.sessions);
-  const std::vector<Run> held_out = o.runs(o.held_out);
+  std::vector<Run> runs = split_at_gaps(o.runs(o.sessions), model.input);
+  const std::vector<Run> held_out = split_at_gaps(o.runs(o.held_out), model.input);
   if (o.fit) {
     Dataset data = prepare(runs, held_out, model);
     model = calibrate(data, model, o.calibration()).model;
@@ -374,7 +385,9 @@ void print_candidates(const Diagnosis& d) {
 int diagnose_command(const ModelOptions& o) {
   Model model = o.model_with_candidates();
   withhold_unwanted(model, o.wanted);
-  const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
+  const auto runs = o.checked_runs(model);
+  if (!runs) return 1;
+  const std::vector<Run>&train = runs->train, &held_out = runs->held_out;
   Progress progress;
   DiagnoseOptions options;
   options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
@@ -434,9 +447,10 @@ void add_model_commands(CommandLine& line) {
     return command.flag("--intervals", o->intervals,
                         "95 % intervals by profile likelihood: right also at a bound and where effects are not linear");
   };
+  const auto looking_first = [&](Command command) { return command.flag("--unchecked", o->unchecked, unchecked_help); };
   const auto act = [&o](int (*command)(const ModelOptions&)) { return [o, command] { return command(*o); }; };
-  with_intervals(
-      on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds")))
+  looking_first(with_intervals(on_files(
+                    line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))))
       .action(act(calibrate_command));
   on_files(
       line.command(
@@ -446,7 +460,8 @@ void add_model_commands(CommandLine& line) {
       .flag("--plot", o->plot, "draws the signal that is furthest off, also where the output is no terminal")
       .action(act(compare_command));
   const char* const candidates = "a YAML file of formulas of your own, to be tried beside the library's effects";
-  with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing")))
+  looking_first(
+      with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
       .option("--candidates", o->candidates, candidates)
       .options("--only", o->wanted.only,
                "tries these effects alone, and what they need: ids, with commas or one by one")
@@ -454,7 +469,9 @@ void add_model_commands(CommandLine& line) {
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");
-  with_intervals(on_files(add)).option("--candidates", o->candidates, candidates).action(act(add_command));
+  looking_first(with_intervals(on_files(add)))
+      .option("--candidates", o->candidates, candidates)
+      .action(act(add_command));
 }
 
 }  // namespace emtb

@@ -10,6 +10,7 @@
 #include "report/report_page.h"
 #include "report/result_json.h"
 #include "report/text.h"
+#include "tools/checked.h"
 #include "tools/commands.h"
 
 namespace emtb {
@@ -21,6 +22,7 @@ struct ReportOptions {
   std::string model, map, candidates, out = "report.html", png, json_file, command;
   std::vector<std::string> sessions, held_out;
   Wanted wanted;
+  bool unchecked = false;
 };
 
 /// Each figure as DIR/NAME.png; a name that is taken gets a number.
@@ -58,6 +60,9 @@ int report_command(const ReportOptions& o) {
   }
   // What is printed for people must not mix with JSON on standard output.
   std::ostream& say = o.json_file == "-" ? std::cerr : std::cout;
+
+  if (!checked({in.part(false), in.part(true)}, in.model, o.unchecked, say)) return 1;
+  in.split_at_gaps();
 
   Progress progress;
   Diagnosis d;
@@ -100,6 +105,7 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")
       .option("--json", o->json_file, "writes the diagnosis to this file; - for standard output")
+      .flag("--unchecked", o->unchecked, unchecked_help)
       .action([o] { return report_command(*o); });
 }
 

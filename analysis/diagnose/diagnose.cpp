@@ -162,11 +162,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
 
   progress(0.02, "fitting the model as given");
   d.withheld = withheld_effects(model, data.train);
-  Model offering = without_pins(model);
-  offering.withheld.clear();
-  for (const Withheld& w : d.withheld) offering.withheld.push_back(w.effect);
-  FittedTrials trials(data, offering, criterion, options.score, options.refits);
-  Trial first = first_fit(trials, data, offering);
+  Model given = without_pins(model);
+  given.withheld.clear();
+  for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
+  FittedTrials trials(data, given, criterion, options.score, options.refits);
+  Trial first = first_fit(trials, data, given);
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   Finding found = search_from(first, trials, criterion, options, progress);
   // What the model lacked may have looked like another timing.

@@ -51,8 +51,8 @@ struct Diagnosis {
   std::vector<ResidualMap> where_final;    ///< of the final model: what remains
   std::vector<std::string> at_bound;       ///< parameters of the final model that rest on a bound
   std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
-  std::vector<Pin> pins;                   ///< parameters that were held because these data cannot tell them
   std::vector<Withheld> withheld;          ///< effects that were not tried
+  std::vector<Pin> pins;                   ///< parameters that were held because these data cannot tell them
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first

@@ -89,7 +89,7 @@ std::optional<Addition> Search::best_that_stays(std::vector<Addition>& additions
   while (const Addition* best = best_of(additions, found_.current)) {
     if (trials_.determined(best->trial.model(), best->effect())) {
       kept = trials_.fit_from_elsewhere_too(best->trial.model());
-      if (kept && criterion_.material(found_.current.held_out, kept->held_out)) return *best;
+      if (kept && criterion_.worth_a_step(found_.current.held_out, kept->held_out)) return *best;
     }
     std::erase_if(additions, [effect = best->effect()](const Addition& a) { return a.effect() == effect; });
   }
@@ -101,7 +101,7 @@ std::optional<Addition> Search::best_that_stays(std::vector<Addition>& additions
 const Addition* Search::best_of(const std::vector<Addition>& additions, const Trial& current) const {
   const Addition* best = nullptr;
   for (const Addition& a : additions) {
-    if (criterion_.material(current.held_out, a.trial.held_out) &&
+    if (criterion_.worth_a_step(current.held_out, a.trial.held_out) &&
         (best == nullptr || better(a.trial.held_out, best->trial.held_out))) {
       best = &a;
     }
@@ -109,7 +109,7 @@ const Addition* Search::best_of(const std::vector<Addition>& additions, const Tr
   if (best == nullptr) return nullptr;
   const auto parameter_count = [](const Addition& a) { return a.trial.model().about(a.effect()).parameter_count; };
   for (const Addition& a : additions) {
-    if (parameter_count(a) < parameter_count(*best) && criterion_.material(current.held_out, a.trial.held_out) &&
+    if (parameter_count(a) < parameter_count(*best) && criterion_.worth_a_step(current.held_out, a.trial.held_out) &&
         criterion_.tied(best->trial.held_out, a.trial.held_out)) {
       best = &a;
     }
@@ -265,7 +265,7 @@ bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t membe
 
 /// What the others have made superfluous goes.
 void Search::prune() {
-  for (std::size_t i = 0; i < found_.effects.size() && found_.effects.size() > 1;) {
+  for (std::size_t i = 0; i < found_.effects.size();) {
     tell(0.85, "pruning");
     const std::size_t effect = found_.effects[i];
     std::optional<Trial> without;

@@ -250,6 +250,35 @@ TEST_F(Csv, WhatIsWrittenReadsBackTheSame) {
   }
 }
 
+TEST_F(Csv, ResolutionAndWindowStandInColumnsOfTheirOwnOnceARun) {
+  Session s;
+  s.runs.resize(2);
+  for (Run& run : s.runs) run.signals[Signal::omega] = series({0, 0.1}, {1, 2});
+  s.runs[1].signals[Signal::i_a] = series({0.1}, {0.5});
+  s.runs[1].signals[Signal::i_a].window = 0.4;
+  s.runs[1].signals[Signal::i_a].lsb = 1e-3;
+  s.runs[0].signals[Signal::omega].lsb = 0.1;
+  write_csv(path("out.csv"), s);
+  EXPECT_EQ(read(path("out.csv")),
+            "run,t_s,i_a_A,omega_rad_s,i_a_lsb_A,i_a_window_s,omega_lsb_rad_s\n"
+            "run,0,,1,,,0.1\nrun,0.1,,2,,,\nrun_2,0,,1,0.001,0.4,\nrun_2,0.1,0.5,2,,,\n");
+  const Session back = read_csv(path("out.csv"));
+  EXPECT_EQ(back.runs[0].at(Signal::omega).lsb, 0.1);
+  EXPECT_EQ(back.runs[1].at(Signal::omega).lsb, 0) << "of this run nothing was known";
+  EXPECT_EQ(back.runs[1].at(Signal::i_a).lsb, 1e-3);
+  EXPECT_EQ(back.runs[1].at(Signal::i_a).window, 0.4);
+}
+
+TEST_F(Csv, ResolutionAndWindowMayStandInEveryRowButMustNotContradictThemselves) {
+  const std::string head = "t_s,i_a_A,i_a_lsb_A,i_a_window_s\n";
+  const Run run = only_run(head + "0,1,0.01,0.4\n1,2,0.01,0.4\n");
+  EXPECT_EQ(run.at(Signal::i_a).lsb, 0.01);
+  EXPECT_EQ(run.at(Signal::i_a).window, 0.4);
+  EXPECT_THAT(complaint(head + "0,1,0.01,\n1,2,0.02,\n"),
+              StartsWith("steps.csv:3: column i_a_lsb_A: 0.02 after 0.01. One value stands for a run"));
+  EXPECT_THAT(complaint(head + "0,1,,-1\n"), StartsWith("steps.csv:2: column i_a_window_s: -1. It must be above 0"));
+}
+
 TEST_F(Csv, WritingWhereOneCannotIsAnError) {
   EXPECT_THAT(message_of<SessionError>([&] { write_csv(path("no/such/folder.csv"), {}); }),
               HasSubstr("cannot be written"));

@@ -1,0 +1,84 @@
+#include "analysis/check/balance.h"
+
+#include <cmath>
+
+#include "analysis/numerics/regression.h"
+
+namespace emtb {
+namespace {
+
+using Column = double MotionWindow::*;
+
+std::vector<double> column(const MotionWindows& w, Column c) {
+  std::vector<double> x;
+  for (const MotionWindow& m : w.all) x.push_back(m.*c);
+  return x;
+}
+
+double variation(const std::vector<double>& x) {
+  double sum = 0, squares = 0;
+  for (const double v : x) sum += v, squares += v * v;
+  const auto n = static_cast<double>(x.size());
+  return std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n)));
+}
+
+/// Least squares of y on columns and a constant; a column that does not vary has no share.
+std::vector<Share> shares(const MotionWindows& w, Column y, std::span<const Column> of) {
+  std::vector<Share> result(of.size());
+  std::vector<std::vector<double>> columns;
+  std::vector<std::size_t> place;
+  std::vector<double> scale;
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    std::vector<double> x = column(w, of[k]);
+    const double size = variation(x);
+    if (!(size > 0)) continue;
+    for (double& v : x) v /= size;
+    columns.push_back(std::move(x));
+    place.push_back(k);
+    scale.push_back(size);
+  }
+  const std::vector<double> wanted = column(w, y);
+  if (columns.empty() || w.all.size() < 20 + columns.size() || !(variation(wanted) > 0)) return result;
+  columns.emplace_back(w.all.size(), 1.0);
+  const Regression fit = regress(columns, wanted);
+  const auto freedom = static_cast<double>(w.all.size() - columns.size());
+  for (std::size_t c = 0; c < place.size(); ++c) {
+    if (!std::isfinite(fit.value[c]) || !(fit.std_error[c] > 0)) continue;
+    const double t = fit.value[c] / fit.std_error[c];
+    result[place[c]] = {fit.value[c] / scale[c], t, t / std::sqrt(t * t + freedom)};
+  }
+  return result;
+}
+
+double alike(const MotionWindows& w, Column a, Column b) {
+  double ab = 0, aa = 0, bb = 0;
+  for (const MotionWindow& m : w.all) ab += m.*a * m.*b, aa += m.*a * m.*a, bb += m.*b * m.*b;
+  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
+}
+
+}  // namespace
+
+MotorBalance balance_of(const MotionWindows& w) {
+  MotorBalance b;
+  if (w.all.size() < 10) return b;
+  if (w.voltage) {
+    b.driven = alike(w, &MotionWindow::voltage, &MotionWindow::speed);
+    double eo = 0, oo = 0;
+    for (const MotionWindow& m : w.all) eo += m.voltage * m.speed, oo += m.speed * m.speed;
+    b.gain = oo > 0 ? eo / oo : 0;
+  }
+  if (!w.current) return b;
+  b.back_power = alike(w, &MotionWindow::current, &MotionWindow::speed);
+  if (w.voltage) {
+    b.power_in = alike(w, &MotionWindow::voltage, &MotionWindow::current);
+    const std::vector<Column> of{&MotionWindow::current, &MotionWindow::speed};
+    const auto s = shares(w, &MotionWindow::voltage, of);
+    b.resistance = s[0], b.back_emf = s[1];
+  }
+  const std::vector<Column> of{&MotionWindow::acceleration, &MotionWindow::speed, &MotionWindow::torque};
+  const auto s = shares(w, &MotionWindow::current, of);
+  b.inertia = s[0], b.viscous = s[1], b.torque = s[2];
+  return b;
+}
+
+}  // namespace emtb

@@ -1,0 +1,72 @@
+#include "analysis/check/check.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "analysis/check/angle_speed.h"
+#include "analysis/check/balance.h"
+#include "analysis/check/clipped.h"
+#include "analysis/check/duplicate.h"
+#include "analysis/check/held.h"
+#include "analysis/check/power.h"
+#include "analysis/check/resting.h"
+#include "analysis/check/sampling.h"
+#include "analysis/check/scale.h"
+#include "analysis/check/spikes.h"
+#include "analysis/numerics/parallel.h"
+
+namespace emtb {
+namespace {
+
+void add(DataFindings& to, DataFindings more) { std::ranges::move(more, std::back_inserter(to)); }
+
+/// What a run says by itself.
+struct Looked {
+  DataFindings findings;
+  MotionWindows windows;
+};
+
+Looked look_at(const Run& run) {
+  Looked l;
+  l.findings = sampling_flaws(run);
+  add(l.findings, spikes(run));
+  add(l.findings, clipped(run));
+  add(l.findings, held(run));
+  add(l.findings, angle_against_speed(run));
+  l.windows = motion_windows(run);
+  const bool told = std::ranges::any_of(l.findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
+  if (!told) add(l.findings, turned_signs(l.windows, balance_of(l.windows), run.name, run.duration()));
+  return l;
+}
+
+}  // namespace
+
+DataFindings check(std::span<const Run> train, std::span<const Run> held_out, const Model* model) {
+  std::vector<Run> runs(train.begin(), train.end());
+  runs.insert(runs.end(), held_out.begin(), held_out.end());
+  std::vector<Looked> looked(runs.size());
+  parallel_for(runs.size(), [&](std::size_t r) { looked[r] = look_at(runs[r]); });
+
+  DataFindings findings;
+  MotionWindows windows;
+  for (Looked& l : looked) {
+    append(windows, l.windows);
+    add(findings, std::move(l.findings));
+  }
+  add(findings, duplicates(train, held_out));
+  add(findings, resting(runs));
+  const bool sign_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
+  const bool scale_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::scale; });
+  const MotorBalance together = balance_of(windows);
+  if (sign_known) add(findings, turned_signs(windows, together, {}, 0));
+  if (sign_known && scale_known) {
+    DataFindings scales = wrong_scales(windows, together, model);
+    if (scales.empty() && !model && !stops(findings)) scales = unfixed_scale(windows, together);
+    add(findings, std::move(scales));
+  }
+  return findings;
+}
+
+bool stops(const DataFindings& findings) { return std::ranges::any_of(findings, &DataFinding::stops); }
+
+}  // namespace emtb

@@ -1,0 +1,85 @@
+#include "analysis/check/clipped.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/check/readings.h"
+
+namespace emtb {
+namespace {
+
+/// How far a signal would still have risen when it reached a stretch, from its rise in three pieces before it: the sum
+/// of the geometric series that they begin. A signal that settles rises less in each.
+double rise_to_come(std::span<const double> before, std::size_t piece, double sign) {
+  const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
+  const double last = at(0) - at(1), middle = at(1) - at(2), first = at(2) - at(3);
+  if (last <= 0 || middle <= 0 || first <= 0) return 0;
+  const double ratio = std::clamp(std::max(last / middle, middle / first), 0.0, 0.9);
+  return last * ratio / (1 - ratio);
+}
+
+/// Whether a stretch at the extreme cuts off a rise.
+bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double step, double noise) {
+  // Pieces so long that each rises clear of the noise; the reading just before the stretch may be cut already.
+  for (const std::size_t piece : {1, 2, 4, 8, 16}) {
+    if (s.begin < 3 * piece + 2) break;
+    const std::span<const double> before = x.first(s.begin - 1);
+    const double left = sign * (s.value - before.back());
+    const double last = sign * (before.back() - before[before.size() - 1 - piece]);
+    if (last < 6 * std::max(noise, step)) continue;
+    const double reach = last / static_cast<double>(piece) * static_cast<double>(s.length());  // had it gone on
+    return std::min(rise_to_come(before, piece, sign), reach) > 3 * std::max(left, 0.0) + 6 * std::max(noise, step);
+  }
+  return false;
+}
+
+struct Extreme {
+  std::size_t readings = 0, first = 0, last = 0;
+  std::size_t longest = 0;
+  bool cut = false;
+};
+
+Extreme at_extreme(std::span<const double> x, double value, double sign, double step, double noise) {
+  Extreme e;
+  for (const Stretch& s : stretches(x)) {
+    if (s.value != value) continue;
+    if (e.readings == 0) e.first = s.begin;
+    e.readings += s.length();
+    e.last = s.end - 1;
+    e.longest = std::max(e.longest, s.length());
+    e.cut = e.cut || (s.length() >= 4 && cuts_off(x, s, sign, step, noise));
+  }
+  return e;
+}
+
+}  // namespace
+
+DataFindings clipped(const Run& run) {
+  DataFindings findings;
+  for (const Signal signal : measured_signals(run)) {
+    if (signal == Signal::theta) continue;  // may rest anywhere
+    const Series& series = run.at(signal);
+    const std::span<const double> x = series.value;
+    const double size = size_of(x);
+    const double step = step_of(series);
+    const double noise = noise_of(x, 0.1 * size);
+    const auto [low, high] = std::ranges::minmax(x);
+    for (const double sign : {1.0, -1.0}) {
+      const double value = sign > 0 ? high : low;
+      if (std::abs(value) < 0.1 * size || high - low < 8 * step) continue;  // rests at zero; or a coarse instrument
+      const Extreme e = at_extreme(x, value, sign, step, noise);
+      const bool without_noise = noise > 0.7 * step && e.longest >= 12;
+      // A driver that ends at its highest voltage is a driver's effect, unless noise stops there as well.
+      if (!without_noise && (!e.cut || signal == Signal::e_a)) continue;
+      findings.push_back({run.name, signal, Flaw::clipped, series.t[e.first], series.t[e.last],
+                          name_of(signal) + " stops at " + short_number(value) + " " +
+                              std::string(info(signal).unit) + " for " + std::to_string(e.readings) +
+                              " readings where it would have gone on: widen the range of its input, or leave the span "
+                              "out",
+                          e.readings >= 10});
+    }
+  }
+  return findings;
+}
+
+}  // namespace emtb

@@ -1,0 +1,157 @@
+#include "analysis/check/held.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "analysis/check/readings.h"
+
+namespace emtb {
+namespace {
+
+/// Half of the readings off rest stand in stretches at least as long as this.
+std::size_t usual_length(const std::vector<Stretch>& all, double rest) {
+  std::vector<std::size_t> lengths;
+  std::size_t readings = 0;
+  for (const Stretch& s : all) {
+    if (std::abs(s.value) <= rest) continue;
+    lengths.push_back(s.length());
+    readings += s.length();
+  }
+  std::ranges::sort(lengths);
+  std::size_t sum = 0;
+  for (const std::size_t length : lengths) {
+    sum += length;
+    if (2 * sum >= readings) return length;
+  }
+  return 1;
+}
+
+double mean_of(const Series& y, double from, double to) {
+  double sum = 0;
+  std::size_t n = 0;
+  for (auto k = static_cast<std::size_t>(std::ranges::lower_bound(y.t, from) - y.t.begin());
+       k < y.t.size() && y.t[k] <= to; ++k, ++n)
+    sum += y.value[k];
+  return n > 0 ? sum / static_cast<double>(n) : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Whether another signal goes somewhere else during a stretch: a third of its range between its thirds.
+bool others_move(const Run& run, Signal held_signal, double from, double to) {
+  const double third = (to - from) / 3;
+  for (const auto& [signal, y] : run.signals) {
+    const bool tells = signal == Signal::u_ref || signal == Signal::e_a || signal == Signal::i_a ||
+                       signal == Signal::omega;
+    if (!tells || signal == held_signal || is_sparse(run, signal)) continue;
+    const auto [low, high] = std::ranges::minmax(y.value);
+    const double begin = mean_of(y, from, from + third), middle = mean_of(y, from + third, to - third),
+                 end = mean_of(y, to - third, to);
+    const double moved = std::max({begin, middle, end}) - std::min({begin, middle, end});
+    if (moved > 0.3 * (high - low)) return true;
+  }
+  return false;
+}
+
+/// Whether the signal is elsewhere as soon as a stretch ends: by far more than it usually changes from row to row.
+bool jumps_after(std::span<const double> x, const Stretch& s, double step) {
+  if (s.end >= x.size()) return false;
+  std::vector<double> changes;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    if (x[k] != x[k - 1]) changes.push_back(std::abs(x[k] - x[k - 1]));
+  }
+  std::ranges::sort(changes);
+  const double usual = changes.empty() ? 0 : changes[changes.size() * 95 / 100];
+  return std::abs(x[s.end] - s.value) > std::max(5 * usual, 8 * step);
+}
+
+bool turns(const Run& run, double from, double to) {
+  if (!run.has(Signal::omega) || is_sparse(run, Signal::omega)) return false;
+  const Series& omega = run.at(Signal::omega);
+  return std::abs(mean_of(omega, from, to)) > 0.1 * size_of(omega.value);
+}
+
+/// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.
+bool angle_held(const Run& run, const Series& series, const Stretch& s, double step, std::size_t usual) {
+  if (s.length() < std::max<std::size_t>(10, 10 * usual)) return false;
+  return jumps_after(series.value, s, step) || turns(run, series.t[s.begin], series.t[s.end - 1]);
+}
+
+void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
+  const Series& series = run.at(signal);
+  const std::span<const double> x = series.value;
+  const double step = step_of(series), size = size_of(x);
+  if (step == 0) return;
+  const bool angle = signal == Signal::theta;
+  const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
+  const std::vector<Stretch> all = stretches(x);
+  const std::size_t usual = angle ? 1 : usual_length(all, rest);
+  const double noise = angle ? 0 : noise_of(x, rest);
+  const auto [low, high] = std::ranges::minmax(x);
+  std::vector<Stretch> found;
+  for (const Stretch& s : all) {
+    if (angle) {
+      if (angle_held(run, series, s, step, usual)) found.push_back(s);
+      continue;
+    }
+    const bool extreme = (s.value == low || s.value == high) && !jumps_after(x, s, step);  // clipped, if anything
+    if (std::abs(s.value) <= rest || extreme || s.length() < std::max<std::size_t>(20, 20 * usual)) continue;
+    if (noise > step || others_move(run, signal, series.t[s.begin], series.t[s.end - 1])) found.push_back(s);
+  }
+  if (found.empty()) return;
+  const Stretch longest = *std::ranges::max_element(found, {}, &Stretch::length);
+  findings.push_back({run.name, signal, Flaw::held, series.t[longest.begin], series.t[longest.end - 1],
+                      name_of(signal) + " stays at " + short_number(longest.value) + " " +
+                          std::string(info(signal).unit) + " for " + std::to_string(longest.length()) +
+                          " readings while it should change" +
+                          (found.size() > 1 ? ", the longest of " + std::to_string(found.size()) + " times" : "") +
+                          ": leave the span out, or empty those cells",
+                      true});
+}
+
+/// A signal that is written more often than it is updated changes by whole steps at every k-th row.
+void find_repeats(const Run& run, Signal signal, DataFindings& findings) {
+  const Series& series = run.at(signal);
+  const auto& x = series.value;
+  const double large = 3 * step_of(series);
+  std::map<std::size_t, std::size_t> rows_between;  // two large changes: how often
+  std::size_t count = 0;
+  std::size_t last = 0;
+  bool last_large = false;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    if (x[k] == x[k - 1]) continue;
+    const bool is_large = std::abs(x[k] - x[k - 1]) > large;
+    if (is_large && last_large) {
+      ++rows_between[k - last];
+      ++count;
+    }
+    last = k;
+    last_large = is_large;
+  }
+  if (count < 30) return;
+  const auto most = *std::ranges::max_element(rows_between, {}, [](const auto& p) { return p.second; });
+  std::size_t near = most.second;
+  for (const std::size_t beside : {most.first - 1, most.first + 1}) {
+    if (const auto found = rows_between.find(beside); beside > 1 && found != rows_between.end()) near += found->second;
+  }
+  if (most.first < 2 || 10 * near < 9 * count) return;
+  const double interval = series.t.back() / static_cast<double>(series.t.size() - 1);
+  findings.push_back({run.name, signal, Flaw::held, series.t.front(), series.t.back(),
+                      name_of(signal) + " is updated every " + short_number(interval * static_cast<double>(most.first)) +
+                          " s only, " + std::to_string(most.first) +
+                          " rows: leave the cells empty in which it repeats itself",
+                      false});
+}
+
+}  // namespace
+
+DataFindings held(const Run& run) {
+  DataFindings findings;
+  for (const Signal signal : measured_signals(run)) {
+    find_frozen(run, signal, findings);
+    if (signal != Signal::theta) find_repeats(run, signal, findings);
+  }
+  return findings;
+}
+
+}  // namespace emtb

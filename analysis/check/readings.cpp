@@ -1,0 +1,85 @@
+#include "analysis/check/readings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "analysis/numerics/statistics.h"
+
+namespace emtb {
+
+std::vector<Stretch> stretches(std::span<const double> x) {
+  std::vector<Stretch> all;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (k == 0 || x[k] != x[k - 1]) all.push_back({k, k, x[k]});
+    all.back().end = k + 1;
+  }
+  return all;
+}
+
+double step_of(const Series& series) {
+  if (series.lsb > 0) return series.lsb;
+  const double same = 1e-9 * size_of(series.value);  // arithmetic on codes
+  double least = 0;
+  for (std::size_t k = 1; k < series.value.size(); ++k) {
+    const double change = std::abs(series.value[k] - series.value[k - 1]);
+    if (change > same && (least == 0 || change < least)) least = change;
+  }
+  return least;
+}
+
+double noise_of(std::span<const double> x, double rest) {
+  std::vector<double> second;
+  for (std::size_t k = 1; k + 1 < x.size(); ++k) {
+    if (std::abs(x[k]) > rest) second.push_back(std::abs(x[k + 1] - 2 * x[k] + x[k - 1]));
+  }
+  return second.size() < 30 ? 0 : robust_sigma(second) / std::sqrt(6.0);
+}
+
+bool moves(const Series& series) {
+  const std::vector<double>& x = series.value;
+  const auto [low, high] = std::ranges::minmax(x);
+  const double step = step_of(series), noise = noise_of(x, 0);
+  // Second differences make coloured noise four times too small.
+  if (noise > 0.5 * step ? high - low > 40 * noise : step > 0 && high - low > 3.5 * step) return true;
+  const std::size_t length = std::min<std::size_t>(100, x.size());
+  double far = 0;
+  std::vector<double> scatter;
+  for (std::size_t k = 0; k + length <= x.size() && length > 0; k += length) {
+    const double* const begin = x.data() + k;
+    double mean = 0, off = 0;
+    for (std::size_t i = 0; i < length; ++i) mean += begin[i] / static_cast<double>(length);
+    for (std::size_t i = 0; i < length; ++i) off += (begin[i] - mean) * (begin[i] - mean);
+    far = std::max(far, std::abs(mean));
+    scatter.push_back(std::sqrt(off / static_cast<double>(length)));
+  }
+  if (scatter.empty()) return false;
+  return low != high && far > std::max(5 * median(scatter), 0.9 * step);
+}
+
+double size_of(std::span<const double> x) {
+  double largest = 0;
+  for (const double value : x) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+std::vector<Signal> measured_signals(const Run& run) {
+  std::vector<Signal> found;
+  for (const Signal s : {Signal::e_a, Signal::i_a, Signal::omega, Signal::theta, Signal::torque, Signal::i_f}) {
+    if (!run.has(s) || is_sparse(run, s) || run.at(s).t.size() < 20) continue;
+    if (s == Signal::e_a && !run.has(Signal::u_ref)) continue;
+    if (s == Signal::i_a && !run.has(Signal::u_ref) && !run.has(Signal::e_a)) continue;  // a current drive's command
+    found.push_back(s);
+  }
+  return found;
+}
+
+std::string name_of(Signal signal) { return std::string(info(signal).name); }
+
+std::string short_number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+}  // namespace emtb

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/check/finding.h"
+#include "session/session.h"
+
+namespace emtb {
+
+/// Readings that follow each other and have the same value.
+struct Stretch {
+  std::size_t begin = 0, end = 0;  ///< the readings begin ... end - 1
+  double value = 0;
+
+  std::size_t length() const { return end - begin; }
+};
+
+std::vector<Stretch> stretches(std::span<const double> x);
+
+/// The instrument's step: as stated, or the smallest change there is; 0 where nothing changes.
+double step_of(const Series& series);
+
+/// The noise of a signal that also moves, by second differences of its readings off rest; of an instrument without
+/// noise, less than half its step.
+/// @param rest what is nearer to zero than this is left out
+double noise_of(std::span<const double> x, double rest);
+
+/// Whether a speed or an angle moves, by more than noise and than the instrument's steps: its range is far above that
+/// of noise, white or coloured, or its mean over a hundred readings lies once far further off zero than they scatter.
+bool moves(const Series& series);
+
+/// The largest absolute value.
+double size_of(std::span<const double> x);
+
+/// The signals of a run that are measured, have as many readings as its rows, and are not what a command sets: e_a
+/// counts only beside a u_ref.
+std::vector<Signal> measured_signals(const Run& run);
+
+/// `omega`.
+std::string name_of(Signal signal);
+
+/// A number for a message: three digits.
+std::string short_number(double value);
+
+}  // namespace emtb

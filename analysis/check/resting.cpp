@@ -1,0 +1,88 @@
+#include "analysis/check/resting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "analysis/check/readings.h"
+
+namespace emtb {
+namespace {
+
+bool constant(const Series& series) {
+  return std::ranges::all_of(series.value, [&](double v) { return v == series.value.front(); });
+}
+
+template <class Is>
+bool in_all(std::span<const Run> runs, Signal signal, const Is& is) {
+  bool any = false;
+  for (const Run& run : runs) {
+    if (!run.has(signal) || run.at(signal).value.size() < 20) continue;
+    any = true;
+    if (!is(run.at(signal))) return false;
+  }
+  return any;
+}
+
+bool rest(std::span<const Run> runs, Signal signal) {
+  return in_all(runs, signal, [](const Series& s) { return !moves(s); });
+}
+
+bool present(std::span<const Run> runs, Signal signal) {
+  return std::ranges::any_of(runs, [&](const Run& run) { return run.has(signal); });
+}
+
+/// A signal that goes from level to level, of which its instrument knows but a few.
+bool coarse(std::span<const Run> runs, Signal signal) {
+  std::set<double> levels;
+  std::size_t readings = 0, changes = 0;
+  for (const Run& run : runs) {
+    if (!run.has(signal)) continue;
+    const auto& x = run.at(signal).value;
+    levels.insert(x.begin(), x.end());
+    if (levels.size() > 5) return false;
+    readings += x.size();
+    for (std::size_t k = 1; k < x.size(); ++k) changes += x[k] != x[k - 1] ? 1 : 0;
+  }
+  return levels.size() > 2 && changes > 0 && readings > 10 * changes;
+}
+
+}  // namespace
+
+DataFindings resting(std::span<const Run> runs) {
+  DataFindings findings;
+  const auto add = [&](Signal signal, Flaw what, const std::string& text, bool stop) {
+    findings.push_back({{}, signal, what, 0, 0, text, stop});
+  };
+  bool motion = false, seen = false;
+  Signal still{};
+  for (const Signal signal : {Signal::theta, Signal::omega}) {
+    if (!present(runs, signal)) continue;
+    seen = true;
+    if (rest(runs, signal)) {
+      still = signal;
+    } else {
+      motion = true;
+    }
+  }
+  if (seen && !motion) {
+    add(still, Flaw::rest, name_of(still) + " moves in no run: does the motor turn, and is its sensor connected?", true);
+  }
+  for (const Signal signal : {Signal::i_a, Signal::e_a, Signal::torque}) {
+    if (!motion || !present(runs, signal) || !in_all(runs, signal, constant)) continue;
+    const bool matters = signal != Signal::torque;  // a shaft without a load is told as a torque of zero, too
+    add(signal, Flaw::rest,
+        name_of(signal) + " has one value in all runs though the shaft moves: its channel is dead; leave the column out",
+        matters);
+  }
+  for (const Signal signal : {Signal::i_a, Signal::omega, Signal::torque}) {
+    if (motion && present(runs, signal) && coarse(runs, signal)) {
+      add(signal, Flaw::resolution,
+          name_of(signal) + " knows five values or fewer: take a finer range of its instrument, or leave the column out",
+          false);
+    }
+  }
+  return findings;
+}
+
+}  // namespace emtb

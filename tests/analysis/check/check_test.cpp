@@ -1,0 +1,191 @@
+#include "analysis/check/check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/analysis/check/planted.h"
+#include "tests/blind/recording.h"
+
+namespace emtb {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::Each;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+auto names(Flaw what, std::optional<Signal> signal) {
+  return Contains(AllOf(Field("what", &DataFinding::what, what), Field("signal", &DataFinding::signal, signal)));
+}
+auto is_a(Flaw what) { return Field("what", &DataFinding::what, what); }
+
+/// A servo with speed, voltage and current, and a bench whose current a slow meter reads.
+class Check : public testing::Test {
+ protected:
+  using Run = emtb::Run;  // not testing::Test::Run
+
+  static std::vector<Run> servo_runs() { return record(blind::fast_bench(), blind::fast_bench().train, 3); }
+  static std::vector<Run> slow_runs() { return record(blind::slow_bench(), blind::slow_bench().train, 3); }
+
+  const Model servo = blind::fast_bench().model;
+  const Model slow = blind::slow_bench().model;
+};
+
+TEST_F(Check, FindsNothingInGoodRecordings) {
+  EXPECT_THAT(check(servo_runs(), {}, &servo), IsEmpty());
+  EXPECT_THAT(check(slow_runs(), {}, &slow), IsEmpty());
+}
+
+TEST_F(Check, RemarksOnceThatNothingFixesTheScaleWithoutAModel) {
+  const DataFindings found = check(servo_runs());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].what, Flaw::scale);
+  EXPECT_FALSE(found[0].stops);
+}
+
+TEST_F(Check, TheModelsBoundsContradictMilliamperesAndRevolutions) {
+  auto mA = servo_runs();
+  for (Run& run : mA) planted::scale(run, Signal::i_a, 1000);
+  EXPECT_THAT(check(mA, {}, &servo), names(Flaw::scale, Signal::i_a));
+  auto rpm = slow_runs();
+  for (Run& run : rpm) planted::scale(run, Signal::omega, 9.5493);
+  const DataFindings found = check(rpm, {}, &slow);
+  EXPECT_THAT(found, names(Flaw::scale, Signal::omega));
+  EXPECT_TRUE(stops(found));
+}
+
+TEST_F(Check, AnAngleBesideTheSpeedFixesItsScaleAndSign) {
+  auto good = servo_runs();
+  for (Run& run : good) planted::add_angle(run, 2000);
+  EXPECT_THAT(check(good, {}, &servo), IsEmpty());
+  for (const double factor : {9.5493, 57.2958, 1 / 6.28319, 1000.0, -1.0}) {
+    auto wrong = good;
+    for (Run& run : wrong) planted::scale(run, Signal::omega, factor);
+    EXPECT_THAT(check(wrong), names(factor < 0 ? Flaw::sign : Flaw::scale, Signal::omega)) << factor;
+  }
+  auto degrees = good;
+  for (Run& run : degrees) planted::scale(run, Signal::theta, 57.2958);
+  EXPECT_THAT(check(degrees), names(Flaw::scale, Signal::theta));
+}
+
+TEST_F(Check, AnAngleThatIsAnotherMotionIsNoScale) {
+  auto runs = servo_runs();
+  for (Run& run : runs) planted::add_angle(run, 2000);
+  for (double& angle : runs[0].signals.at(Signal::theta).value) angle = std::fmod(angle, 6.283185307179586);
+  EXPECT_THAT(check(runs, {}, &servo), names(Flaw::angle_speed, Signal::theta)) << "the angle wraps";
+}
+
+TEST_F(Check, ALateSpeedIsADelayAndDoesNotStop) {
+  auto runs = servo_runs();
+  for (Run& run : runs) planted::add_angle(run, 2000);
+  for (Run& run : runs) planted::delay(run, Signal::omega, 80);
+  const DataFindings found = check(runs, {}, &servo);
+  EXPECT_THAT(found, names(Flaw::delay, Signal::omega));
+  EXPECT_THAT(found, Contains(Field(&DataFinding::text, HasSubstr("0.08 s"))));
+  EXPECT_FALSE(stops(found));
+}
+
+TEST_F(Check, PowerTellsWhichSignalIsTurned) {
+  for (const Signal signal : {Signal::omega, Signal::i_a, Signal::e_a}) {
+    for (const bool meter : {false, true}) {
+      auto runs = meter ? slow_runs() : servo_runs();
+      for (Run& run : runs) planted::scale(run, signal, -1);
+      const DataFindings found = check(runs, {}, meter ? &slow : &servo);
+      EXPECT_THAT(found, names(Flaw::sign, signal)) << info(signal).name << (meter ? ", slow meter" : "");
+      EXPECT_TRUE(stops(found));
+      EXPECT_THAT(found, Each(is_a(Flaw::sign)));
+    }
+  }
+}
+
+TEST_F(Check, ASensorThatFreezesIsHeldAndACoarseOneIsNot) {
+  auto runs = servo_runs();
+  ASSERT_TRUE(planted::hold(runs[0], Signal::omega, 200));
+  EXPECT_THAT(check(runs, {}, &servo), names(Flaw::held, Signal::omega));
+  auto coarse = servo_runs();
+  for (Run& run : coarse) {
+    Series& omega = run.signals.at(Signal::omega);
+    omega.lsb = 5;
+    for (double& v : omega.value) v = 5 * std::round(v / 5);
+  }
+  EXPECT_THAT(check(coarse, {}, &servo), IsEmpty());
+}
+
+TEST_F(Check, ASignalThatRepeatsItselfIsARemark) {
+  auto runs = servo_runs();
+  for (Run& run : runs) {
+    auto& x = run.signals.at(Signal::i_a).value;
+    for (std::size_t k = 0; k < x.size(); ++k) x[k] = x[k - k % 10];
+  }
+  const DataFindings found = check(runs, {}, &servo);
+  EXPECT_THAT(found, names(Flaw::held, Signal::i_a));
+  EXPECT_FALSE(stops(found));
+}
+
+TEST_F(Check, ASignalBeyondItsRangeIsClipped) {
+  auto runs = servo_runs();
+  planted::clip(runs[1], Signal::omega, 0.7);
+  const DataFindings found = check(runs, {}, &servo);
+  EXPECT_THAT(found, names(Flaw::clipped, Signal::omega));
+  EXPECT_THAT(found, Not(Contains(is_a(Flaw::held))));
+  EXPECT_TRUE(stops(found));
+}
+
+TEST_F(Check, SpikesAreCountedAndAnInrushIsNone) {
+  auto runs = servo_runs();
+  planted::spike(runs[2], Signal::omega, 5, 1);
+  const DataFindings found = check(runs, {}, &servo);
+  EXPECT_THAT(found, names(Flaw::spikes, Signal::omega));
+  EXPECT_THAT(found, Contains(Field(&DataFinding::text, HasSubstr("5 readings"))));
+}
+
+TEST_F(Check, GapsAndUnevenRowsAreSaidAndDoNotStop) {
+  auto holed = servo_runs();
+  planted::pause(holed[0], 1.2, 100);
+  const DataFindings gap = check(holed, {}, &servo);
+  EXPECT_THAT(gap, names(Flaw::gap, std::nullopt));
+  EXPECT_FALSE(stops(gap));
+  auto uneven = servo_runs();
+  planted::jitter(uneven[0], Signal::u_ref, 1, 2);
+  EXPECT_THAT(check(uneven, {}, &servo), names(Flaw::jitter, std::nullopt));
+}
+
+TEST_F(Check, TheSameReadingsUnderAnotherNameCountTwice) {
+  auto runs = servo_runs();
+  runs.push_back(runs[0]);
+  runs.back().name = "copy.csv";
+  EXPECT_THAT(check(runs, {}, &servo), names(Flaw::duplicate, std::nullopt));
+  auto train = servo_runs();
+  const std::vector<Run> judging{train[2]};
+  EXPECT_TRUE(stops(check(train, judging, &servo)));
+  EXPECT_THAT(check(servo_runs(), record(blind::fast_bench(), blind::fast_bench().train, 9), &servo), IsEmpty())
+      << "the same profiles, recorded again";
+}
+
+TEST_F(Check, AMotorThatNeverTurnsOrADeadChannelStops) {
+  auto runs = servo_runs();
+  for (Run& run : runs) {
+    for (double& v : run.signals.at(Signal::omega).value) v *= 1e-6;
+  }
+  EXPECT_THAT(check(runs, {}, &servo), names(Flaw::rest, Signal::omega));
+  auto dead = servo_runs();
+  for (Run& run : dead) std::ranges::fill(run.signals.at(Signal::i_a).value, 0.0);
+  EXPECT_THAT(check(dead, {}, &servo), names(Flaw::rest, Signal::i_a));
+}
+
+TEST_F(Check, AnInstrumentOfFewStepsIsARemark) {
+  auto runs = slow_runs();
+  for (Run& run : runs) {
+    for (double& v : run.signals.at(Signal::omega).value) v = 50 * std::round(v / 50);
+    run.signals.at(Signal::omega).lsb = 50;
+  }
+  const DataFindings found = check(runs, {}, &slow);
+  EXPECT_THAT(found, names(Flaw::resolution, Signal::omega));
+  EXPECT_FALSE(stops(found));
+}
+
+}  // namespace
+}  // namespace emtb

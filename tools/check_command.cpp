@@ -1,0 +1,73 @@
+#include <iostream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "analysis/check/check.h"
+#include "config/mapping.h"
+#include "config/model.h"
+#include "report/findings.h"
+#include "report/result_json.h"
+#include "session/gaps.h"
+#include "session/spec.h"
+#include "tools/checked.h"
+#include "tools/commands.h"
+
+namespace emtb {
+namespace {
+
+struct CheckOptions {
+  std::string map, model, json_file;
+  std::vector<std::string> sessions, held_out;
+
+  std::vector<Run> runs(const std::vector<std::string>& specs) const {
+    const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
+    std::vector<Run> all;
+    for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
+    return all;
+  }
+};
+
+int check_command(const CheckOptions& o) {
+  const std::vector<Run> train = o.runs(o.sessions), held_out = o.runs(o.held_out);
+  DataFindings findings;
+  if (o.model.empty()) {
+    findings = check(train, held_out);
+  } else {
+    const Model model = read_model(o.model);
+    findings = check(train, held_out, &model);
+  }
+  write_json(o.json_file, to_json(findings));
+  if (o.json_file != "-") {
+    for (const std::string& line : lines_of(findings)) std::cout << line << "\n";
+    const auto runs = train.size() + held_out.size();
+    if (findings.empty()) std::cout << "nothing is wrong with " << runs << (runs == 1 ? " run\n" : " runs\n");
+  }
+  return stops(findings) ? 1 : 0;
+}
+
+}  // namespace
+
+std::optional<CheckedRuns> checked(const CheckedRuns& given, const Model& model, bool unchecked, std::ostream& say) {
+  if (!unchecked) {
+    const DataFindings findings = check(given.train, given.held_out, &model);
+    for (const std::string& line : lines_of(findings)) say << line << "\n";
+    if (stops(findings)) {
+      say << "Nothing was fitted: these recordings contradict themselves. Mend them, or add --unchecked\n";
+      return std::nullopt;
+    }
+  }
+  return CheckedRuns{split_at_gaps(given.train, model.input), split_at_gaps(given.held_out, model.input)};
+}
+
+void add_check_command(CommandLine& line) {
+  const auto o = std::make_shared<CheckOptions>();
+  line.command("check", "looks whether recordings are what they say: scale, sign, clipping, holds, spikes, gaps, twins")
+      .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5")
+      .options("--held-out", o->held_out, "sessions that will judge a fit: none of them may be among the others")
+      .option("--map", o->map, "how the columns of foreign CSV files become signals")
+      .option("--model", o->model, "a model's YAML, whose bounds say what scales are possible")
+      .option("--json", o->json_file, "writes the findings to this file; - for standard output")
+      .action([o] { return check_command(*o); });
+}
+
+}  // namespace emtb
