@@ -432,8 +432,8 @@ void add_model_commands(CommandLine& line) {
   };
   const auto looking_first = [&](Command command) { return command.flag("--unchecked", o->unchecked, unchecked_help); };
   const auto act = [&o](int (*command)(const ModelOptions&)) { return [o, command] { return command(*o); }; };
-  looking_first(with_intervals(
-      on_files(line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))))
+  looking_first(with_intervals(on_files(
+                    line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))))
       .action(act(calibrate_command));
   on_files(
       line.command(
@@ -443,12 +443,15 @@ void add_model_commands(CommandLine& line) {
       .flag("--plot", o->plot, "draws the signal that is furthest off, also where the output is no terminal")
       .action(act(compare_command));
   const char* const candidates = "a YAML file of formulas of your own, to be tried beside the library's effects";
-  looking_first(with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
+  looking_first(
+      with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
       .option("--candidates", o->candidates, candidates)
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");
-  looking_first(with_intervals(on_files(add))).option("--candidates", o->candidates, candidates).action(act(add_command));
+  looking_first(with_intervals(on_files(add)))
+      .option("--candidates", o->candidates, candidates)
+      .action(act(add_command));
 }
 
 }  // namespace emtb
