@@ -79,6 +79,22 @@ void read_effects(const YamlMap& yaml, Model& model) {
   }
 }
 
+/// One of two words, the first for yes.
+std::optional<bool> either(const YamlMap& yaml, const std::string& key, const std::string& yes, const std::string& no) {
+  if (!yaml.has(key)) return std::nullopt;
+  const std::string word = yaml.text(key);
+  if (word != yes && word != no) yaml.fail(key, "is `" + word + "`. Write " + yes + " or " + no);
+  return word == yes;
+}
+
+void read_bench_facts(const YamlMap& yaml, Model& model) {
+  const auto bench = yaml.map_if("bench");
+  if (!bench) return;
+  bench->only({"field", "speed"});
+  model.bench.field_winding = either(*bench, "field", "winding", "magnets");
+  model.bench.tachogenerator = either(*bench, "speed", "tachogenerator", "encoder");
+}
+
 void read_history(const YamlMap& yaml, Model& model) {
   for (const YamlMap& entry : yaml.maps("history")) {
     entry.only({"action", "train", "held_out", "sessions"});
@@ -96,7 +112,7 @@ void read_history(const YamlMap& yaml, Model& model) {
 Model read_model(const std::filesystem::path& path) { return read_model(YamlMap::load(path)); }
 
 Model read_model(const YamlMap& yaml) {
-  yaml.only({"name", "input", "driver", "tie", "parameters", "noise", "effects", "history"});
+  yaml.only({"name", "input", "driver", "tie", "parameters", "bench", "noise", "effects", "history"});
   Model model;
   model.name = yaml.text_or("name", yaml.file().stem().string());
   const std::string input = yaml.text_or("input", "u_ref");
@@ -118,6 +134,7 @@ Model read_model(const YamlMap& yaml) {
     }
     if (model.tie.contains(leader)) yaml.fail("tie", "ties " + follower + " to " + leader + ", which is tied itself");
   }
+  read_bench_facts(yaml, model);
   if (const auto noise = yaml.map_if("noise")) {
     for (const std::string& key : noise->keys()) {
       const auto signal = signal_named(key);
@@ -153,6 +170,13 @@ std::string to_yaml(const Model& model) {
     if (!model.tie.contains(p.symbol)) write_parameter(out, p);
   }
   out << YAML::EndMap;
+  const auto& [winding, tachogenerator] = model.bench;
+  if (winding || tachogenerator) {
+    out << YAML::Key << "bench" << YAML::Value << YAML::Flow << YAML::BeginMap;
+    if (winding) out << YAML::Key << "field" << YAML::Value << (*winding ? "winding" : "magnets");
+    if (tachogenerator) out << YAML::Key << "speed" << YAML::Value << (*tachogenerator ? "tachogenerator" : "encoder");
+    out << YAML::EndMap;
+  }
   if (!model.noise.empty()) {
     out << YAML::Key << "noise" << YAML::Value << YAML::Flow << YAML::BeginMap;
     for (const auto& [signal, sigma] : model.noise) {

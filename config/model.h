@@ -16,6 +16,7 @@ namespace emtb {
 ///     tie: {K_m: K_b}              # optional
 ///     parameters:
 ///       R_a: {value: 31.8, min: 5, max: 100, unit: ohm}                     # or: value, fixed: true
+///     bench: {field: magnets, speed: encoder}     # optional: or winding, tachogenerator; what no reading tells
 ///     noise: {omega: 0.15}         # optional: declared sigma
 ///     effects: {}                  # coulomb_friction: {T_c: {value: 0.05, min: 0, max: 1, unit: N m}}
 ///                                  # or a formula of the user: config/formula_effect.h

@@ -50,7 +50,7 @@ Parameter read_parameter_body(const YamlMap& yaml, const std::string& symbol, co
 void write_parameter(YAML::Emitter& out, const Parameter& p, double null) {
   out << YAML::Key << p.symbol << YAML::Value << YAML::Flow << YAML::BeginMap;
   out << YAML::Key << "value" << YAML::Value << yaml_number(p.value);
-  if (p.fixed) {
+  if (p.fixed && !p.pinned) {  // what a diagnosis held is as free as it was
     out << YAML::Key << "fixed" << YAML::Value << true;
   } else {
     out << YAML::Key << "min" << YAML::Value << yaml_number(p.min) << YAML::Key << "max" << YAML::Value

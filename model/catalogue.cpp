@@ -57,6 +57,35 @@ std::string full_name(const EffectInfo& effect, std::size_t parameter) {
   return std::string(effect.id) + "." + std::string(effect.parameters()[parameter].symbol);
 }
 
+std::string implausible(std::size_t effect, std::span<const double> values, const FittedMachine& machine) {
+  using Implausible = std::string (*)(std::span<const double>, const FittedMachine&);
+  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
+    return std::array<Implausible, sizeof...(Effect)>{[](std::span<const double> p, const FittedMachine& m) {
+      if constexpr (requires { Effect::implausible(p, m); }) {
+        return Effect::implausible(p, m);
+      } else {
+        return std::string();
+      }
+    }...};
+  }(static_cast<AllEffects*>(nullptr));
+  return table[effect](values, machine);
+}
+
+std::string needs_of(const EffectInfo& effect) {
+  const BenchParts& bench = effect.bench;
+  std::string all(effect.needs);
+  const auto add = [&](bool needed, const char* what) {
+    if (needed) all += (all.empty() ? "" : ", ") + std::string(what);
+  };
+  add(bench.driver, "a driver that a reference drives");
+  add(bench.voltage, "a voltage that feeds the armature");
+  add(bench.field_winding, "a field winding");
+  add(bench.tachogenerator, "a tachogenerator");
+  add(bench.torque_gauge, "a torque gauge");
+  add(bench.current, "a measured current");
+  return all;
+}
+
 std::vector<std::size_t> watched_effects() {
   std::vector<std::size_t> watched;
   for (std::size_t effect = 0; effect < effect_count; ++effect) {

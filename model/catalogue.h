@@ -22,10 +22,12 @@
 #include "model/effects/driver/driver_saturation.h"
 #include "model/effects/driver/driver_slew.h"
 #include "model/effects/driver/one_quadrant_driver.h"
+#include "model/effects/load/dry_brake.h"
 #include "model/effects/load/eccentric_load.h"
 #include "model/effects/load/eddy_brake.h"
 #include "model/effects/load/load_torque.h"
 #include "model/effects/sensors/current_offset.h"
+#include "model/effects/sensors/speed_delay.h"
 #include "model/effects/sensors/tacho_lag.h"
 #include "model/effects/sensors/tacho_offset.h"
 #include "model/effects/sensors/tacho_ripple.h"
@@ -33,9 +35,12 @@
 #include "model/effects/sensors/torque_offset.h"
 #include "model/effects/shaft/asymmetric_friction.h"
 #include "model/effects/shaft/backlash.h"
+#include "model/effects/shaft/bearing_drag.h"
 #include "model/effects/shaft/cogging.h"
 #include "model/effects/shaft/coulomb_friction.h"
 #include "model/effects/shaft/friction_warmup.h"
+#include "model/effects/shaft/load_dependent_friction.h"
+#include "model/effects/shaft/presliding_friction.h"
 #include "model/effects/shaft/shaft_compliance.h"
 #include "model/effects/shaft/stribeck_friction.h"
 #include "model/effects/shaft/windage.h"
@@ -44,13 +49,14 @@ namespace emtb {
 
 /// All effects. A new one is its file and one line here, in the order of the stages.
 using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance,
-                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction,              //
-                              ArmatureHeating, ArmatureInductance, BrushDrop,                                  //
-                              ArmatureReaction, FieldHeating,                                                  //
-                              CoulombFriction, StribeckFriction, AsymmetricFriction, Windage, FrictionWarmup,  //
-                              Cogging, Backlash, ShaftCompliance,                                              //
-                              LoadTorque, EccentricLoad, EddyBrake,                                            //
-                              TachoRipple, TachoOffset, TachoLag, TorqueOffset, TorqueLag, CurrentOffset>;
+                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction,  //
+                              ArmatureHeating, ArmatureInductance, BrushDrop,                      //
+                              ArmatureReaction, FieldHeating,                                      //
+                              CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction,
+                              PreslidingFriction, Windage, BearingDrag, FrictionWarmup,  //
+                              Cogging, Backlash, ShaftCompliance,                        //
+                              LoadTorque, DryBrake, EccentricLoad, EddyBrake,            //
+                              TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;
 
@@ -66,6 +72,13 @@ std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen);
 
 /// `coulomb_friction.T_c`
 std::string full_name(const EffectInfo& effect, std::size_t parameter = 0);
+
+/// Why an effect with these values is not that effect on such a machine, in words: `J_2 is 0.012 kg m2, not below 0.011
+/// kg m2, J`. Empty: it may be.
+std::string implausible(std::size_t effect, std::span<const double> values, const FittedMachine& machine);
+
+/// What an effect needs, for people: `coulomb_friction, a torque gauge`; empty: nothing but the motor.
+std::string needs_of(const EffectInfo& effect);
 
 /// The effects that a running machine is watched for, first things first.
 std::vector<std::size_t> watched_effects();

@@ -107,6 +107,9 @@ struct Dual {
     return {e, e * a.d};
   }
   friend Dual sin(const Dual& a) { return {std::sin(a.v), std::cos(a.v) * a.d}; }
+  friend Dual pow(const Dual& a, double exponent) {
+    return {std::pow(a.v, exponent), (exponent * std::pow(a.v, exponent - 1)) * a.d};
+  }
   friend Dual abs(const Dual& a) { return a.v < 0 ? -a : a; }
 };
 
@@ -132,6 +135,7 @@ requires(sizeof(Mask) > sizeof(long)) bool any(const Mask& where) {
 
 using std::abs;
 using std::exp;
+using std::pow;
 using std::sin;
 
 /// The larger and the smaller of two numbers, with the derivative of the one that is taken.

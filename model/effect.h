@@ -54,6 +54,7 @@ enum class AtNull {
 enum class Family {
   none,
   driver_edges,  ///< how a driver follows a step of its reference
+  late_speed,    ///< by how much a speed is read late
 };
 
 /// How far a machine went in some data: the scale on which an effect's shape is to be looked for.
@@ -68,6 +69,20 @@ struct Ranges {
   double inertia = 0;         ///< [kg m2] of the fitted model
   double rise = 0, fall = 0;  ///< [V/s] known limits of the driver
   double ringing = 0;         ///< [rad/s] at which what is left of the speed rings; 0: it does not
+};
+
+/// A machine as it was fitted, and how far it went: what the values of an effect are held against. As ratios, times and
+/// speeds, they hold also where no reading fixes the scale of the torques.
+struct FittedMachine {
+  double R_a = 0, K_b = 0, K_m = 0, B = 0, J = 0;  ///< [ohm], [V s/rad], [N m/A], [N m s/rad], [kg m2]
+  bool current_driven = false;
+  Ranges seen;
+
+  /// [N m] that the motor makes at standstill with the most that it was given.
+  double stall_torque() const { return K_m * (current_driven ? seen.current : seen.voltage / R_a); }
+
+  /// [s] with which the speed follows the voltage.
+  double time_constant() const { return J / (B + (current_driven ? 0 : K_b * K_m / R_a)); }
 };
 
 /// Values of all parameters of one effect from which a search starts. (The library needs three, a user's formula may
@@ -87,6 +102,16 @@ struct ChangeWords {
   std::string_view what;  ///< `the motor needs`; empty: there are no words for it
   std::string_view more;  ///< what may have happened: `a brake left on?`
   std::string_view less;
+};
+
+/// What must be there of a bench for an effect to be one of it, and to show in its records.
+struct BenchParts {
+  bool driver = false;          ///< the model begins with its reference
+  bool voltage = false;         ///< feeds the armature; of a current drive's circuit nothing shows
+  bool field_winding = false;   ///< permanent magnets have none
+  bool tachogenerator = false;  ///< the speed is an instrument's reading, and not made from an encoder's angle
+  bool torque_gauge = false;
+  bool current = false;  ///< measured
 };
 
 /// What an effect is, for programs and for people: `emtb effects ID` prints it.
@@ -115,6 +140,7 @@ struct EffectInfo {
   ChangeWords changed = {};
   std::optional<Signal> reads = {};  ///< of a sensor: whose reading it describes; not seen where that is not measured
   std::string_view needs = {};       ///< the effect without which this one makes no sense
+  BenchParts bench = {};             ///< what must be there
 
   /// Neither amplitude nor null to be seen from: the effect is there or not, and is judged by trying it.
   constexpr bool fades() const {
@@ -190,13 +216,17 @@ struct Balance {
   Scalar braking_torque{};  ///< [N m] any smooth torque; positive brakes positive rotation
   Scalar load_torque{};     ///< [N m] the same, taken by the load: what the gauge sees
   Scalar dry_friction{};    ///< [N m] opposes motion, holds up to this at rest; >= 0
+  Scalar bristle{};         ///< [N m/rad] of that friction before it slips; 0: it does not give
+  Scalar gear_friction{};   ///< [1] of the torque that the gears carry: dry friction, too; >= 0
+  Scalar brake{};           ///< [N m] dry friction of the load: what the gauge sees of it; >= 0
   // sensors
   Scalar omega_reading{};   ///< [rad/s]
   Scalar i_a_reading{};     ///< [A]
   Scalar torque_reading{};  ///< [N m]
   Scalar
-      angle_behind{};    ///< [rad] by which the shaft is ahead of the integral of its speed's reading; like load_offset
-  Scalar load_offset{};  ///< [N m] by which a measured load is read too large; set at the end of the step before
+      angle_behind{};  ///< [rad] by which the shaft is ahead of the integral of its speed's reading; like load_offset
+  Scalar reading_delay{};  ///< [s] by which speed and angle are read late
+  Scalar load_offset{};    ///< [N m] by which a measured load is read too large; set at the end of the step before
 };
 
 template <class Scalar>

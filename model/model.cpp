@@ -43,6 +43,8 @@ std::size_t Model::effect_named(std::string_view id) const {
   }
 }
 
+bool Model::withholds(std::size_t effect) const { return std::ranges::find(withheld, effect) != withheld.end(); }
+
 bool Model::includes(std::size_t effect) const {
   if (effect >= effect_count) {
     return std::ranges::find(terms, offered.at(effect - effect_count).name, &AddedTerm::name) != terms.end();
@@ -140,6 +142,20 @@ const Parameter& Model::at(std::size_t i) const {
 }
 
 Parameter& Model::at(std::size_t i) { return const_cast<Parameter&>(std::as_const(*this).at(i)); }
+
+const EffectParameter* Model::known_of(std::size_t place) const {
+  if (place < base.size()) return nullptr;
+  place -= base.size();
+  for (const IncludedEffect& e : effects) {
+    if (place < e.parameters.size()) return &effect_catalogue()[e.effect].parameter_list[place];
+    place -= e.parameters.size();
+  }
+  for (const AddedTerm& t : terms) {
+    if (place < t.parameters.size()) return t.info ? &t.info->parameter_list[place] : nullptr;
+    place -= t.parameters.size();
+  }
+  throw ModelError("no such parameter");
+}
 
 FreeParameters::FreeParameters(const Model& model) {
   const std::vector<std::string> names = model.names();

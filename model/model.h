@@ -28,6 +28,7 @@ struct Parameter {
   bool fixed = false;
   std::optional<Prior> prior;
   std::optional<double> std_error;  ///< of the last calibration; none where it exceeds the bounds: not determined
+  bool pinned = false;  ///< fixed for as long as a diagnosis lasts, because the data cannot tell it (see Pin)
 };
 
 /// An effect that the model includes.
@@ -37,6 +38,7 @@ struct IncludedEffect {
 };
 
 struct EffectInfo;
+struct EffectParameter;
 
 /// A term of the equations beside the catalogue's effects.
 struct AddedTerm {
@@ -56,6 +58,13 @@ struct HistoryEntry {
   std::vector<std::string> sessions;
 };
 
+/// What a model file says of the bench beyond its records: no reading tells a motor with magnets from one with a
+/// winding.
+struct BenchFacts {
+  std::optional<bool> field_winding;   ///< `field: winding` or `field: magnets`; absent: it may have one
+  std::optional<bool> tachogenerator;  ///< `speed: tachogenerator` or `speed: encoder`; absent: as the records show
+};
+
 /// A model file in memory: which physics, with which numbers, and how it came to them.
 struct Model {
   std::string name;
@@ -65,7 +74,9 @@ struct Model {
   std::vector<Parameter> base;             ///< R_a, K_b, K_m, B, J
   std::vector<IncludedEffect> effects;     ///< in the order of the catalogue
   std::vector<AddedTerm> terms;
-  std::vector<AddedTerm> offered;  ///< formulas that a search may add to `terms`; no part of the model file
+  std::vector<AddedTerm> offered;     ///< formulas that a search may add to `terms`; no part of the model file
+  std::vector<std::size_t> withheld;  ///< effects that a search may not add; no part of the model file
+  BenchFacts bench;
   std::map<Signal, double> noise;  ///< declared sigma
   std::vector<HistoryEntry> history;
 
@@ -82,6 +93,7 @@ struct Model {
   std::size_t effect_named(std::string_view id) const;
 
   bool includes(std::size_t effect) const;
+  bool withholds(std::size_t effect) const;
 
   /// Those of an included effect. @throws ModelError where it is not.
   std::vector<Parameter>& parameters_of(std::size_t effect);
@@ -97,6 +109,9 @@ struct Model {
 
   /// [s] with which the speed follows the voltage, J R_a/(K_b K_m); with a current drive J/B.
   double mechanical_time_constant() const;
+
+  /// What is known of the parameter at a place of the structure; null for a base parameter and for a bare term.
+  const EffectParameter* known_of(std::size_t place) const;
 
   bool periodic() const;  ///< includes an effect that repeats with the angle
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <numbers>
 #include <span>
@@ -11,6 +12,7 @@
 #include "model/machine/armature.h"
 #include "model/machine/driver.h"
 #include "model/machine/equations.h"
+#include "model/machine/late_reading.h"
 #include "model/machine/rotor_angle.h"
 #include "model/machine/shaft.h"
 #include "model/machine/user_terms.h"
@@ -70,6 +72,7 @@ class Machine : public Motion<Scalar> {
   /// Puts the machine into its state at the start of a run, and takes the first readings.
   void start(const InitialState& initial, const StepInput& in) {
     field_on_ = initial.field_on;
+    late_.start();
     omega = omega_before = Scalar(initial.omega);
     angle_.start(initial.theta, shortest_period(), in);
     i_a = i_a_before = Scalar(initial.i_a);
@@ -79,6 +82,8 @@ class Machine : public Motion<Scalar> {
         .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
     if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
+    if (initial.omega != 0)
+      equations_.terms.load_torque += initial.omega > 0 ? equations_.terms.brake : -equations_.terms.brake;
     read_sensors(0, 0, in);
     if (!initial.as_read) return;
     if (initial.omega != 0) omega = omega_before = initial.omega - (omega_reading - omega);
@@ -100,7 +105,7 @@ class Machine : public Motion<Scalar> {
     const Scalar v0 = e.start - armature_.k_b() * omega;
     const Scalar mean_current = circuit == Circuit::closed ? armature_.mean_current(v0, e.end, i_a)
                                                            : Scalar(circuit == Circuit::driven ? in.i_a : 0.0);
-    const Scalar omega_end = shaft_.speed_after(omega, torque_on_shaft(in, mean_current, circuit, e));
+    const Scalar omega_end = shaft_.speed_after(omega, torque_on_shaft(in, mean_current, circuit, e), h);
 
     i_a_before = i_a;
     if (circuit == Circuit::closed) {
@@ -127,7 +132,7 @@ class Machine : public Motion<Scalar> {
 
   /// Those of now; good until the next step.
   SimulatedReadings<Scalar> readings() const {
-    return {e_a_reading, i_a_reading, omega_reading, angle_.theta(), torque_reading};
+    return {e_a_reading, i_a_reading, omega_reading, is_late_ ? late_theta_ : angle_.theta(), torque_reading};
   }
 
  private:
@@ -186,6 +191,7 @@ class Machine : public Motion<Scalar> {
     equations_.terms.flux = Scalar(1.0);
     equations_.terms.inductance = equations_.terms.contact_drop = equations_.terms.contact_knee = Scalar(0.0);
     equations_.terms.braking_torque = equations_.terms.load_torque = equations_.terms.dry_friction = Scalar(0.0);
+    equations_.terms.gear_friction = equations_.terms.brake = equations_.terms.bristle = Scalar(0.0);
   }
 
   /// What the effects add to the equations of the motor and its load.
@@ -246,16 +252,33 @@ class Machine : public Motion<Scalar> {
 
   /// But for viscous friction and what the speed at the end of the step takes from the current.
   ShaftTorque<Scalar> torque_on_shaft(const StepInput& in, const Scalar& mean_current, Circuit circuit,
-                                      const Ramp<Scalar>& e) const {
-    ShaftTorque<Scalar> torque{armature_.k_m() * mean_current - equations_.terms.braking_torque,
-                               equations_.terms.dry_friction};
+                                      const Ramp<Scalar>& e) {
+    const Balance<Scalar>& terms = equations_.terms;
+    ShaftTorque<Scalar> torque{armature_.k_m() * mean_current - terms.braking_torque, terms.dry_friction, Scalar(0.0),
+                               terms.bristle};
     if (circuit == Circuit::closed) torque.pull += shaft_.late() * (e.end - e.start);
-    if (structure_.measured_load) {
-      torque.take_load(in.load - equations_.terms.load_offset, equations_.terms.load_torque, omega);
-    } else {
-      torque.pull -= equations_.terms.load_torque;
+    if (any(differs(terms.gear_friction, Scalar(0.0)))) {
+      torque.dry_friction += terms.gear_friction * abs(torque_in_gears(in, mean_current, circuit));
     }
+    ShaftTorque<Scalar> foretold = torque;  // with the load as its effects say
+    foretold.pull -= terms.load_torque;
+    foretold.brake = terms.brake;
+    braked_ = any(differs(terms.brake, Scalar(0.0))) ? shaft_.braked(omega, foretold) : Scalar(0.0);
+    if (!structure_.measured_load) return foretold;
+    torque.take_load(in.load - terms.load_offset, terms.load_torque, omega);
+    // While a brake holds, the gauge reads what pulls, and its noise would let go of a shaft that the brake holds.
+    if (std::abs(value_of(braked_)) < value_of(terms.brake)) torque.brake = larger(torque.brake, terms.brake);
     return torque;
+  }
+
+  /// [N m] What motor and load lay on the gears between them. The speed at the end of the step, which bends the mean
+  /// current, is extrapolated.
+  Scalar torque_in_gears(const StepInput& in, const Scalar& mean_current, Circuit circuit) const {
+    Scalar current = mean_current;
+    if (circuit == Circuit::closed) current -= armature_.mean().v1 * armature_.k_b() * (2.0 * omega - omega_before);
+    const Balance<Scalar>& terms = equations_.terms;
+    const Scalar load = structure_.measured_load ? in.load - terms.load_offset : terms.load_torque + braked_;
+    return armature_.k_m() * current + load;
   }
 
   /// What the load takes at the end of the step, which is when the gauge is read: half a step of 1 ms later a weight
@@ -272,6 +295,7 @@ class Machine : public Motion<Scalar> {
                  .omega = structure_.measured_load ? Scalar(in.omega_end) : omega,
                  .theta = angle_.at_end(in)},
                 equations_);
+    equations_.terms.load_torque += braked_;
   }
 
   void read_sensors(double t, double h, const StepInput& in) {
@@ -284,7 +308,7 @@ class Machine : public Motion<Scalar> {
     equations_.terms.omega_reading = omega;
     equations_.terms.i_a_reading = i_a;
     equations_.terms.torque_reading = equations_.terms.load_torque;
-    equations_.terms.load_offset = equations_.terms.angle_behind = Scalar(0.0);
+    equations_.terms.load_offset = equations_.terms.angle_behind = equations_.terms.reading_delay = Scalar(0.0);
     sensors_.apply({.t = t,
                     .h = h,
                     .u_ref = in.u_ref,
@@ -296,7 +320,21 @@ class Machine : public Motion<Scalar> {
     omega_reading = equations_.terms.omega_reading;
     i_a_reading = equations_.terms.i_a_reading;
     torque_reading = equations_.terms.torque_reading;
-    if (in.angle_integrated) angle_.put_behind(equations_.terms.angle_behind);
+    is_late_ = any(differs(equations_.terms.reading_delay, Scalar(0.0)));
+    if (is_late_) read_late(t);
+    if (in.angle_integrated) {
+      angle_.put_behind(equations_.terms.angle_behind);
+    } else if (is_late_) {
+      angle_.put_behind(angle_.theta() - late_theta_);
+    }
+  }
+
+  /// Speed and angle, as they come over a bus.
+  void read_late(double t) {
+    const auto [speed, theta] = late_.read(t, equations_.terms.reading_delay, {omega_reading, angle_.theta()});
+    omega_reading = speed;
+    late_theta_ = theta;
+    equations_.terms.angle_behind += angle_.theta() - theta;
   }
 
   const ModelStructure& structure_;
@@ -307,8 +345,12 @@ class Machine : public Motion<Scalar> {
   RotorAngle<Scalar> angle_;
   EffectParts<Scalar> motor_, load_, sensors_;
   UserTerms<Scalar> user_;
-  double field_on_ = 0;  ///< [s] for which the field had been on at the start
-  double solved_h_ = 0;  ///< [s] the step that armature and shaft are solved for
+  LateReading<Scalar> late_;
+  Scalar late_theta_{};   ///< [rad]
+  bool is_late_ = false;  ///< speed and angle are read late
+  Scalar braked_{};       ///< [N m] by a brake of the load, over the last step
+  double field_on_ = 0;   ///< [s] for which the field had been on at the start
+  double solved_h_ = 0;   ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
 };
 

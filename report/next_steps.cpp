@@ -4,25 +4,13 @@
 #include <filesystem>
 
 #include "figures/number.h"
+#include "report/gauge_words.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/words.h"
 
 namespace emtb {
 namespace {
-
-std::string undetermined_advice(const ReportInput& in) {
-  if (in.model.input != Signal::i_a && !in.some_run_has(Signal::i_a))
-    return "Record `i_a_A` (a multimeter will do), which separates R_{a} from K_{b}; or fix one of them: `fixed: "
-           "true`, or an "
-           "ohmmeter's reading as `prior: {value, std}`";
-  if (!in.some_run_has(Signal::torque))
-    return "Where K_{m} is among them: tie it to K_{b} (`tie: {K_m: K_b}`) or record a torque that varies. Else record "
-           "runs "
-           "that move it: a coast-down, a reversal, a staircase to full speed";
-  return "Record runs that move it, e.g. a coast-down, a reversal or a staircase to full speed; or fix it from a data "
-         "sheet";
-}
 
 std::string stem_of(const std::string& file) { return std::filesystem::path(file).stem().string(); }
 
@@ -84,11 +72,13 @@ void next_steps(Page& page, const ReportInput& in, const Diagnosis& d) {
         "size on; smaller ones may hide.");
   if (d.verdict == Verdict::cannot_tell)
     items.push_back("Record runs in which the motor turns: steps to two levels and a staircase, at least.");
+  for (const Pin& pin : d.pins) items.push_back(in_words(pin, Names::on_a_page));
   if (!d.undetermined.empty()) {
     std::vector<std::string> list;
     for (const Undetermined& u : d.undetermined) list.push_back(combination(u));
-    items.push_back("These runs do not determine " + joined(list, " nor ") + " (relative changes). " +
-                    undetermined_advice(in) + ".");
+    items.push_back("These runs do not determine " + joined(list, " nor ") +
+                    " (relative changes). To determine them: " +
+                    advice_on(d.undetermined, d.final, recorded_by(d.data->train)) + ".");
   }
   if (d.judged_on_training)
     items.push_back(

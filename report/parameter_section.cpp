@@ -5,8 +5,10 @@
 
 #include "figures/number.h"
 #include "report/figures_of_diagnosis.h"
+#include "report/gauge_words.h"
 #include "report/next_steps.h"
 #include "report/symbols.h"
+#include "report/words.h"
 
 namespace emtb {
 namespace {
@@ -20,7 +22,10 @@ std::string meaning_of(const std::string& name) {
 }
 
 std::string with_error(double value, const Parameter& p) {
-  return p.std_error ? printed(value, *p.std_error) : printed(value);
+  const bool free = !p.fixed && p.std_error;
+  return free && !is_determined(p) ? printed(value, 2) + " (not determined)"
+         : p.std_error             ? printed(value, *p.std_error)
+                                   : printed(value);
 }
 
 /// Its value in a model; a dash where the model has no such parameter.
@@ -39,12 +44,19 @@ std::string bounds_of(const Diagnosis& d, const std::string& name, const Paramet
   std::string remark;
   if (tie != model.tie.end()) {
     remark = "= " + symbol_of(tie->second) + " (tied)";
+  } else if (p.pinned) {
+    remark = "held: these runs cannot tell it";
   } else if (p.fixed) {
     remark = "fixed";
   } else if (std::ranges::find(d.at_bound, name) != d.at_bound.end()) {
     remark = "rests on its bound";
   } else if (p.prior) {
     remark = "prior " + printed(p.prior->value, p.prior->std);
+  }
+  if (const auto with = scaled_with(d.pins, tie != model.tie.end() ? tie->second : name); !with.empty()) {
+    std::vector<std::string> symbols;
+    for (const std::string& pin : with) symbols.push_back(symbol_of(pin));
+    remark += (remark.empty() ? "goes with " : ", goes with ") + joined(symbols);
   }
   const bool free = !p.fixed && tie == model.tie.end();
   std::string bounds = free ? printed(p.min) + " … " + printed(p.max) : "";
@@ -60,7 +72,7 @@ std::vector<std::vector<std::string>> parameter_rows(const Diagnosis& d) {
     if (d.final.input == Signal::i_a && (i == base::R_a || i == base::K_b)) continue;  // not in its equations
     const Parameter& p = d.final.at(i);
     std::string interval = "–";
-    if (p.std_error && !d.final.tie.contains(names[i]))
+    if (p.std_error && is_determined(p) && !d.final.tie.contains(names[i]))
       interval = printed_range(values[i] - normal_95 * *p.std_error, values[i] + normal_95 * *p.std_error);
     const std::size_t dot = names[i].find('.');
     rows.push_back({symbol_of(names[i].substr(dot == std::string::npos ? 0 : dot + 1)), meaning_of(names[i]),
@@ -77,16 +89,17 @@ void parameter_section(Page& page, const Diagnosis& d) {
   page.table("Values ± standard errors, which hold for correlated residuals too (block sandwich)", "llrrrll",
              {"", "parameter", "base model", "final model", "95 % interval", "unit", "bounds"}, parameter_rows(d));
   page.figure(parameter_figure(d));
+  for (const Pin& pin : d.pins) page.paragraph(in_words(pin, Names::on_a_page));
   if (d.undetermined.empty()) {
-    page.paragraph("These runs determine every free parameter of the final model.");
+    page.paragraph(d.pins.empty() ? "These runs determine every free parameter of the final model."
+                                  : "With that these runs determine every other parameter of the final model.");
     return;
   }
   std::vector<std::string> items;
   for (const Undetermined& u : d.undetermined)
     items.push_back(combination(u) + ": " +
-                    (std::isfinite(u.relative_error) && u.relative_error < 100
-                         ? "±" + printed(100 * u.relative_error, 2) + " %"
-                         : std::string("anything fits as well")));
+                    (u.relative_error < 100 ? "±" + printed(100 * u.relative_error, 2) + " %"
+                                            : std::string("anything fits as well")));
   page.paragraph("These runs do not determine, in relative changes:").list(items);
 }
 

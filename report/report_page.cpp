@@ -129,6 +129,8 @@ void candidate_section(Page& page, const Diagnosis& d) {
   }
   page.table("Scores at the model without the effect, and the error once refitted with it", "lrrrrrr",
              {"effect", "predicted drop [σ²]", "expected", "visibility", "p", "held-out error", "found from"}, rows);
+  for (const std::string& line : refused(d)) page.paragraph(line + ".");
+  for (const std::string& line : not_tried(d)) page.paragraph(line + ".");
   if (d.candidates.empty()) return;
   page.figure(promise_figure(d));
   if (std::ranges::any_of(d.candidates, [](const Candidate& c) { return c.held_out_error.has_value(); }))

@@ -9,6 +9,7 @@
 #include "config/profile.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "report/gauge_words.h"
 
 namespace emtb {
 namespace {
@@ -46,6 +47,20 @@ json undetermined_json(const std::vector<Undetermined>& list) {
   return out;
 }
 
+json pins_json(const std::vector<Pin>& pins) {
+  json list = json::array();
+  for (const Pin& pin : pins) {
+    json followers = json::object();
+    for (const Follower& f : pin.followers) followers[f.parameter] = number(f.power);
+    list.push_back({{"parameter", pin.parameter},
+                    {"value", pin.value},
+                    {"unit", pin.unit},
+                    {"text", in_words(pin)},
+                    {"powers", followers}});
+  }
+  return list;
+}
+
 json curves_json(const std::vector<MissingCurve>& curves) {
   json list = json::array();
   for (const MissingCurve& c : curves) {
@@ -75,7 +90,7 @@ json to_json(const std::map<Signal, SignalFit>& signals) {
   return out;
 }
 
-json parameters_json(const Model& model, const LikelihoodIntervals& intervals) {
+json parameters_json(const Model& model, const LikelihoodIntervals& intervals, std::span<const Pin> pins) {
   json out = json::object();
   const std::vector<std::string> names = model.names();
   const std::vector<double> values = model.values();
@@ -88,6 +103,10 @@ json parameters_json(const Model& model, const LikelihoodIntervals& intervals) {
       }
     }
     out[names[i]] = parameter_json(p);
+    if (p.pinned) out[names[i]]["pinned"] = true;
+    const auto tie = model.tie.find(names[i]);
+    const std::vector<std::string> with = scaled_with(pins, tie != model.tie.end() ? tie->second : names[i]);
+    if (!with.empty()) out[names[i]]["scaled_with"] = with;
     if (const auto interval = intervals.find(names[i]); interval != intervals.end()) {
       const LikelihoodInterval& v = interval->second;
       out[names[i]]["interval95"] = {
@@ -124,7 +143,12 @@ json to_json(const Diagnosis& d) {
   for (const MissingEffect& m : d.missing) {
     json tied = json::array(), parameters = json::object();
     for (const std::size_t rival : m.tied_with) tied.push_back(d.id(rival));
-    for (const Parameter& p : m.parameters) parameters[p.symbol] = parameter_json(p);
+    for (std::size_t i = 0; i < m.parameters.size(); ++i) {
+      const Parameter& p = m.parameters[i];
+      parameters[p.symbol] = parameter_json(p);
+      const std::vector<std::string> with = scaled_with(d.pins, full_name(d.about(m.effect), i));
+      if (!with.empty()) parameters[p.symbol]["scaled_with"] = with;
+    }
     out["missing"].push_back({{"id", d.id(m.effect)}, {"tied_with", tied}, {"parameters", parameters}});
   }
   out["candidates"] = json::array();
@@ -141,8 +165,11 @@ json to_json(const Diagnosis& d) {
                                  {"held_out_error", number(c.held_out_error)},
                                  {"detectable_size", number(c.score.detectable_size)},
                                  {"expected", expected}});
+    if (!c.implausible.empty()) out["candidates"].back()["implausible"] = c.implausible;
   }
-  out["parameters"] = parameters_json(d.final);
+  out["not_tried"] = json::array();
+  for (const Withheld& w : d.withheld) out["not_tried"].push_back({{"id", d.id(w.effect)}, {"why", w.why}});
+  out["parameters"] = parameters_json(d.final, {}, d.pins);
   out["error"] = {{"base", {{"train", number(d.base_train)}, {"held_out", number(d.base_held_out)}}},
                   {"final", {{"train", number(d.final_train)}, {"held_out", number(d.final_held_out)}}}};
   out["signals"] = to_json(d.signals);
@@ -159,6 +186,10 @@ json to_json(const Diagnosis& d) {
   out["missing_curves"] = {{"base", curves_json(d.missing_base)}, {"final", curves_json(d.missing_final)}};
   out["at_bound"] = d.at_bound;
   out["undetermined"] = undetermined_json(d.undetermined);
+  if (!d.undetermined.empty()) {
+    out["advice"] = advice_on(d.undetermined, d.final, recorded_by(d.data->train));
+  }
+  out["pins"] = pins_json(d.pins);
   out["held_out"] = d.judged_on_training ? "none" : d.left_one_out ? "each run in turn" : "named";
   out["next_experiment"] = next_json(d);
   return out;

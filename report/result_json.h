@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 
 #include "analysis/diagnose/compare.h"
@@ -19,7 +20,9 @@ nlohmann::ordered_json rounds_json(const Investigation& investigation);
 /// The run that was foretold; null where none was made.
 nlohmann::ordered_json foretold_json(const Investigation& investigation);
 
-nlohmann::ordered_json parameters_json(const Model& model, const LikelihoodIntervals& intervals = {});
+/// @param pins those that are held get `pinned: true`, those that go with them `scaled_with`
+nlohmann::ordered_json parameters_json(const Model& model, const LikelihoodIntervals& intervals = {},
+                                       std::span<const Pin> pins = {});
 
 /// Writes to a file, or for `-` to standard output; nothing where the name is empty. @throws Error where it cannot.
 void write_json(const std::string& file, const nlohmann::ordered_json& value);

@@ -1,9 +1,11 @@
 #include "report/verdict.h"
 
 #include <algorithm>
+#include <map>
 #include <sstream>
 
 #include "figures/number.h"
+#include "report/gauge_words.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/words.h"
@@ -63,7 +65,9 @@ std::string verdict_text(const Diagnosis& d) {
     out << "  " << d.about(m.effect).id << " (" << d.about(m.effect).equation << ")";
     for (const Parameter& p : m.parameters) {
       out << "  " << p.symbol << " = "
-          << (p.std_error ? pretty(p.value, *p.std_error, p.unit) : pretty(p.value) + " " + p.unit);
+          << (is_determined(p) ? pretty(p.value, *p.std_error, p.unit)
+              : p.std_error    ? pretty(p.value, 2) + with_space(p.unit) + " (not determined)"
+                               : pretty(p.value) + with_space(p.unit));
     }
     out << "\n";
     for (const std::size_t rival : m.tied_with)
@@ -104,6 +108,26 @@ std::string verdict_in_words(const Diagnosis& d) {
       return "These runs cannot tell: nothing in them moves enough to inform the model.";
   }
   return {};
+}
+
+std::vector<std::string> refused(const Diagnosis& d) {
+  std::vector<std::string> lines;
+  for (const Candidate& c : d.candidates) {
+    if (c.implausible.empty()) continue;
+    lines.push_back(d.id(c.score.effect) + " would need an implausible value: " + c.implausible);
+  }
+  return lines;
+}
+
+std::vector<std::string> not_tried(const Diagnosis& d) {
+  std::map<std::string, std::string> ids;  // by reason
+  for (const Withheld& w : d.withheld) {
+    std::string& list = ids[w.why];
+    list += (list.empty() ? "" : ", ") + d.id(w.effect);
+  }
+  std::vector<std::string> lines;
+  for (const auto& [why, list] : ids) lines.push_back("not tried: " + list + " (" + why + ")");
+  return lines;
 }
 
 }  // namespace emtb

@@ -1,6 +1,7 @@
 #include "report/words.h"
 
 #include "figures/number.h"
+#include "report/gauge_words.h"
 #include "report/symbols.h"
 
 namespace emtb {
@@ -8,7 +9,8 @@ namespace emtb {
 std::string with_space(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
 std::string value_of(const Parameter& p) {
-  return (p.std_error ? printed(p.value, *p.std_error) : printed(p.value)) + with_space(printed_unit(p.unit));
+  return (is_determined(p) ? printed(p.value, *p.std_error) : printed(p.value, p.std_error ? 2 : 4)) +
+         with_space(printed_unit(p.unit));
 }
 
 std::string joined(const std::vector<std::string>& words, const std::string& last) {

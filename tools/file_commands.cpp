@@ -57,6 +57,7 @@ int effects_command(const FileOptions& o) {
     std::cout << "    " << p.symbol << " [" << p.unit << "], absent at " << p.null << ", from " << p.min << " to "
               << p.max << "\n";
   }
+  if (const std::string needs = needs_of(e); !needs.empty()) std::cout << "\nNeeds: " << needs << "\n";
   std::cout << "\nSource: " << e.source << "\n";
   return 0;
 }

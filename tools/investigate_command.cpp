@@ -35,6 +35,7 @@ struct InvestigateWords {
   std::shared_ptr<const std::string> socket;
   std::string model, folder = "investigation", json_file, report, command;
   std::vector<std::string> sessions, held_out;
+  Wanted wanted;
   double reach = 0.9, settle = 10, seed = 7;
   int rounds = 4;
   bool yes = false, reset = false, no_confirm = false, unchecked = false;
@@ -187,7 +188,8 @@ int investigate_command(const InvestigateWords& o) {
   if (o.sessions.empty() && !o.held_out.empty()) {
     throw Error("--held-out judges a fit to --sessions: give those, too, or neither for six experiments first");
   }
-  const Model given = read_model(o.model);
+  Model given = read_model(o.model);
+  withhold_unwanted(given, o.wanted);
   if (!o.report.empty() && !std::ofstream(o.report, std::ios::app)) {  // now, not after an hour of experiments
     throw Error(o.report + ": cannot be written. Give another --report FILE.html");
   }
@@ -224,6 +226,9 @@ void add_investigate_command(CommandLine& line, const std::shared_ptr<const std:
       .argument("MODEL", o->model, "the model's YAML, as far as it is known")
       .options("--sessions", o->sessions, "recordings to begin with; without them six experiments are made first")
       .options("--held-out", o->held_out, "those of them that judge and take no part in a fit")
+      .options("--only", o->wanted.only,
+               "tries these effects alone, and what they need: ids, with commas or one by one")
+      .options("--without", o->wanted.without, "tries all but these effects")
       .flag("--yes", o->yes, "moves the motor without asking")
       .flag("--reset", o->reset, "arms the bench first; see that it is safe")
       .option("--reach", o->reach, "the share of the bench's reference that is used [0.9]")

@@ -22,11 +22,13 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/figures_of_diagnosis.h"
+#include "report/gauge_words.h"
 #include "report/progress.h"
 #include "report/result_json.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/verdict.h"
+#include "report/words.h"
 #include "session/gaps.h"
 #include "session/spec.h"
 #include "tools/checked.h"
@@ -41,6 +43,7 @@ struct ModelOptions {
   std::string effect, model;
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file, candidates;
+  Wanted wanted;
   bool fit = false, plot = false, intervals = false, unchecked = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
@@ -83,7 +86,8 @@ std::string in_words(const LikelihoodInterval& v) {
 /// Values with standard errors, what rests on a bound, what the data do not determine.
 /// @param intervals where they were asked for
 void print_parameters(const Model& model, const std::vector<std::string>& at_bound,
-                      const std::vector<Undetermined>& undetermined, const LikelihoodIntervals& intervals) {
+                      const std::vector<Undetermined>& undetermined, std::span<const Record> records,
+                      const LikelihoodIntervals& intervals, std::span<const Pin> pins = {}) {
   std::vector<std::string> heading{"parameter", "value", "+- std error", "unit", ""};
   if (!intervals.empty()) heading.insert(heading.end() - 1, "95 % by profile likelihood");
   Table table(heading);
@@ -95,12 +99,19 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     std::string remark;
     if (tie != model.tie.end()) {
       remark = "= " + tie->second;
+    } else if (p.pinned) {
+      remark = "held: see below";
     } else if (p.fixed) {
       remark = "fixed";
     } else if (std::ranges::find(at_bound, names[i]) != at_bound.end()) {
       remark = "rests on its bound";
     }
-    std::vector<std::string> row{names[i], pretty(values[i], 5), p.std_error ? pretty(*p.std_error, 2) : "-", p.unit};
+    const bool free = remark.empty();
+    if (const auto with = scaled_with(pins, tie != model.tie.end() ? tie->second : names[i]); !with.empty()) {
+      remark += (remark.empty() ? "" : ", ") + ("goes with " + joined(with));
+    }
+    std::vector<std::string> row{names[i], pretty(values[i], free && !is_determined(p) ? 2 : 5),
+                                 error_in_words(p, free), p.unit};
     if (!intervals.empty()) {
       const auto interval = intervals.find(names[i]);
       row.push_back(interval == intervals.end() ? "" : in_words(interval->second));
@@ -112,11 +123,11 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     table.row(row);
   }
   std::cout << table.text();
-  for (const Undetermined& u : undetermined) {
-    std::cout << "These data do not determine " << u.combination << " (relative changes): +-"
-              << (std::isfinite(u.relative_error) && u.relative_error < 100 ? pretty(100 * u.relative_error, 2) + " %"
-                                                                            : "anything")
-              << "\n";
+  for (const Pin& pin : pins) std::cout << in_words(pin) << "\n";
+  for (const Undetermined& u : undetermined) std::cout << in_words(u) << "\n";
+  if (!undetermined.empty()) {
+    std::cout << "To determine " << (undetermined.size() == 1 ? "it" : "them") << ": "
+              << advice_on(undetermined, model, recorded_by(records)) << "\n";
   }
 }
 
@@ -189,13 +200,16 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   out["at_bound"] = c.at_bound;
   out["undetermined"] = json::array();
   for (const Undetermined& u : c.identifiability.undetermined) out["undetermined"].push_back(u.combination);
+  out["advice"] = c.identifiability.undetermined.empty()
+                      ? json(nullptr)
+                      : json(advice_on(c.identifiability.undetermined, c.model, recorded_by(data.train)));
   out["singular_values"] =
       std::vector<double>(c.identifiability.singular_values.begin(), c.identifiability.singular_values.end());
   out["signals"] = to_json(fit_of(data.held_out.empty() ? data.train : data.held_out, c.model, data.noise));
   write_json(o.json_file, out);
   if (o.json_file == "-") return c.converged ? 0 : 1;
 
-  print_parameters(c.model, c.at_bound, c.identifiability.undetermined, intervals);
+  print_parameters(c.model, c.at_bound, c.identifiability.undetermined, data.train, intervals);
   std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out "
             << error_cell(entry.held_out) << "\n";
   finish_model(o, c.model);
@@ -364,10 +378,13 @@ void print_candidates(const Diagnosis& d) {
                     pretty(c.score.detectable_size, 2)});
   }
   std::cout << candidates.text();
+  for (const std::string& line : refused(d)) std::cout << line << "\n";
+  for (const std::string& line : not_tried(d)) std::cout << line << "\n";
 }
 
 int diagnose_command(const ModelOptions& o) {
-  const Model model = o.model_with_candidates();
+  Model model = o.model_with_candidates();
+  withhold_unwanted(model, o.wanted);
   const auto runs = o.checked_runs(model);
   if (!runs) return 1;
   const std::vector<Run>&train = runs->train, &held_out = runs->held_out;
@@ -383,7 +400,7 @@ int diagnose_command(const ModelOptions& o) {
     CalibrationOptions from_there;
     from_there.extra_starts = 0;
     intervals = profile_likelihoods(d.data->train, calibrate(d.data->train, d.final, from_there));
-    result["parameters"] = parameters_json(d.final, intervals);
+    result["parameters"] = parameters_json(d.final, intervals, d.pins);
   }
   write_json(o.json_file, result);
   if (o.json_file == "-") return 0;
@@ -398,7 +415,7 @@ int diagnose_command(const ModelOptions& o) {
   std::cout << "\n" << verdict_text(d) << "\n";
   print_candidates(d);
   std::cout << "\n";
-  print_parameters(d.final, d.at_bound, d.undetermined, intervals);
+  print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
   std::cout << "\n";
   print_signals(d.signals);
   if (d.verdict != Verdict::nothing_missing && d.verdict != Verdict::cannot_tell) {
@@ -446,6 +463,9 @@ void add_model_commands(CommandLine& line) {
   looking_first(
       with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
       .option("--candidates", o->candidates, candidates)
+      .options("--only", o->wanted.only,
+               "tries these effects alone, and what they need: ids, with commas or one by one")
+      .options("--without", o->wanted.without, "tries all but these effects")
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");

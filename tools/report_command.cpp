@@ -21,6 +21,7 @@ using json = nlohmann::ordered_json;
 struct ReportOptions {
   std::string model, map, candidates, out = "report.html", png, json_file, command;
   std::vector<std::string> sessions, held_out;
+  Wanted wanted;
   bool unchecked = false;
 };
 
@@ -50,6 +51,7 @@ int report_command(const ReportOptions& o) {
   in.map_file = o.map;
   in.candidates_file = o.candidates;
   if (!o.candidates.empty()) offer(in.model, o.candidates);
+  withhold_unwanted(in.model, o.wanted);
   for (const bool held_out : {false, true}) {
     for (const std::string& spec : held_out ? o.held_out : o.sessions) in.add(spec, held_out, mapping);
   }
@@ -97,6 +99,9 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
       .option("--candidates", o->candidates,
               "a YAML file of formulas of your own, to be tried beside the library's effects")
+      .options("--only", o->wanted.only,
+               "tries these effects alone, and what they need: ids, with commas or one by one")
+      .options("--without", o->wanted.without, "tries all but these effects")
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")
       .option("--json", o->json_file, "writes the diagnosis to this file; - for standard output")

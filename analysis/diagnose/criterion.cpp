@@ -6,6 +6,10 @@ bool MaterialityCriterion::material(const Loss& without, const Loss& with) const
   return emtb::material(without, with, rule_);
 }
 
+bool MaterialityCriterion::worth_a_step(const Loss& without, const Loss& with) const {
+  return with.error() < without.error() && takes_share(without, rule_.share, without, with, rule_);
+}
+
 bool MaterialityCriterion::material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const {
   return takes_share(before, rule_.edge_share, without, with, rule_);
 }

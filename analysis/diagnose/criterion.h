@@ -13,6 +13,10 @@ class Criterion {
   /// Does going from `without` to `with` remove something that counts, and make the whole no worse?
   virtual bool material(const Loss& without, const Loss& with) const = 0;
 
+  /// The same, to go on from there: what it gains may show only beside what comes after it, when less is left to hide
+  /// it.
+  virtual bool worth_a_step(const Loss& without, const Loss& with) const { return material(without, with); }
+
   /// Does it still count beside an effect that shapes the same edges, as a share of what was there before both?
   virtual bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const = 0;
 
@@ -35,6 +39,7 @@ class MaterialityCriterion final : public Criterion {
   explicit MaterialityCriterion(const Materiality& rule) : rule_(rule) {}
 
   bool material(const Loss& without, const Loss& with) const override;
+  bool worth_a_step(const Loss& without, const Loss& with) const override;
   bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const override;
   bool tied(const Loss& best, const Loss& other) const override;
   bool remainder(const Loss& loss) const override;

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <memory>
 
+#include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/diagnose/remainder.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
 
@@ -13,13 +15,14 @@ namespace {
 
 /// Did anything move at all? Readings that never leave their noise inform nothing.
 bool informative(const Dataset& data) {
+  constexpr double moves = 1.5;  // floors, over thousands of readings
   for (const Record& record : data.train) {
     for (const Observation& o : record.observations) {
       if (o.signal != Signal::omega && o.signal != Signal::i_a) continue;
       double mean = 0, squares = 0;
       for (const double v : o.value) mean += v / static_cast<double>(o.size());
       for (const double v : o.value) squares += (v - mean) * (v - mean);
-      if (std::sqrt(squares / static_cast<double>(o.size())) > 5 * data.noise.at(o.signal).sigma) return true;
+      if (std::sqrt(squares / static_cast<double>(o.size())) > moves * data.noise.at(o.signal).sigma) return true;
     }
   }
   return false;
@@ -42,6 +45,7 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> a
   } catch (const ModelError&) {
     d.final = found.current.model();
   }
+  d.pins = pins_of(data.train, d.final);
   d.final_train = found.current.train;
   d.final_held_out = found.current.held_out.error();
   d.base = with_standard_errors(data.train, d.base).model;
@@ -70,6 +74,10 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
   }
 }
 
+bool named(const Finding& found, std::size_t effect) {
+  return std::ranges::find(found.effects, effect) != found.effects.end();
+}
+
 void sort_best_first(std::vector<Candidate>& candidates) {
   std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
     const double unfit = 1e300;  // any that was not refitted comes after those that were
@@ -90,6 +98,28 @@ void tell_of_the_base(Diagnosis& d, const Dataset& data, const Trial& first, con
   d.base_held_out = first.held_out.error();
   d.where = residual_maps(data.all(), d.base);
   if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
+}
+
+/// The first fit. Where the data cannot tell all parameters, `given` gets the pins, and all fits hold them.
+Trial first_fit(FittedTrials& trials, const Dataset& data, Model& given) {
+  Trial first = trials.first_fit();
+  const std::vector<std::size_t> places = places_to_hold(data.train, first.model());
+  if (places.empty()) return first;
+  given = hold(data.train, given, first.model(), places);
+  return trials.first_fit();
+}
+
+/// What was found may tell what the model as given could not: a driver that blocks tells K_b by itself.
+void free_what_is_told(Finding& found, FittedTrials& trials, const Dataset& data) {
+  const std::optional<Model> freed = with_told_pins_free(data.train, found.current.model());
+  if (!freed) return;
+  std::optional<Trial> trial = trials.fit_to_the_end(*freed);
+  if (!trial || trial->fit.cost > found.current.fit.cost) return;
+  for (std::size_t i = 0; i < freed->names().size(); ++i) {  // also where the fit has gone since
+    const bool was_held = found.current.model().at(i).pinned && !freed->at(i).pinned;
+    if (was_held && !told(data.train, trial->model(), i)) return;
+  }
+  found.current = std::move(*trial);
 }
 
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
@@ -131,8 +161,12 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   say_what_judges(d, train, held_out);
 
   progress(0.02, "fitting the model as given");
-  FittedTrials trials(data, model, criterion, options.score, options.refits);
-  Trial first = trials.first_fit();
+  d.withheld = withheld_effects(model, data.train);
+  Model given = without_pins(model);
+  given.withheld.clear();
+  for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
+  FittedTrials trials(data, given, criterion, options.score, options.refits);
+  Trial first = first_fit(trials, data, given);
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   Finding found = search_from(first, trials, criterion, options, progress);
   // What the model lacked may have looked like another timing.
@@ -140,13 +174,19 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     first = trials.fit(first.model(), nullptr).value_or(std::move(first));
     found = search_from(first, trials, criterion, options, progress);
   }
+  free_what_is_told(found, trials, data);
   tell_of_the_base(d, data, first, options);
 
   progress(0.9, "standard errors");
   fit_the_answer(d, data, data.all(), found);
   name_the_missing(d, found, train, data, options.reach);
+  for (const auto& [effect, why] : trials.refused()) {
+    const auto candidate =
+        std::ranges::find(found.candidates, effect, [](const Candidate& c) { return c.score.effect; });
+    if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
+  }
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(d, data, criterion.remainder(found.current.held_out));
+  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality));
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/criterion.h"
 #include "analysis/diagnose/loss.h"
@@ -15,6 +16,7 @@
 #include "analysis/diagnose/score.h"
 #include "analysis/diagnose/search.h"
 #include "analysis/fit/calibrate.h"
+#include "analysis/fit/gauge.h"
 #include "model/effect.h"
 #include "model/model.h"
 
@@ -49,6 +51,8 @@ struct Diagnosis {
   std::vector<ResidualMap> where_final;    ///< of the final model: what remains
   std::vector<std::string> at_bound;       ///< parameters of the final model that rest on a bound
   std::vector<Undetermined> undetermined;  ///< parameters of the final model that these data do not fix
+  std::vector<Withheld> withheld;          ///< effects that were not tried
+  std::vector<Pin> pins;                   ///< parameters that were held because these data cannot tell them
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first

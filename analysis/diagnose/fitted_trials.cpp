@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/refit.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -79,20 +80,25 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
   trial.fit.phases = std::move(left.phases);
   trial.squares = sum_of_squares(left.residuals);
   trial.train = error_of(mean_squares(left.residuals));
+  Squares unseen_squares;
   if (!data_.held_out.empty()) {
     ResidualsAtPhases unseen = residuals_at_best_phases(data_.held_out, model, model.values(), {},
                                                         known != nullptr ? known->held_out_phases : RotorPhases{});
     trial.held_out.add(data_.held_out, unseen.residuals);
+    unseen_squares = squares_of(data_.held_out, unseen.residuals);
     trial.held_out_phases = std::move(unseen.phases);
   } else if (data_.train.size() == 1) {
     trial.held_out.add(data_.train, left.residuals);
   } else {
-    leave_one_out(trial, std::move(options));
+    unseen_squares = leave_one_out(trial, std::move(options));
   }
+  trial.held_out.quality = quality_in_training(left.residuals, FreeParameters(model).size());
+  trial.held_out.quality->held_out = std::move(unseen_squares);
   return trial;
 }
 
-void FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) const {
+Squares FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) const {
+  Squares squares;
   const bool known = !options.phases.empty();
   for (std::size_t out = 0; out < data_.train.size(); ++out) {
     std::vector<Record> rest;
@@ -105,8 +111,21 @@ void FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) const
     const Model fitted = calibrate(rest, trial.model(), options).model;
     const std::span<const Record> alone(&data_.train[out], 1);
     const RotorPhases near = known ? RotorPhases{trial.fit.phases[out]} : RotorPhases{};
-    trial.held_out.add(alone, residuals_at_best_phases(alone, fitted, fitted.values(), {}, near).residuals);
+    const std::vector<Residuals> unseen = residuals_at_best_phases(alone, fitted, fitted.values(), {}, near).residuals;
+    trial.held_out.add(alone, unseen);
+    for (const Residuals& r : unseen) add_squares(squares, alone.front(), r);
   }
+  return squares;
+}
+
+Quality FittedTrials::quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const {
+  return {squares_of(data_.train, left), {}, memory_of(spectra_of(data_.train, left)), free_parameters};
+}
+
+Quality FittedTrials::quality_in_training(const Fit& fit) const {
+  return quality_in_training(
+      residuals_at_best_phases(data_.train, fit.model, fit.model.values(), {}, fit.phases).residuals,
+      FreeParameters(fit.model).size());
 }
 
 Loss FittedTrials::loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const {
@@ -120,17 +139,22 @@ std::vector<Score> FittedTrials::scores(const Model& fitted) {
 }
 
 std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all) {
-  constexpr double far_less = 0.3;  // of what the best removes of the cost; by hand
+  constexpr double far_less = 0.3;  // of what the best takes off the cost, or adds to the likelihood; by hand
   const std::vector<Score> best = worth_a_refit(all, fitted.model(), refits_, score_);
   std::vector<Fit> begun;
-  double most = 0;
+  std::vector<double> gains, drops;
+  const Quality before = quality_in_training(fitted.fit);
   for (const Score& s : best) {
     begun.push_back(begun_refit(data_.train, fitted.fit, fitted.squares, s, valleys_));
-    most = std::max(most, fitted.fit.cost - begun.back().cost);
+    drops.push_back(std::max(0.0, fitted.fit.cost - begun.back().cost));
+    gains.push_back(drops.back() > 0 ? gain(before, quality_in_training(begun.back())) : 0);
   }
+  if (best.empty()) return {};
+  const double most_gained = std::ranges::max(gains), most_dropped = std::ranges::max(drops);
   std::vector<Addition> additions;
   for (std::size_t i = 0; i < best.size(); ++i) {
-    if (fitted.fit.cost - begun[i].cost < far_less * most) continue;
+    const bool goes_on = drops[i] > 0 && (drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained);
+    if (!goes_on) continue;
     std::optional<Trial> trial = fit(begun[i].model, known_for(best[i].effect, fitted));
     if (!trial) continue;
     additions.push_back({best[i], std::move(*trial)});
@@ -198,6 +222,17 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
 }
 
 bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
+  if (!told_from_zero(fitted, effect)) return false;
+  std::string objection = implausible_value(data_.train, fitted, effect);
+  if (objection.empty()) {
+    refused_.erase(effect);
+    return true;
+  }
+  refused_.insert_or_assign(effect, std::move(objection));
+  return false;
+}
+
+bool FittedTrials::told_from_zero(const Model& fitted, std::size_t effect) const {
   // What quick errors lack is no reason to doubt that it is there.
   const Fit judged = with_standard_errors(data_.train, fitted, true);
   const EffectInfo& about = fitted.about(effect);

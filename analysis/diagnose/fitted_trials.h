@@ -1,9 +1,12 @@
 #pragma once
 
+#include <map>
 #include <span>
+#include <string>
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/criterion.h"
+#include "analysis/diagnose/likelihood.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/trials.h"
 
@@ -33,9 +36,16 @@ class FittedTrials final : public Trials {
   bool determined(const Model& fitted, std::size_t effect) override;
   bool explains_most_runs(const Trial& trial) override;
 
+  /// The effects that were last refused for a value that they cannot have, and why.
+  const std::map<std::size_t, std::string>& refused() const { return refused_; }
+
  private:
+  bool told_from_zero(const Model& fitted, std::size_t effect) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
-  void leave_one_out(Trial& trial, CalibrationOptions options) const;
+  /// Adds the losses of runs left out in turn to a trial. @return their squares
+  Squares leave_one_out(Trial& trial, CalibrationOptions options) const;
+  Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
+  Quality quality_in_training(const Fit& fit) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;
 
   const Dataset& data_;
@@ -44,6 +54,7 @@ class FittedTrials final : public Trials {
   const ScoreOptions& score_;
   std::size_t refits_;
   Valleys valleys_;
+  std::map<std::size_t, std::string> refused_;
 };
 
 /// A fitted model as it stands, with its standard errors and what rests on a bound.

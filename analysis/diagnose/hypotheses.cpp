@@ -18,7 +18,8 @@ std::vector<Order> orders_left(const NullFit& fitted) {
                         const Excitation& x = record.excitation;
                         if (x.angle.empty()) return;
                         TurningStretch stretch{{}, without_slow_changes(std::move(left), interval)};
-                        for (const std::uint32_t k : o.last) stretch.angle.push_back(x.angle[k]);
+                        for (std::size_t i = 0; i < o.size(); ++i)
+                          stretch.angle.push_back(x.angle[(o.first[i] + o.last[i]) / 2]);
                         stretches.push_back(std::move(stretch));
                       });
   return strong_orders(stretches, 3);

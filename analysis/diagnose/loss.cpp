@@ -5,9 +5,7 @@
 
 namespace emtb {
 
-Loss::Loss(const Noise& noise) {
-  for (const auto& [signal, floor] : noise) autocorrelation_[signal] = floor.autocorrelation;
-}
+Loss::Loss(const Noise& noise) : floors_(noise) {}
 
 void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals) {
   for (const Residuals& r : residuals) {
@@ -20,6 +18,9 @@ void Loss::add(std::span<const Record> records, std::span<const Residuals> resid
       if (t != second) readings.ends.push_back(readings.residual.size());
       second = t;
       readings.residual.push_back(r.value[i]);
+      const double value = o.value[static_cast<std::size_t>(i)] / floors_.at(r.signal).sigma;
+      readings.sum += value;
+      readings.squares += value * value;
       readings.ends.back() = readings.residual.size();
     }
   }
@@ -39,8 +40,17 @@ double Loss::error() const { return error_of(mean_squares()); }
 
 double Loss::noise_error(Signal signal) const {
   const double n = static_cast<double>(signals_.at(signal).residual.size());
-  const double squared = autocorrelation_.at(signal) * autocorrelation_.at(signal);  // that of the squares
-  return std::sqrt(2 / std::max(1.0, n) * (1 + squared) / (1 - squared));
+  const NoiseFloor& floor = floors_.at(signal);
+  const double squared = floor.autocorrelation * floor.autocorrelation;  // that of the squares
+  return std::hypot(std::sqrt(2 / std::max(1.0, n) * (1 + squared) / (1 - squared)), 2 * floor.relative_error);
+}
+
+double Loss::share_left(Signal signal) const {
+  const Readings& readings = signals_.at(signal);
+  const double n = std::max(1.0, static_cast<double>(readings.residual.size()));
+  const double varies = readings.squares / n - readings.sum * readings.sum / (n * n);
+  const double excess = mean_squares().at(signal) - 1;
+  return excess > 0 && varies > 0 ? std::sqrt(excess / varies) : 0;
 }
 
 std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Loss& better) {
@@ -62,7 +72,7 @@ std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Los
       variance += random * random;
     }
     const double n = std::max(1.0, static_cast<double>(r.size()));
-    const double rho = worse.autocorrelation_.at(signal);
+    const double rho = worse.floors_.at(signal).autocorrelation;
     const double noise = 2 * std::sqrt(added * (1 + rho) / (1 - rho));
     differences[signal] = {gain / n, noise / n, std::sqrt(variance) / n};
   }
@@ -80,7 +90,9 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
 }
 
 bool material(const Loss& without, const Loss& with, const Materiality& rule) {
-  return with.error() < without.error() && takes_share(without, rule.share, without, with, rule);
+  const bool better = with.quality && without.quality ? gain(*without.quality, *with.quality) > rule.nats
+                                                      : with.error() < without.error();
+  return better && takes_share(without, rule.share, without, with, rule);
 }
 
 bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
@@ -98,11 +110,14 @@ double largest_excess(const Loss& loss) {
   return largest;
 }
 
+bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule) {
+  const double excess = loss.mean_squares().at(signal) - 1;
+  return excess > rule.remainder && excess > rule.remainder_errors * loss.noise_error(signal);
+}
+
 bool remainder(const Loss& loss, const Materiality& rule) {
-  return std::ranges::any_of(loss.mean_squares(), [&](const auto& entry) {
-    const auto& [signal, mean] = entry;
-    return mean - 1 > rule.remainder && mean - 1 > rule.remainder_errors * loss.noise_error(signal);
-  });
+  return std::ranges::any_of(loss.mean_squares(),
+                             [&](const auto& entry) { return remainder_in(loss, entry.first, rule); });
 }
 
 }  // namespace emtb

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "analysis/diagnose/likelihood.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/record/noise_floor.h"
 #include "analysis/record/record.h"
@@ -22,8 +24,17 @@ class Loss {
   std::map<Signal, double> mean_squares() const;  ///< (RMSE/sigma)^2 of each signal; 1 = noise floor
   double error() const;                           ///< sqrt(mean over signals)
 
-  /// By how much noise alone scatters the mean square of a signal around 1.
+  /// By how much the mean square of a signal may be off 1 where nothing is wrong: noise scatters it, and the floor
+  /// itself is known no better than it is.
   double noise_error(Signal signal) const;
+
+  /// What is left of a signal beyond its floor, as a share of how much its readings vary.
+  double share_left(Signal signal) const;
+
+  /// Is the floor of a signal known only to be no higher?
+  bool floor_is_upper_bound(Signal signal) const { return floors_.at(signal).upper_bound; }
+
+  std::optional<Quality> quality;  ///< of the model that leaves this; where it was asked for
 
   /// Mean square of `worse` less that of `better` on the same readings.
   ///
@@ -44,9 +55,10 @@ class Loss {
   struct Readings {
     std::vector<double> residual;   ///< in units of sigma
     std::vector<std::size_t> ends;  ///< of each block of one second
+    double sum = 0, squares = 0;    ///< of the readings themselves, in units of sigma
   };
   std::map<Signal, Readings> signals_;
-  std::map<Signal, double> autocorrelation_;  ///< of the noise, from one reading to the next
+  Noise floors_;
 };
 
 /// What counts as a difference. Every wrong model is coloured and "significant" at 10^5 readings: materiality does the
@@ -61,10 +73,12 @@ struct Materiality {
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
-  double remainder_errors = 3;  ///< standard errors of a mean square under noise alone, for the same
+  double remainder_errors = 3;    ///< standard errors of a mean square under noise alone, for the same
+  double remainder_share = 0.02;  ///< of how much the signal varies, for the same: no machine is known better
+  double nats = 3;  ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
 };
 
-/// Does going from `without` to `with` remove something material from some signal, and make the whole no worse?
+/// Does going from `without` to `with` remove something material from some signal, and make the whole likelier?
 bool material(const Loss& without, const Loss& with, const Materiality& rule = {});
 
 /// Does going from `without` to `with` remove something material from some signal, counted as a share of what was too
@@ -79,5 +93,6 @@ double largest_excess(const Loss& loss);
 
 /// Is there a material remainder: a signal whose mean square is above the floor by more than the rule allows?
 bool remainder(const Loss& loss, const Materiality& rule = {});
+bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule = {});
 
 }  // namespace emtb

@@ -1,6 +1,7 @@
 #include "analysis/diagnose/moves.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "analysis/diagnose/refit.h"
 #include "model/catalogue.h"
@@ -10,7 +11,7 @@ namespace emtb {
 std::vector<std::size_t> absent_effects(const Model& model) {
   std::vector<std::size_t> absent;
   for (std::size_t e = 0; e < model.known_effects(); ++e) {
-    if (!model.includes(e)) absent.push_back(e);
+    if (!model.includes(e) && !model.withholds(e)) absent.push_back(e);
   }
   return absent;
 }
@@ -38,18 +39,38 @@ std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<
 std::vector<std::size_t> absent_detents(const Model& model) {
   std::vector<std::size_t> detents;
   for (std::size_t effect = 0; effect < effect_count; ++effect) {
-    if (effect_catalogue()[effect].is_detent() && !model.includes(effect)) detents.push_back(effect);
+    if (effect_catalogue()[effect].is_detent() && !model.includes(effect) && !model.withholds(effect)) {
+      detents.push_back(effect);
+    }
   }
   return detents;
 }
 
 std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& fitted, std::size_t at_most,
                                  const ScoreOptions& options) {
-  constexpr double least = 0.03;  // of the best one's drop; by hand
-  std::vector<Score> best = promising(scores, options);
-  std::erase_if(best, [&](const Score& s) { return !makes_sense(s.effect, fitted); });
-  if (best.size() > at_most) best.resize(at_most);
-  std::erase_if(best, [&](const Score& s) { return s.predicted_drop < least * best.front().predicted_drop; });
+  constexpr double least = 0.03;  // of what the best one promises; by hand
+  std::vector<Score> by_drop = promising(scores, options);
+  std::erase_if(by_drop, [&](const Score& s) { return !makes_sense(s.effect, fitted); });
+  if (by_drop.empty()) return {};
+  std::vector<Score> by_nats = by_drop;
+  std::ranges::stable_sort(by_drop, std::greater{}, &Score::predicted_drop);
+  std::ranges::stable_sort(by_nats, std::greater{}, &Score::predicted_nats);
+  std::erase_if(by_drop,
+                [&, most = by_drop.front().predicted_drop](const Score& s) { return s.predicted_drop < least * most; });
+  std::erase_if(by_nats, [&, most = by_nats.front().predicted_nats](const Score& s) {
+    return s.predicted_nats <= 0 || s.predicted_nats < least * most;
+  });
+  // The best by either in turn: a sum of squares is that of the signal furthest above its floor, and what the
+  // likelihood gains near the floor may be a crumb.
+  std::vector<Score> best;
+  const auto take = [&](const std::vector<Score>& from, std::size_t i) {
+    if (i >= from.size() || best.size() >= at_most) return;
+    if (std::ranges::find(best, from[i].effect, &Score::effect) == best.end()) best.push_back(from[i]);
+  };
+  for (std::size_t i = 0; i < std::max(by_drop.size(), by_nats.size()); ++i) {
+    take(by_drop, i);
+    take(by_nats, i);
+  }
   return best;
 }
 

@@ -10,7 +10,7 @@
 
 namespace emtb {
 
-/// The effects of the library and the formulas on offer that a model does not include.
+/// The effects of the library and the formulas on offer that a model neither includes nor withholds.
 std::vector<std::size_t> absent_effects(const Model& model);
 
 /// Friction that falls with speed is a part of dry friction: without that it makes no sense.

@@ -25,7 +25,19 @@ WhitenedResiduals whitened(Residuals r) {
   return base;
 }
 
-/// How far the fitted model went in the records.
+/// [rad/s] at which what is left of the speed rings.
+double ringing_of(const NullFit& fitted) {
+  std::vector<std::vector<double>> all;
+  double common = 0;  // [s] between the readings of the first record; others are left out
+  for_each_fast_speed(fitted, [&](const Record&, const Observation&, std::vector<double> left, double interval) {
+    if (common == 0) common = interval;
+    if (std::abs(interval - common) <= 0.01 * common) all.push_back(std::move(left));
+  });
+  return ringing_frequency(all, common);
+}
+
+}  // namespace
+
 Ranges ranges_of(std::span<const Record> records, const Model& model) {
   struct Extremes final : Reader<double> {
     Ranges seen;
@@ -61,24 +73,11 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
   return seen;
 }
 
-/// [rad/s] at which what is left of the speed rings.
-double ringing_of(const NullFit& fitted) {
-  std::vector<std::vector<double>> all;
-  double common = 0;  // [s] between the readings of the first record; others are left out
-  for_each_fast_speed(fitted, [&](const Record&, const Observation&, std::vector<double> left, double interval) {
-    if (common == 0) common = interval;
-    if (std::abs(interval - common) <= 0.01 * common) all.push_back(std::move(left));
-  });
-  return ringing_frequency(all, common);
-}
-
-}  // namespace
-
 NullFit null_fit(std::span<const Record> records, const Model& model) {
   const FreeParameters free(model);
   const auto p = static_cast<Eigen::Index>(free.size());
-  NullFit fit{records, model, std::vector<RotorPhase>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model),
-              p};
+  NullFit fit{
+      records, model, std::vector<RotorPhase>(records.size()), {}, {}, OwnSums(p), ranges_of(records, model), {}, 0, p};
   fit.bases.resize(records.size());
   const std::vector<double> values = model.values();
   const std::vector<std::vector<std::size_t>> moved = moved_by(free);
@@ -95,6 +94,14 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
       fit.white.add(base.white_sensitivity, base.white);
     }
   }
+  ResidualSpectra spectra;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (const WhitenedResiduals& base : fit.bases[i]) {
+      add_squares(fit.left, records[i], base.plain);
+      add_spectrum(spectra, records[i], base.plain);
+    }
+  }
+  fit.memory = memory_of(spectra);
   fit.seen.ringing = ringing_of(fit);
   return fit;
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "analysis/diagnose/likelihood.h"
 #include "analysis/diagnose/projection.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/rotor_phase.h"
@@ -44,6 +45,8 @@ struct NullFit {
   std::map<Signal, OwnSums> plain;
   OwnSums white;
   Ranges seen;
+  Squares left;       ///< of each signal, in all records
+  double memory = 0;  ///< [s] of the model's error
   Eigen::Index parameters = 0;
 
   OwnSums all() const {
@@ -57,11 +60,14 @@ struct NullFit {
   }
 };
 
+/// How far the fitted model goes in the records; at what frequency it rings is not asked.
+Ranges ranges_of(std::span<const Record> records, const Model& fitted);
+
 /// Simulates the fitted model on all records, with sensitivities.
 NullFit null_fit(std::span<const Record> records, const Model& fitted);
 
-/// Calls visit(record, o, left, interval) for each speed that was read fast, with what is left of it and the [s]
-/// between its readings.
+/// Calls visit(record, o, left, interval) for each speed that was read fast, with what is left of it [rad/s] and the
+/// [s] between its readings.
 template <class Visit>
 void for_each_fast_speed(const NullFit& fitted, const Visit& visit) {
   for (std::size_t i = 0; i < fitted.records.size(); ++i) {
@@ -70,9 +76,11 @@ void for_each_fast_speed(const NullFit& fitted, const Visit& visit) {
     for (std::size_t s = 0; s < record.observations.size(); ++s) {
       const Observation& o = record.observations[s];
       if (o.signal != Signal::omega || o.slow || o.size() < 2) continue;
-      const Eigen::VectorXd& left = fitted.bases[i][s].plain.value;
-      visit(record, o, std::vector<double>(left.begin(), left.end()),
-            (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1));
+      const Eigen::VectorXd& scaled = fitted.bases[i][s].plain.value;
+      std::vector<double> left(scaled.begin(), scaled.end());
+      for (std::size_t k = 0; k < left.size(); ++k)
+        left[k] *= o.sigma[k];  // a wave is not larger where it is well read
+      visit(record, o, std::move(left), (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1));
     }
   }
 }

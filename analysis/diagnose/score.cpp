@@ -45,15 +45,35 @@ VectorXd expected_step(const Projected& p, const Hypothesis& h, const VectorXd& 
   return step;
 }
 
-/// The largest mean square that a step would remove from a signal.
-double largest_gain(const NullFit& fitted, const Evidence& evidence, const MatrixXd& imitation, const VectorXd& step) {
-  double largest = 0;
+/// The squares that a step would remove from each signal.
+std::map<Signal, double> drops_of(const NullFit& fitted, const Evidence& evidence, const MatrixXd& imitation,
+                                  const VectorXd& step) {
+  std::map<Signal, double> drops;
   for (const auto& [signal, cross] : evidence.plain) {
-    const OwnSums& own = fitted.plain.at(signal);
-    const Projected p = project(own, cross, imitation);
-    largest = std::max(largest, (2 * step.dot(p.gradient) - step.dot(p.information * step)) / own.readings);
+    const Projected p = project(fitted.plain.at(signal), cross, imitation);
+    drops[signal] = 2 * step.dot(p.gradient) - step.dot(p.information * step);
   }
+  return drops;
+}
+
+/// The largest mean square among them.
+double largest_gain(const NullFit& fitted, const std::map<Signal, double>& drops) {
+  double largest = 0;
+  for (const auto& [signal, drop] : drops) largest = std::max(largest, drop / fitted.plain.at(signal).readings);
   return largest;
+}
+
+/// What a step would add to the logarithm of the likelihood.
+double nats_of(const NullFit& fitted, const std::map<Signal, double>& drops) {
+  double sum = 0;
+  for (const auto& [signal, drop] : drops) {
+    const auto left = fitted.left.find(signal);
+    if (left == fitted.left.end()) continue;
+    SignalSquares after = left->second;
+    after.squares -= drop;
+    sum += log_likelihood(after, fitted.memory) - log_likelihood(left->second, fitted.memory);
+  }
+  return sum;
 }
 
 /// Found with power 0.8 once this large: significant after Holm, and material in the signal that shows it best.
@@ -95,7 +115,9 @@ Score score_of(const NullFit& fitted, const Hypothesis& h, const Evidence& evide
   const VectorXd others = -product(imitated, step);
   result.starts.push_back({from, expected, {others.begin(), others.end()}});
   result.predicted_drop = std::max(0.0, 2 * step.dot(projected.gradient) - step.dot(projected.information * step));
-  result.predicted_gain = largest_gain(fitted, evidence, imitated, step);
+  const std::map<Signal, double> drops = drops_of(fitted, evidence, imitated, step);
+  result.predicted_gain = largest_gain(fitted, drops);
+  result.predicted_nats = nats_of(fitted, drops);
   result.visibility = full[0] > 0 ? std::sqrt(std::clamp(projected.information(0, 0) / full[0], 0.0, 1.0)) : 0;
 
   const Projected whitened = project(fitted.white, evidence.white, imitation(fitted.white, evidence.white));
@@ -131,6 +153,7 @@ Score score_of(const NullFit& fitted, const Hypothesis& h, const Evidence& evide
 Score score_of_order(const NullFit& fitted, const Hypothesis& h, const std::vector<Evidence>& parts,
                      std::size_t candidates, const ScoreOptions& options) {
   double statistic = 0, information = 0, found = 0, gain = 0, readings = 0;
+  std::map<Signal, double> drops;
   Eigen::Index freedom = 0;
   for (const Evidence& evidence : parts) {
     const CrossSums cross = evidence.all();
@@ -141,6 +164,8 @@ Score score_of_order(const NullFit& fitted, const Hypothesis& h, const std::vect
     found += plain_gradient.dot(plain.inverse() * plain_gradient) - 2;  // which noise alone explains
     statistic += white_gradient.dot(white.inverse() * white_gradient);
     freedom += 2;
+    const Eigen::Vector2d size = plain.inverse() * plain_gradient;
+    for (const auto& [signal, own] : evidence.plain) drops[signal] += 2 * size.dot(own.cr) - size.dot(own.cc * size);
   }
   for (const auto& [signal, own] : fitted.plain) {
     if (signal == Signal::omega) readings = own.readings;
@@ -156,6 +181,7 @@ Score score_of_order(const NullFit& fitted, const Hypothesis& h, const std::vect
   result.starts.front().expected[0] = std::sqrt(found / information);
   result.predicted_drop = found;
   result.predicted_gain = gain;
+  result.predicted_nats = nats_of(fitted, drops);
   result.visibility = 1;
   constexpr double places = 1e3;  // orders among which chance could have picked
   result.p_value = std::min(1.0, places * chi_squared_tail(statistic, freedom));
@@ -214,7 +240,7 @@ Score score_of_nothing(const Model& model, std::size_t effect) {
 
 /// The best of a candidate's hypotheses; the more there are, the less its p-value is worth.
 Score best_of(const EffectInfo& about, const std::vector<Score>& tried) {
-  Score best = *std::ranges::max_element(tried, {}, &Score::predicted_drop);
+  Score best = *std::ranges::max_element(tried, {}, &Score::predicted_nats);
   const bool shaped = std::ranges::any_of(about.parameters(), &EffectParameter::is_shape);
   const bool several = (about.fades() && shaped) || about.at_null == AtNull::nothing || about.periodic;
   if (several) {
@@ -242,7 +268,7 @@ std::vector<Score> score(std::span<const Record> records, const Model& model, st
     const std::vector<Score>& of_effect = tried[effect];
     scores.push_back(of_effect.empty() ? score_of_nothing(model, effect) : best_of(model.about(effect), of_effect));
   }
-  std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_drop);
+  std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_nats);
   return scores;
 }
 
@@ -260,7 +286,7 @@ std::vector<Score> promising(std::vector<Score> scores, const ScoreOptions& opti
       scores.end());
   // Far below what is material even if the prediction were some times too small: not worth a refit.
   std::erase_if(scores, [&](const Score& s) { return s.predicted_gain < 0.02 * options.material_least; });
-  std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_drop);
+  std::ranges::stable_sort(scores, std::greater{}, &Score::predicted_nats);
   return scores;
 }
 

@@ -15,7 +15,7 @@ namespace emtb {
 /// of it is projected off, C' = C - S (SᵀS)⁻¹ SᵀC; the rest is what only this effect can do:
 ///
 ///     a = (C'ᵀC')⁻¹ C'ᵀr            expected value: what a refit would find, to first order
-///     drop = aᵀ C'ᵀ r               predicted drop of the sum of squares: this ranks
+///     drop = aᵀ C'ᵀ r               predicted drop of the sum of squares
 ///     visibility = |C'| / |C|       0: an exact alias of the fitted parameters in these data
 ///
 /// An amplitude that cannot be negative scores nothing on the wrong side. Shapes are tried on a grid that the data's
@@ -36,6 +36,8 @@ struct Score {
   std::vector<Start> starts;  ///< the best, and for an effect that fades and has a shape, or repeats with the angle,
                               ///< where else it was tried
   double predicted_drop = 0;  ///< of the sum of squares in units of sigma^2
+  double predicted_nats = 0;  ///< gain of the logarithm of the likelihood, see likelihood.h: this ranks. A sum of
+                              ///< squares is that of the signal furthest above its floor alone
   double predicted_gain = 0;  ///< largest mean square, in units of sigma^2, that goes from a signal
   double visibility = 0;
   double p_value = 1;

@@ -17,6 +17,12 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
+/// The likelier of two models; where that was not asked for, the one with the smaller error.
+bool better(const Loss& a, const Loss& b) {
+  if (!a.quality || !b.quality) return a.error() < b.error();
+  return gain(*b.quality, *a.quality) > gain(*a.quality, *b.quality);
+}
+
 }  // namespace
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, std::size_t longest_list, Progress progress)
@@ -83,7 +89,7 @@ std::optional<Addition> Search::best_that_stays(std::vector<Addition>& additions
   while (const Addition* best = best_of(additions, found_.current)) {
     if (trials_.determined(best->trial.model(), best->effect())) {
       kept = trials_.fit_from_elsewhere_too(best->trial.model());
-      if (kept && criterion_.material(found_.current.held_out, kept->held_out)) return *best;
+      if (kept && criterion_.worth_a_step(found_.current.held_out, kept->held_out)) return *best;
     }
     std::erase_if(additions, [effect = best->effect()](const Addition& a) { return a.effect() == effect; });
   }
@@ -95,15 +101,15 @@ std::optional<Addition> Search::best_that_stays(std::vector<Addition>& additions
 const Addition* Search::best_of(const std::vector<Addition>& additions, const Trial& current) const {
   const Addition* best = nullptr;
   for (const Addition& a : additions) {
-    if (criterion_.material(current.held_out, a.trial.held_out) &&
-        (best == nullptr || a.trial.held_out.error() < best->trial.held_out.error())) {
+    if (criterion_.worth_a_step(current.held_out, a.trial.held_out) &&
+        (best == nullptr || better(a.trial.held_out, best->trial.held_out))) {
       best = &a;
     }
   }
   if (best == nullptr) return nullptr;
   const auto parameter_count = [](const Addition& a) { return a.trial.model().about(a.effect()).parameter_count; };
   for (const Addition& a : additions) {
-    if (parameter_count(a) < parameter_count(*best) && criterion_.material(current.held_out, a.trial.held_out) &&
+    if (parameter_count(a) < parameter_count(*best) && criterion_.worth_a_step(current.held_out, a.trial.held_out) &&
         criterion_.tied(best->trial.held_out, a.trial.held_out)) {
       best = &a;
     }
@@ -213,7 +219,7 @@ void Search::try_rivals_of(std::size_t place) {
   for (const Addition& a : reduced->refits) {
     const Trial& trial = a.trial;
     if (!is_rival(*reduced, a, member)) continue;
-    if (trial.held_out.error() < current.held_out.error() && !criterion_.tied(trial.held_out, current.held_out)) {
+    if (better(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
       found_.steps.push_back(
           {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out.error()});
       current = trial;
@@ -259,7 +265,7 @@ bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t membe
 
 /// What the others have made superfluous goes.
 void Search::prune() {
-  for (std::size_t i = 0; i < found_.effects.size() && found_.effects.size() > 1;) {
+  for (std::size_t i = 0; i < found_.effects.size();) {
     tell(0.85, "pruning");
     const std::size_t effect = found_.effects[i];
     std::optional<Trial> without;

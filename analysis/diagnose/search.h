@@ -16,6 +16,7 @@ namespace emtb {
 struct Candidate {
   Score score;                           ///< at the model where it was last scored
   std::optional<double> held_out_error;  ///< of the best refit that included it
+  std::string implausible = {};          ///< why it was refused though it explains something; empty: it was not
 };
 
 /// A step of a search, as it is told.

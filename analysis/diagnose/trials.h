@@ -71,7 +71,8 @@ class Trials {
                                            const std::vector<std::size_t>& added) = 0;
 
   /// Do the data tell the size of an effect, to three standard errors that hold for coloured residuals? A gain that
-  /// several parameters of the model share out among themselves is nobody's.
+  /// several parameters of the model share out among themselves is nobody's. And is it a size that the effect can have
+  /// on such a machine?
   virtual bool determined(const Model& fitted, std::size_t effect) = 0;
 
   /// Does a fit leave nothing of most runs?

@@ -31,6 +31,7 @@ class FitProblem {
   FitProblem(std::span<const Record> records, const Model& model, const CalibrationOptions& options);
 
   const FreeParameters& free() const { return free_; }
+  const Model& given() const { return model_; }  ///< with the values from which the fit starts
   bool quick_errors() const { return options_.quick_errors; }
 
   /// Where in a turn the records start is searched anew, in all of the turn, unless it is given; else it is followed

@@ -4,32 +4,32 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "analysis/fit/at_bound.h"
+#include "analysis/fit/typical_size.h"
 #include "analysis/numerics/linear_algebra.h"
+#include "model/effect.h"
 
 namespace emtb {
 namespace {
 
-/// The size by which a change of a parameter is called large: its own value, or where that is nothing, a part of its
-/// range.
-double size_of(const Parameter& p) { return std::max(std::abs(p.value), 1e-3 * (p.max - p.min)); }
-
-Identifiability identifiability_of(const NormalEquations& n, const Model& model, const FreeParameters& free) {
+Identifiability identifiability_of(const NormalEquations& n, const Model& model, const Model& start,
+                                   const FreeParameters& free) {
+  constexpr double told = 0.3;  // of its size
+  // Of the strongest direction: a weaker one is noise of the arithmetic, whatever its singular value.
+  constexpr double rounding = 1e-7;
   Identifiability result;
   const std::vector<std::string> names = model.names();
   Eigen::VectorXd size(n.str.size());
   for (Eigen::Index i = 0; i < size.size(); ++i)
-    size[i] = size_of(model.at(free.places()[static_cast<std::size_t>(i)]));
+    size[i] = typical_size(model, start, free.places()[static_cast<std::size_t>(i)]);
   const Eigen::MatrixXd scaled = size.asDiagonal() * n.sts * size.asDiagonal();
   const Eigensystem eigen = eigensystem(scaled);
   result.singular_values = eigen.values.cwiseMax(0).cwiseSqrt().reverse();
   for (Eigen::Index i = 0; i < size.size(); ++i) {
     const double singular = std::sqrt(std::max(0.0, eigen.values[i]));
-    const double error = singular > 0 ? 1 / singular : std::numeric_limits<double>::infinity();
-    // Also what is lost in rounding: a direction 10^7 times weaker than the strongest is noise of the arithmetic.
-    if (error < 0.3 && singular > 1e-7 * result.singular_values[0]) continue;
+    const double error = singular > rounding * result.singular_values[0] ? 1 / singular : infinity;
+    if (error < told) continue;
     const Eigen::VectorXd direction = eigen.vectors.col(i);
     std::string words;
     for (Eigen::Index j = 0; j < size.size(); ++j) {
@@ -108,7 +108,7 @@ void judge_optimum(Calibration& result, const FitProblem& problem, std::span<con
   const NormalEquations n = problem.normal_equations(x, true, true);
   result.alone = n.sts.diagonal().cwiseSqrt().cwiseInverse();
   result.inflation = inflation_of(n);
-  result.identifiability = identifiability_of(n, result.model, free);
+  result.identifiability = identifiability_of(n, result.model, problem.given(), free);
   result.covariance.setZero(n.str.size(), n.str.size());
   const std::vector<Eigen::Index> inner = split_off_bounds(result, n, free);
   if (inner.empty()) return;

@@ -9,7 +9,7 @@
 #include "analysis/fit/residuals.h"
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/linear_algebra.h"
-#include "analysis/numerics/parallel.h"
+#include "model/effect.h"
 
 namespace emtb {
 namespace {
@@ -26,6 +26,12 @@ struct Left {
 /// Can it be told at all when an input acts? A motor that is driven by a measured voltage does not see the reference.
 bool sees_its_input(const Record& record, const Model& model) {
   return model.input != Signal::u_ref || !record.measured_voltage;
+}
+
+/// Says an effect of the model itself how late an edge comes?
+bool models_edges(const Model& model) {
+  return std::ranges::any_of(
+      model.effects, [&](const IncludedEffect& e) { return model.about(e.effect).family == Family::driver_edges; });
 }
 
 class TimingSearch {
@@ -85,6 +91,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   };
   const bool held = fitted.input == Signal::e_a;
   if (held) look_at({0, true});
+  if (models_edges(fitted)) return best;
   for (const double share : shares) look_at({share * interval, held});
   if (std::abs(best.acts_after) > 0.1 * interval) {  // between the places tried: twice as near, twice
     for (double step = 0.125; step > 0.05; step /= 2) {
@@ -98,8 +105,13 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
 }
 
 bool settle_timing(Dataset& data, const Model& fitted) {
-  const Timing timing = fitted_timing(data.train, fitted);
-  if (timing == data.timing) return false;
+  constexpr double same = 0.1;  // of a sample: what a search on a grid of sixteenths may differ by
+  const Timing timing = fitted_timing(data.train, fitted), &before = data.timing;
+  const double interval = mean_interval(data.train.front().excitation.t);
+  if (timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
+      std::abs(timing.acts_after - before.acts_after) < same * interval) {
+    return false;
+  }
   set_timing(data, timing);
   return true;
 }

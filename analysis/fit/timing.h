@@ -14,7 +14,8 @@ namespace emtb {
 /// nothing tells it, as recorded: each row is read before it is written.
 ///
 /// Each possibility is judged by the sum of squares that it leaves, with what the free parameters take of it by their
-/// sensitivities projected off. Within one sample only: what is later is a delay of the driver, an effect.
+/// sensitivities projected off. Within one sample only: what is later is a delay of the driver, an effect, and where
+/// the model has an effect that shapes the driver's edges, that alone says how late they come.
 /// @param fitted to these records
 Timing fitted_timing(std::span<const Record> records, const Model& fitted);
 

@@ -197,6 +197,17 @@ std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> recor
   return pieces;
 }
 
+/// A floor that is no lower than how exact a simulation is.
+NoiseFloor no_better_than_a_simulation(NoiseFloor floor, std::span<const Observation* const> observed) {
+  constexpr double accuracy = 2e-4;  // of a simulation whose steps are a tenth of the time constant
+  if (const double least = accuracy * variation_of(observed); floor.sigma < least) {
+    floor.sigma = least;
+    floor.from = FloorSource::accuracy;
+    floor.lower_bound = floor.upper_bound = false;
+  }
+  return floor;
+}
+
 NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   NoiseFloor floor;
   SettledPieces settled;
@@ -212,7 +223,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
       lsb = std::max(lsb, o.lsb);
     }
   }
-  if (const auto counts = floor_of_counts(observed)) return *counts;
+  if (const auto counts = floor_of_counts(observed)) return no_better_than_a_simulation(*counts, observed);
   if (signal == Signal::omega) leave_out_rest(settled);
   remove_what_repeats(settled);
   std::vector<double> variances, correlations;
@@ -264,13 +275,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
     floor.from = FloorSource::resolution;
     floor.lower_bound = floor.upper_bound = false;
   }
-  constexpr double accuracy = 2e-4;  // of a simulation whose steps are a tenth of the time constant
-  if (const double least = accuracy * variation_of(observed); floor.sigma < least) {
-    floor.sigma = least;
-    floor.from = FloorSource::accuracy;
-    floor.lower_bound = floor.upper_bound = false;
-  }
-  return floor;
+  return no_better_than_a_simulation(floor, observed);
 }
 
 }  // namespace

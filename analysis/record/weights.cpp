@@ -97,6 +97,10 @@ double change_around(std::span<const double> e, std::size_t k) {
   return std::max(std::abs(e[after] - e[k]), std::abs(e[k] - e[before]));
 }
 
+/// A torque that changes from one reading to the next by so many sigma jumps: a brake lets go, or the shaft stops. When
+/// is known to a reading only, as at an edge of the voltage.
+constexpr double jump = 6;
+
 }  // namespace
 
 Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
@@ -117,6 +121,10 @@ Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
       if (o.signal == Signal::e_a && !driver.empty()) {
         const double change = change_around(driver, k);
         widened += change * change;
+      }
+      if (o.signal == Signal::torque && !record.excitation.load.empty()) {
+        const double change = change_around(record.excitation.load, k);
+        if (change > jump * floor.sigma) widened += change * change;
       }
       const std::size_t middle = (o.first[i] + o.last[i]) / 2;
       if (o.functional != Functional::increment) {

@@ -19,7 +19,7 @@ double truth(Signal signal, const Plant& plant, double reference) noexcept {
     case Signal::omega:
       return plant.tacho();
     case Signal::theta:
-      return plant.theta();
+      return plant.encoder();
     case Signal::torque:
       return plant.gauge();
     default:

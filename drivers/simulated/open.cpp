@@ -70,9 +70,27 @@ DriverParameters read_driver(const YamlMap& yaml) {
 }
 
 MotorParameters read_motor(const YamlMap& yaml) {
-  yaml.only({"R_a", "L_a", "K_b", "K_m", "B", "J", "brush_drop", "brush_current", "heat_capacity", "heat_resistance",
-             "reaction", "reaction_current", "field_drop", "field_time", "flux_hysteresis", "coercive_current",
-             "windage", "windage_exponent", "windage_omega"});
+  yaml.only({"R_a",
+             "L_a",
+             "K_b",
+             "K_m",
+             "B",
+             "J",
+             "brush_drop",
+             "brush_current",
+             "heat_capacity",
+             "heat_resistance",
+             "reaction",
+             "reaction_current",
+             "field_drop",
+             "field_time",
+             "flux_hysteresis",
+             "coercive_current",
+             "windage",
+             "windage_exponent",
+             "windage_omega",
+             "bearing_drag",
+             "bearing_exponent"});
   MotorParameters motor;
   motor.R_a = yaml.positive("R_a");
   motor.K_b = yaml.positive("K_b");
@@ -89,7 +107,9 @@ MotorParameters read_motor(const YamlMap& yaml) {
       .positive("field_time", motor.field_time)
       .positive("coercive_current", motor.coercive_current)
       .not_negative("windage", motor.windage)
-      .positive("windage_omega", motor.windage_omega);
+      .positive("windage_omega", motor.windage_omega)
+      .not_negative("bearing_drag", motor.bearing_drag);
+  motor.bearing_exponent = yaml.within_or("bearing_exponent", 0.01, 1, motor.bearing_exponent);
   motor.reaction = yaml.within_or("reaction", 0, 0.49, 0);
   motor.field_drop = yaml.within_or("field_drop", 0, 0.89, 0);
   motor.flux_hysteresis = yaml.within_or("flux_hysteresis", -0.49, 0.49, 0);
@@ -98,7 +118,7 @@ MotorParameters read_motor(const YamlMap& yaml) {
 }
 
 FrictionParameters read_friction(const YamlMap& yaml) {
-  yaml.only({"law", "T_c", "T_s", "omega_s", "deflection", "T_d", "B_d", "warm_drop", "warm_time"});
+  yaml.only({"law", "T_c", "T_s", "omega_s", "deflection", "T_d", "B_d", "gears", "warm_drop", "warm_time"});
   FrictionParameters friction;
   const std::string law = yaml.text_or("law", "bristle");
   if (law != "bristle" && law != "hard") yaml.fail("law", "is `" + law + "`. Known: bristle, hard");
@@ -111,6 +131,8 @@ FrictionParameters read_friction(const YamlMap& yaml) {
       .any_sign("B_d", friction.B_d)
       .positive("warm_time", friction.warm_time);
   friction.T_d = yaml.within_or("T_d", -friction.T_c, friction.T_c, 0);
+  friction.gears = yaml.within_or("gears", 0, 0.99, 0);
+  if (friction.gears > 0 && friction.T_c == 0) yaml.fail("gears", "needs dry friction. Write a T_c above 0");
   friction.warm_drop = yaml.within_or("warm_drop", 0, 0.99, 0);
   if (friction.B_d != 0 && friction.T_c == 0) yaml.fail("B_d", "needs dry friction. Write a T_c above 0");
   return friction;
@@ -137,10 +159,11 @@ ShaftParameters read_shaft(const YamlMap& yaml, double J) {
 }
 
 LoadParameters read_load(const YamlMap& yaml) {
-  yaml.only({"torque", "eccentric", "eccentric_phase", "eddy_torque", "eddy_omega", "eddy_heating"});
+  yaml.only({"torque", "brake", "eccentric", "eccentric_phase", "eddy_torque", "eddy_omega", "eddy_heating"});
   LoadParameters load;
   Overlay(yaml)
       .any_sign("torque", load.torque)
+      .not_negative("brake", load.brake)
       .not_negative("eddy_torque", load.eddy_torque)
       .positive("eddy_omega", load.eddy_omega)
       .any_sign("eccentric", load.eccentric)
@@ -150,7 +173,8 @@ LoadParameters read_load(const YamlMap& yaml) {
 }
 
 SensorParameters read_sensors(const YamlMap& yaml) {
-  yaml.only({"tacho_lag", "ripple", "ripple_second", "ripple_order", "ripple_phase", "tacho_stick", "torque_lag"});
+  yaml.only(
+      {"tacho_lag", "ripple", "ripple_second", "ripple_order", "ripple_phase", "tacho_stick", "delay", "torque_lag"});
   SensorParameters sensors;
   Overlay(yaml)
       .not_negative("tacho_lag", sensors.tacho_lag)
@@ -160,6 +184,7 @@ SensorParameters read_sensors(const YamlMap& yaml) {
       .any_sign("ripple_phase", sensors.ripple_phase)
       .not_negative("tacho_stick", sensors.tacho_stick)
       .not_negative("torque_lag", sensors.torque_lag);
+  sensors.delay = yaml.within_or("delay", 0, 10, 0);
   return sensors;
 }
 

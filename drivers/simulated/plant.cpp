@@ -19,6 +19,9 @@ constexpr double no_lag = 2 * shortest_step;
 /// [s] A change of the reference this close to a step's end is at its end.
 constexpr double instant = 1e-9;
 
+/// [s] between the readings that go on a late bus, at least.
+constexpr double bus_interval = 1e-4;
+
 constexpr double copper = 0.00393;   ///< [1/K]
 constexpr double disc_cooling = 60;  ///< [s] of the eddy brake's disc
 
@@ -109,6 +112,13 @@ void Plant::derive() {
   if (driver.delay > 0 || driver.sampling > 0) {
     on_its_way_.resize(4 + static_cast<std::size_t>(driver.delay / 5e-5));  // a loop of 20 kHz
   }
+  if (sensors.delay > 0) {
+    const Reading now = read_now(), long_ago{time_ - 1e6, now.tacho, now.theta};
+    on_the_bus_.assign(4 + static_cast<std::size_t>(sensors.delay / bus_interval), long_ago);
+    on_the_bus_[newest_ = 0] = now;
+  } else {
+    on_the_bus_.clear();
+  }
   rare_ = see_ > 0 || lag_1_ > 0 || tacho_1_ > 0 || gauge_1_ > 0 || shaft.stiffness != unlimited;
 }
 
@@ -166,13 +176,16 @@ void Plant::receive() noexcept {
 void Plant::step(double dt) noexcept {
   if (!(dt > 0)) return;
   const double heat = state_.heat;
+  bend_lining(dt / 2);
   if (p_.friction.law == FrictionLaw::hard && stiffness_ > 0) {
     step_hard(dt, 0);
   } else {
     step_bristle(dt);
   }
+  bend_lining(dt / 2);
   each([this](auto member) { state_.*member = settled(state_.*member); });
   remember(dt, state_.heat - heat);
+  send_reading();
 }
 
 /// What a step leaves behind: heat, magnetism, a coupling that sticks.
@@ -220,9 +233,40 @@ double Plant::e_a() const noexcept {
   return output(state_, state_.e, time_) - p_.driver.output_resistance * state_.i;
 }
 
-double Plant::tacho() const noexcept {
-  if (p_.sensors.tacho_stick > 0) return stuck_reading_;
-  return tacho_2_ > 0 ? state_.tacho_2 : tacho_1_ > 0 ? state_.tacho_1 : rippled(state_);
+double Plant::tacho() const noexcept { return on_the_bus_.empty() ? read_now().tacho : arrived().tacho; }
+
+double Plant::encoder() const noexcept { return on_the_bus_.empty() ? state_.theta : arrived().theta; }
+
+/// What the sensors put on the bus.
+Plant::Reading Plant::read_now() const noexcept {
+  const double tacho = p_.sensors.tacho_stick > 0 ? stuck_reading_
+                       : tacho_2_ > 0             ? state_.tacho_2
+                       : tacho_1_ > 0             ? state_.tacho_1
+                                                  : rippled(state_);
+  return {time_, tacho, state_.theta};
+}
+
+/// What comes out of the bus, straight between what went in. Before anything has, the first.
+Plant::Reading Plant::arrived() const noexcept {
+  const double at = time_ - p_.sensors.delay;
+  const std::size_t n = on_the_bus_.size();
+  Reading after = read_now();
+  for (std::size_t k = 0; k < n; ++k) {
+    const Reading& before = on_the_bus_[(newest_ + n - k) % n];
+    if (before.t <= at) {
+      const double share = after.t > before.t ? (at - before.t) / (after.t - before.t) : 0;
+      return {at, before.tacho + share * (after.tacho - before.tacho),
+              before.theta + share * (after.theta - before.theta)};
+    }
+    after = before;
+  }
+  return after;
+}
+
+void Plant::send_reading() noexcept {
+  if (on_the_bus_.empty() || time_ < on_the_bus_[newest_].t + bus_interval) return;
+  newest_ = (newest_ + 1) % on_the_bus_.size();
+  on_the_bus_[newest_] = read_now();
 }
 
 double Plant::load_torque() const noexcept {
@@ -298,7 +342,7 @@ double Plant::armature_current(double voltage, double guess) const noexcept {
 
 double Plant::load_torque(double omega, double theta) const noexcept {
   const auto& load = p_.load;
-  double torque = load.torque;
+  double torque = load.torque + held(brake_, omega);
   if (load.eccentric != 0) torque += load.eccentric * std::sin(theta + load.eccentric_phase);
   if (load.eddy_torque == 0) return torque;
   const double x = omega / (load.eddy_omega * (1 + load.eddy_heating * disc_));
@@ -316,18 +360,12 @@ double Plant::shaft_torque(const State& x) const noexcept {
   return side * std::max(shaft.stiffness * pressed + shaft.damping * side * speed, 0.0);
 }
 
-/// [N m] of dry friction while sliding in a direction.
-double Plant::slip_torque(double omega, double direction) const noexcept {
-  const auto& friction = p_.friction;
-  double torque = friction.T_c;
-  if (friction.T_s != 0) torque += friction.T_s * stribeck(omega, friction, p_.laws);
-  torque = grease_ * torque + direction * (friction.T_d + friction.B_d * std::abs(omega));
-  return std::max(torque, 0.0);
-}
-
 double Plant::torque_without_friction(const State& x, double i, double t) const noexcept {
   const auto& [motor, shaft] = std::tie(p_.motor, p_.shaft);
   double torque = motor.K_m * flux(x.past) * i - grease_ * motor.B * x.omega - windage(x.omega, motor);
+  if (motor.bearing_drag != 0) {
+    torque -= std::copysign(motor.bearing_drag * std::pow(std::abs(x.omega), motor.bearing_exponent), x.omega);
+  }
   if (shaft.cogging != 0) {
     torque -= shaft.cogging * harmonics(shaft.cogging_order * x.theta + shaft.cogging_phase, shaft.cogging_second);
   }
@@ -359,8 +397,7 @@ Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, 
     i = armature_current(driving, i);
   }
   if (!grip.stuck) {
-    const double dry = std::clamp(grip.torque + grip.damping * x.omega, grip.lowest, grip.most);
-    rate.omega = (torque_without_friction(x, i, t) - dry) / inertia_;
+    rate.omega = (torque_without_friction(x, i, t) - held(grip, x.omega)) / inertia_;
     rate.theta = x.omega;
   }
   const bool stiff = shaft.stiffness == unlimited;
@@ -407,58 +444,6 @@ Plant::State Plant::integrate(const State& from, double dt, const Grip& grip) co
     to.i = std::max(to.i, 0.0);
   }
   return to;
-}
-
-/// The bristle bends with the shaft until it slips; exact for a constant speed, whatever the speed.
-Plant::Grip Plant::bend(double dt) noexcept {
-  if (stiffness_ == 0) return {};
-  const double lowest = -slip_torque(state_.omega, -1);
-  const double most = p_.friction.T_d == 0 && p_.friction.B_d == 0 ? -lowest : slip_torque(state_.omega, 1);
-  const double bent = bristle_ + state_.omega * dt;
-  bristle_ = std::clamp(bent, lowest / stiffness_, most / stiffness_);
-  return {.torque = stiffness_ * bristle_, .damping = bristle_ == bent ? damping_ : 0, .lowest = lowest, .most = most};
-}
-
-void Plant::step_bristle(double dt) noexcept {
-  const Grip grip = bend(dt / 2);  // half before and half after: second order
-  state_ = integrate(state_, dt, grip);
-  bend(dt / 2);
-  time_ += dt;
-}
-
-void Plant::step_hard(double dt, int depth) noexcept {
-  double direction = state_.omega > 0 ? 1 : -1;
-  if (state_.omega == 0) {
-    const double pull = torque_without_friction(state_, state_.i, time_);
-    direction = pull > 0 ? 1 : -1;
-    stuck_ = std::abs(pull) <= slip_torque(0, direction);
-  }
-  if (stuck_) {
-    state_ = integrate(state_, dt, {.stuck = true});
-    time_ += dt;
-    return;
-  }
-  const double sliding = direction * slip_torque(state_.omega, direction);
-  const Grip grip{.torque = sliding, .lowest = sliding, .most = sliding};
-  const State next = integrate(state_, dt, grip);
-  if (next.omega * direction >= 0) {
-    state_ = next;
-    time_ += dt;
-    return;
-  }
-  // It stops within this step: go there, stand, and decide from there. Chattering at the limit of holding ends stuck.
-  const double part = dt * state_.omega / (state_.omega - next.omega);
-  if (part > 0) {
-    state_ = integrate(state_, part, grip);
-    time_ += part;
-  }
-  state_.omega = 0;
-  if (depth < 3) {
-    step_hard(dt - part, depth + 1);
-  } else {
-    state_ = integrate(state_, dt - part, {.stuck = true});
-    time_ += dt - part;
-  }
 }
 
 }  // namespace emtb::simulated

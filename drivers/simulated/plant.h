@@ -36,6 +36,7 @@ class Plant {
   double omega() const noexcept { return state_.omega; }    ///< [rad/s]
   double theta() const noexcept { return state_.theta; }    ///< [rad] unbounded
   double tacho() const noexcept;                            ///< [rad/s]
+  double encoder() const noexcept;                          ///< [rad] theta, as late as the tacho
   double load_torque() const noexcept;                      ///< [N m] at the shaft
   double gauge() const noexcept;                            ///< [N m] after its lag
   double charge() const noexcept { return state_.charge; }  ///< [A s] integral of i_a: its differences are exact means
@@ -66,6 +67,11 @@ class Plant {
     double lowest = 0, most = 0;  ///< [N m] of both together
     bool stuck = false;
   };
+  /// Speed and angle on their way over a bus.
+  struct Reading {
+    double t = 0;
+    double tacho = 0, theta = 0;
+  };
   /// A change of the reference on its way through the driver.
   struct Change {
     double due = 0;
@@ -92,13 +98,20 @@ class Plant {
   double load_torque(double omega, double theta) const noexcept;
   double shaft_torque(const State& x) const noexcept;
   double slip_torque(double omega, double direction) const noexcept;
+  double torque_in_gears() const noexcept;
+  static double held(const Grip& grip, double omega) noexcept;
   double torque_without_friction(const State& x, double i, double t) const noexcept;
   double rippled(const State& x) const noexcept;
+  Reading read_now() const noexcept;
+  Reading arrived() const noexcept;
+  void send_reading() noexcept;
+  double tacho_now() const noexcept;
   State slope(const State& x, double e, double t, const Grip& grip, double& i) const noexcept;
   State integrate(const State& from, double dt, const Grip& grip) const noexcept;
   void step_bristle(double dt) noexcept;
   void step_hard(double dt, int depth) noexcept;
   Grip bend(double dt) noexcept;
+  void bend_lining(double dt) noexcept;
 
   PlantParameters p_;
   State state_;
@@ -121,6 +134,8 @@ class Plant {
   double sent_ = 0;                 ///< [V] the last that went on its way
   std::vector<Change> on_its_way_;  ///< a ring
   std::size_t first_ = 0, waiting_ = 0;
+  std::vector<Reading> on_the_bus_;  ///< a ring
+  std::size_t newest_ = 0;
   double resistance_ = 0;          ///< [ohm] armature, warm, and driver
   double winding_ = 0, iron_ = 0;  ///< [K] above the start
   double field_ = 1, grease_ = 1;  ///< what is left of flux and friction
@@ -128,6 +143,8 @@ class Plant {
   double disc_ = 0;                ///< [J] in the eddy brake's disc
   double stuck_reading_ = 0;       ///< [rad/s] of a tacho whose coupling sticks
   double bristle_ = 0;             ///< [rad]
+  double lining_ = 0;              ///< [rad] of the load's brake
+  Grip brake_;                     ///< of that, during one step
   bool stuck_ = true;              ///< the hard law's state
   bool open_ = false;              ///< the contactor in the armature circuit
 };

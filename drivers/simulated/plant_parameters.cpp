@@ -30,6 +30,8 @@ void check(const MotorParameters& motor) {
   demand(motor.L_a >= 0 && motor.B >= 0 && motor.windage >= 0, "motor.L_a, B and windage must be 0 or more");
   demand(motor.windage_exponent >= 1 && motor.windage_exponent <= 3 && motor.windage_omega > 0,
          "motor.windage_exponent must be 1 to 3, windage_omega above 0");
+  demand(motor.bearing_drag >= 0 && motor.bearing_exponent > 0 && motor.bearing_exponent <= 1,
+         "motor.bearing_drag must be 0 or more, bearing_exponent above 0 and at most 1");
   demand(motor.brush_drop >= 0 && motor.brush_current > 0, "motor.brush_drop must be 0 or more, brush_current above 0");
   demand(std::isfinite(motor.K_b) && std::isfinite(motor.K_m), "motor.K_b and K_m must be finite");
   demand(motor.heat_resistance > 0 && motor.heat_capacity * motor.heat_resistance >= 0.01,
@@ -48,6 +50,8 @@ void check(const FrictionParameters& friction) {
   demand(std::abs(friction.T_d) <= friction.T_c && std::isfinite(friction.B_d),
          "friction.T_d must be within +-T_c, B_d finite");
   demand(friction.B_d == 0 || friction.T_c > 0, "friction.B_d needs T_c");
+  demand(friction.gears >= 0 && friction.gears < 1, "friction.gears must be 0 or more and below 1");
+  demand(friction.gears == 0 || friction.T_c > 0, "friction.gears needs T_c");
   demand(friction.warm_drop >= 0 && friction.warm_drop < 1 && friction.warm_time > 0,
          "friction.warm_drop must be 0 or more and below 1, warm_time above 0");
 }
@@ -65,6 +69,7 @@ void check(const ShaftParameters& shaft, double J) {
 void check(const SensorParameters& sensors) {
   demand(sensors.tacho_lag >= 0 && sensors.torque_lag >= 0 && sensors.tacho_stick >= 0,
          "sensors.tacho_lag, torque_lag and tacho_stick must be 0 or more");
+  demand(sensors.delay >= 0 && sensors.delay <= 10, "sensors.delay must be 0 to 10 s");
   demand(std::isfinite(sensors.ripple) && std::isfinite(sensors.ripple_second) && sensors.ripple_order > 0,
          "sensors.ripple and ripple_second must be finite, ripple_order above 0");
 }
@@ -72,8 +77,8 @@ void check(const SensorParameters& sensors) {
 }  // namespace
 
 void check(const LoadParameters& load) {
-  demand(std::isfinite(load.torque) && load.eddy_torque >= 0 && load.eddy_omega > 0,
-         "load.torque must be finite, eddy_torque 0 or more, eddy_omega above 0");
+  demand(std::isfinite(load.torque) && load.brake >= 0 && load.eddy_torque >= 0 && load.eddy_omega > 0,
+         "load.torque must be finite, brake and eddy_torque 0 or more, eddy_omega above 0");
   demand(std::isfinite(load.eccentric) && load.eddy_heating >= 0,
          "load.eccentric must be finite, eddy_heating 0 or more");
 }

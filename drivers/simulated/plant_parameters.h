@@ -75,6 +75,9 @@ struct MotorParameters {
   double windage = 0;           ///< [N m s2/rad2] of omega |omega| |omega/windage_omega|^(windage_exponent - 2)
   double windage_exponent = 2;  ///< 1.8 to 2.2 on real fans
   double windage_omega = 100;   ///< [rad/s]
+
+  double bearing_drag = 0;            ///< [N m (s/rad)^(2/3)] c sign(omega) |omega|^(2/3);
+  double bearing_exponent = 2.0 / 3;  ///< 0.5 to 0.8 from grease to oil, at 1 rad/s as before
 };
 
 /// Dry friction: holds up to T_c + T_s, slides at T_c + T_s exp(-(omega/omega_s)^2); other: exp(-|omega|/omega_s)
@@ -86,7 +89,9 @@ struct FrictionParameters {
   double deflection = 1e-4;  ///< [rad] of the bristle when it slips; smaller is stiffer and slower
   double T_d = 0;            ///< [N m] more in the positive direction, less in the negative one; at most T_c
   double B_d = 0;            ///< [N m s/rad] the same for viscous friction
-  double warm_drop = 0;      ///< part of T_c, T_s and B that goes as grease warms up: d (1 - exp(-t/tau));
+  double gears = 0;          ///< of |torque of the motor - that of the load|, as each accelerates: more dry friction,
+                             ///< needs T_c; other: of the sum of both sizes
+  double warm_drop = 0;      ///< part of T_c, T_s, gears and B that goes as grease warms up: d (1 - exp(-t/tau));
   double warm_time = 100;    ///< [s] tau. other: what stays is (1 - d)^(1 - exp(-t/tau)), as viscosity does
 };
 
@@ -107,6 +112,7 @@ struct LoadParameters {
   double torque = 0;           ///< [N m] a weight: does not reverse, pulls at rest too
   double eccentric = 0;        ///< [N m] of sin(theta + phase): a weight off centre
   double eccentric_phase = 0;  ///< [rad]
+  double brake = 0;            ///< [N m] dry: holds up to this at rest, by a lining that gives 1e-4 rad
   double eddy_torque = 0;      ///< [N m] largest torque of an eddy-current brake
   double eddy_omega = 60;      ///< [rad/s] speed of that torque, cold
   double eddy_heating = 0;     ///< [1/J] by which eddy_omega rises with each joule in the disc, which cools in a minute
@@ -120,6 +126,7 @@ struct SensorParameters {
   double ripple_order = 2;   ///< N, a turn
   double ripple_phase = 0;   ///< [rad]
   double tacho_stick = 0;    ///< [rad/s] by which the speed must change for the tacho's coupling to let go
+  double delay = 0;          ///< [s] of speed and angle, as over a bus
   double torque_lag = 0;     ///< [s] other: two lags of half of it each
 };
 

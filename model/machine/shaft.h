@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "model/dual.h"
 #include "model/machine/armature.h"
 #include "model/machine/equations.h"
@@ -10,7 +12,9 @@ namespace emtb {
 template <class Scalar>
 struct ShaftTorque {
   Scalar pull{};
-  Scalar dry_friction{};
+  Scalar dry_friction{};  ///< of the motor
+  Scalar brake{};         ///< of the load
+  Scalar bristle{};       ///< [N m/rad] of the motor's before it slips; 0: it does not give
 
   /// What the load effects say of a measured load pulls as they do, as far as the gauge shows it; the rest is a
   /// brake's, which takes torque but does not push: at rest it holds.
@@ -19,7 +23,7 @@ struct ShaftTorque {
     const Scalar pulls = all ? measured : said, rest = measured - pulls;
     if (value_of(rest) * value_of(omega) >= 0) {
       pull -= pulls;
-      dry_friction += abs(rest);
+      brake += abs(rest);
     } else {
       pull -= measured;
     }
@@ -61,13 +65,39 @@ class Shaft {
   const Scalar& late() const { return late_; }
 
   /// [rad/s] at the end of the step.
-  Scalar speed_after(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
-    return soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction) * inverse_inertia_;
+  Scalar speed_after(const Scalar& omega, const ShaftTorque<Scalar>& torque, double h) {
+    if (any(differs(torque.bristle, Scalar(0.0)))) return speed_on_bristles(omega, torque, h);
+    return soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction + torque.brake) * inverse_inertia_;
+  }
+
+  /// [N m] What a brake of the load takes over the step: all that it can while the shaft slides. While it holds, what
+  /// the dry friction of the motor leaves it, which is nearer to what pulls.
+  Scalar braked(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
+    const Scalar left = soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction);
+    return clamped(left, -torque.brake, torque.brake);
   }
 
  private:
+  /// Dry friction that gives before it slips: a spring, damped as much as it takes not to ring, up to the torque at
+  /// which it slips. Implicit.
+  Scalar speed_on_bristles(const Scalar& omega, const ShaftTorque<Scalar>& torque, double h) {
+    const Scalar& k = torque.bristle;
+    const Scalar resists = k * h + 2.0 * pow(k * inertia_, 0.5);
+    const Scalar pushed = momentum_ * omega + torque.pull;
+    const Scalar held = soft_threshold(pushed - k * bent_, torque.brake) / (1.0 / inverse_inertia_ + resists);
+    const Scalar friction = k * bent_ + resists * held;
+    if (std::abs(value_of(friction)) <= value_of(torque.dry_friction)) {
+      bent_ += h * held;
+      return held;
+    }
+    const Scalar slips = value_of(friction) > 0 ? torque.dry_friction : -torque.dry_friction;
+    bent_ = slips / k;
+    return soft_threshold(pushed - slips, torque.brake) * inverse_inertia_;
+  }
+
   Scalar viscous_{}, inertia_{};  ///< that it is solved for
   Scalar late_{};
+  Scalar bent_{};             ///< [rad] of the bristles
   Scalar momentum_{};         ///< J'/h - B/2; J' is J but for what the trapezoidal rule errs
   Scalar inverse_inertia_{};  ///< 1/(J'/h + B/2 + K_m K_b mean.v1)
 };

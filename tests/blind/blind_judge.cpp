@@ -19,6 +19,7 @@
 #include "session/spec.h"
 #include "tests/blind/answer.h"
 #include "tests/blind/table.h"
+#include "tests/blind/wide/wide_judge.h"
 
 namespace emtb::blind {
 namespace {
@@ -228,6 +229,8 @@ int judge_all(const Options& options) {
 }  // namespace emtb::blind
 
 int main(int argc, char** argv) {
+  const auto wide = [](std::string_view word) { return word == "--wide"; };
+  if (std::any_of(argv + 1, argv + argc, wide)) return emtb::blind::wide::wide_judge(argc, argv);
   emtb::blind::Options options;
   CLI::App app{"Judges the diagnosis on benches whose truth it cannot know; docs/blind.md says what and how"};
   app.add_option("--cases", options.cases, "how many of each kind: " + options.cases)->capture_default_str();

@@ -63,6 +63,17 @@ TEST(ModelFile, ReadsAll) { expect_all(model_of(fh2)); }
 
 TEST(ModelFile, ReadsBackWhatItWrites) { expect_all(model_of(to_yaml(model_of(fh2)))); }
 
+TEST(ModelFile, SaysOfTheBenchWhatNoReadingTells) {
+  const Model silent = model_of(fh2);
+  EXPECT_FALSE(silent.bench.field_winding || silent.bench.tachogenerator);
+  const Model told = model_of(to_yaml(model_of(std::string(fh2) + "bench: {field: magnets, speed: encoder}\n")));
+  EXPECT_EQ(told.bench.field_winding, false);
+  EXPECT_EQ(told.bench.tachogenerator, false);
+  const Model wound = model_of(to_yaml(model_of(std::string(fh2) + "bench: {field: winding}\n")));
+  EXPECT_EQ(wound.bench.field_winding, true);
+  EXPECT_FALSE(wound.bench.tachogenerator);
+}
+
 TEST(ModelFile, ReadsEveryModelAsShipped) {
   for (const auto& entry : std::filesystem::directory_iterator(EMTB_SOURCE_DIR "/config/models")) {
     EXPECT_NO_THROW(read_model(entry.path())) << entry.path();

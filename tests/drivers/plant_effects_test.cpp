@@ -344,28 +344,19 @@ TEST(Plant, WithinItsGapTheLoadIsLeftBehind) {
   EXPECT_LT(plant.omega(), 0.9 * alone) << "now the teeth have met";
 }
 
-// Load
-
-TEST(Plant, AnEccentricLoadIsSeenByTheGauge) {
-  PlantParameters p = servo();
-  p.load = {.torque = 0.01, .eccentric = 0.004, .eccentric_phase = 0.3};
-  Plant plant(p);
-  for (int n = 0; n < 300; ++n) {
-    plant.advance(tick, 1);
-    ASSERT_NEAR(plant.gauge(), 0.01 + 0.004 * std::sin(plant.theta() + 0.3), 1e-12);
+TEST_P(BothLaws, GearsRubTheMoreTheMoreTheyCarry) {
+  for (const FrictionLaw law : {FrictionLaw::bristle, FrictionLaw::hard}) {
+    for (const double load : {-0.05, 0.0, 0.02, 0.05}) {
+      PlantParameters p = servo(GetParam());
+      p.friction = {.law = law, .T_c = 0.002, .gears = 0.2};
+      p.load.torque = load;
+      Plant plant(p);
+      run(plant, 3, 5);
+      const double motor = 0.042 * plant.i_a();
+      const double carried = GetParam() == Laws::usual ? std::abs(motor + load) : std::abs(motor) + std::abs(load);
+      EXPECT_NEAR(motor, load + 1e-5 * plant.omega() + 0.002 + 0.2 * carried, 1e-6) << load;
+    }
   }
-}
-
-TEST(Plant, TheEddyBrakesSpeedRisesAsItsDiscGetsHot) {
-  PlantParameters p = servo();
-  p.load = {.eddy_torque = 0.03, .eddy_omega = 200, .eddy_heating = 1e-3};
-  Plant plant(p);
-  run(plant, 20, 5);
-  const double omega = plant.omega(), torque = plant.load_torque();
-  const double heat = torque * omega * 60 * (1 - std::exp(-20.0 / 60));  // [J] the torque hardly changed
-  const double x = omega / (200 * (1 + 1e-3 * heat));
-  EXPECT_GT(heat, 100);
-  EXPECT_NEAR(torque, 0.06 * x / (1 + x * x), 0.005 * torque);
 }
 
 // Sensors
@@ -437,8 +428,12 @@ TEST(Plant, RefusesEffectsThatCannotBe) {
   refuses([](auto& p) { p.friction.T_d = 0.1; });
   refuses([](auto& p) { p.shaft.gap = 0.1; });
   refuses([](auto& p) { p.shaft.stiffness = 1; });
+  refuses([](auto& p) { p.friction.gears = 0.1; });
+  refuses([](auto& p) { p.motor.bearing_drag = -1; });
+  refuses([](auto& p) { p.load.brake = -1; });
   refuses([](auto& p) { p.load.eddy_heating = -1; });
   refuses([](auto& p) { p.sensors.torque_lag = -1; });
+  refuses([](auto& p) { p.sensors.delay = -1; });
 }
 
 }  // namespace

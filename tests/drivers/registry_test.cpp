@@ -84,10 +84,11 @@ TEST(Registry, EachMistakeHasItsLine) {
 }
 
 TEST(Registry, TheSimulationIsCheckedStrictly) {
-  EXPECT_EQ(bad("J: 6.0e-5", "j: 6.0e-5"),
-            "b.yaml:11: simulation.motor.j is not known here. Known: R_a, L_a, K_b, K_m, B, J, brush_drop, "
-            "brush_current, heat_capacity, heat_resistance, reaction, reaction_current, field_drop, field_time, "
-            "flux_hysteresis, coercive_current, windage, windage_exponent, windage_omega");
+  EXPECT_EQ(
+      bad("J: 6.0e-5", "j: 6.0e-5"),
+      "b.yaml:11: simulation.motor.j is not known here. Known: R_a, L_a, K_b, K_m, B, J, brush_drop, "
+      "brush_current, heat_capacity, heat_resistance, reaction, reaction_current, field_drop, field_time, "
+      "flux_hysteresis, coercive_current, windage, windage_exponent, windage_omega, bearing_drag, bearing_exponent");
   EXPECT_EQ(bad("R_a: 1.2", "R_a: 0"), "b.yaml:11: simulation.motor.R_a is 0, but must be above 0");
   EXPECT_EQ(bad(", J: 6.0e-5", ""), "b.yaml:11: simulation.motor.J is missing");
   EXPECT_EQ(bad("law: hard", "law: soft"), "b.yaml:12: simulation.friction.law is `soft`. Known: bristle, hard");
@@ -107,7 +108,7 @@ TEST(Registry, AUserCanHideAnyEffectInTheSimulatedBench) {
       "  laws: other\n"
       "  driver: {gain: 4, offset: 0.1, lag: 0.01, delay: 0.002, sampling: 1.0e-3, play: 0.05, one_quadrant: true}\n"
       "  shaft: {cogging: 0.01, cogging_order: 8, stiffness: 0.5, J_2: 2.0e-5, gap: 0.1}\n"
-      "  load: {eccentric: 0.004, eddy_torque: 0.02, eddy_heating: 1.0e-3}\n"
+      "  load: {brake: 0.005, eccentric: 0.004, eddy_torque: 0.02, eddy_heating: 1.0e-3}\n"
       "  sensors: {tacho_lag: 0.01, ripple: 0.02, ripple_order: 6, tacho_stick: 2, torque_lag: 0.016}\n";
   const BenchConfig bench = config(text);
   const simulated::PlantParameters plant = simulated::read_plant(*bench.simulation);
@@ -116,11 +117,26 @@ TEST(Registry, AUserCanHideAnyEffectInTheSimulatedBench) {
   EXPECT_TRUE(plant.driver.one_quadrant);
   EXPECT_EQ(plant.shaft.cogging_order, 8);
   EXPECT_EQ(plant.shaft.gap, 0.1);
+  EXPECT_EQ(plant.load.brake, 0.005);
   EXPECT_EQ(plant.load.eddy_heating, 1e-3);
   EXPECT_EQ(plant.sensors.ripple, 0.02);
   EXPECT_EQ(plant.sensors.torque_lag, 0.016);
   const simulated::Plant runs(plant);
   EXPECT_EQ(runs.omega(), 0);
+}
+
+TEST(Registry, GearsAndBearingsMayRubInTheSimulatedBench) {
+  std::string text = good;
+  const std::string motor = "J: 6.0e-5}", friction = "T_c: 0.003}";
+  text.replace(text.find(motor), motor.size(), "J: 6.0e-5, bearing_drag: 4.0e-5, bearing_exponent: 0.6}");
+  text.replace(text.find(friction), friction.size(), "T_c: 0.003, gears: 0.1}");
+  const BenchConfig bench = config(text);
+  const simulated::PlantParameters plant = simulated::read_plant(*bench.simulation);
+  EXPECT_EQ(plant.motor.bearing_drag, 4e-5);
+  EXPECT_EQ(plant.motor.bearing_exponent, 0.6);
+  EXPECT_EQ(plant.friction.gears, 0.1);
+  EXPECT_EQ(bad("law: hard, T_c: 0.003", "gears: 0.1"),
+            "b.yaml:12: simulation.friction.gears needs dry friction. Write a T_c above 0");
 }
 
 TEST(Registry, WhatCannotBeHiddenTogetherIsSaid) {
@@ -132,7 +148,7 @@ TEST(Registry, WhatCannotBeHiddenTogetherIsSaid) {
             "b.yaml:12: simulation.shaft.J_2 is not below motor.J, of which it is a part");
   EXPECT_EQ(complaint("sensors: {lag: 1}"),
             "b.yaml:12: simulation.sensors.lag is not known here. Known: tacho_lag, ripple, ripple_second, "
-            "ripple_order, ripple_phase, tacho_stick, torque_lag");
+            "ripple_order, ripple_phase, tacho_stick, delay, torque_lag");
 }
 
 TEST(Registry, TheInstrumentsAreCheckedStrictly) {

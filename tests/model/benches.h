@@ -61,6 +61,7 @@ inline TestBench slow_bench() {
   b.typical = with_typical_sizes({{"driver_slew.fall", 18},
                                   {"driver_saturation.e_max", 103.9},
                                   {"driver_delay.t_d", 0.0317},  // no whole number of readings
+                                  {"speed_delay.t_d", 0.0317},
                                   {"armature_heating.C_th", 5},  // a hundredth of a real one: the run is short
                                   {"field_heating.tau", 40},
                                   {"coulomb_friction.T_c", 0.0547},
@@ -88,6 +89,8 @@ inline TestBench fast_bench() {
                                   {"driver_output_resistance.R_o", 0.2},
                                   {"driver_lag.tau", 0.01},
                                   {"driver_delay.t_d", 0.00537},
+                                  {"speed_delay.t_d", 0.00537},
+                                  {"presliding_friction.sigma_0", 0.5},
                                   {"discontinuous_conduction.V_d", 0.5},
                                   {"discontinuous_conduction.i_c", 0.3},
                                   {"armature_inductance.L_a", 2e-3},
@@ -110,7 +113,9 @@ inline TestBench fast_bench() {
                                   {"shaft_compliance.k", 5},
                                   {"shaft_compliance.d", 1e-3},
                                   {"shaft_compliance.J_2", 2e-5},
+                                  {"bearing_drag.c_b", 4e-5},
                                   {"load_torque.T_L", 0.01},
+                                  {"dry_brake.T_b", 0.006},
                                   {"eccentric_load.T_e", 0.003},
                                   {"eccentric_load.phase", 0.5},
                                   {"eddy_brake.T_b", 0.02},

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "hal/error.h"
+#include "tests/model/benches.h"
 
 namespace emtb {
 namespace {
@@ -34,11 +35,16 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"stribeck_friction", {"T_s", "omega_s"}},
     {"asymmetric_friction", {"T_d", "B_d"}},
     {"windage", {"c_w"}},
+    {"load_dependent_friction", {"k_l"}},
+    {"bearing_drag", {"c_b"}},
+    {"presliding_friction", {"sigma_0"}},
+    {"speed_delay", {"t_d"}},
     {"friction_warmup", {"drop", "tau"}},
     {"cogging", {"T_cog", "N", "phase"}},
     {"shaft_compliance", {"k", "d", "J_2"}},
     {"backlash", {"gap"}},
     {"load_torque", {"T_L"}},
+    {"dry_brake", {"T_b"}},
     {"eccentric_load", {"T_e", "phase"}},
     {"eddy_brake", {"T_b", "omega_b"}},
     {"tacho_lag", {"tau"}},
@@ -170,6 +176,64 @@ TEST(Catalogue, WhatIsTriedAtSizesBesideItsNullStartsThere) {
   }
 }
 
+/// The machine of a test bench, and about how far it goes there.
+FittedMachine machine_of(const testing_benches::TestBench& bench) {
+  FittedMachine machine{.R_a = bench.base[base::R_a],
+                        .K_b = bench.base[base::K_b],
+                        .K_m = bench.base[base::K_m],
+                        .B = bench.base[base::B],
+                        .J = bench.base[base::J],
+                        .current_driven = false,
+                        .seen = {}};
+  const bool slow = bench.name == "slow";
+  machine.seen.reference = 6;
+  machine.seen.voltage = slow ? 110 : 24;
+  machine.seen.current = slow ? 0.5 : 20;
+  machine.seen.speed = machine.seen.voltage / machine.K_b;
+  machine.seen.duration = 10;
+  machine.seen.heat = slow ? 10 : 100;
+  machine.seen.inertia = machine.J;
+  return machine;
+}
+
+TEST(Catalogue, EveryTypicalSizeIsPlausibleOnItsBench) {
+  for (const auto& bench : {testing_benches::slow_bench(), testing_benches::fast_bench()}) {
+    for (std::size_t effect = 0; effect < effect_count; ++effect) {
+      std::vector<double> values;
+      for (std::size_t i = 0; i < effect_catalogue()[effect].parameter_count; ++i) {
+        values.push_back(bench.typical.at(full_name(effect_catalogue()[effect], i)));
+      }
+      EXPECT_EQ(implausible(effect, values, machine_of(bench)), "")
+          << effect_catalogue()[effect].id << " " << bench.name;
+    }
+  }
+}
+
+TEST(Catalogue, EveryEffectWithASizeKnowsOneThatItCannotHave) {
+  const FittedMachine machine = machine_of(testing_benches::fast_bench());
+  for (std::size_t effect = 0; effect < effect_count; ++effect) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    const bool limit = about.clips || (about.parameter_count > 0 && about.parameter_list[0].role == Role::limit);
+    if (limit || about.parameter_count == 0) continue;
+    std::vector<double> largest;
+    for (const EffectParameter& p : about.parameters()) largest.push_back(p.null == infinity ? p.min : p.max);
+    std::vector<double> smallest;
+    for (const EffectParameter& p : about.parameters()) smallest.push_back(p.min);
+    EXPECT_NE(implausible(effect, largest, machine) + implausible(effect, smallest, machine), "") << about.id;
+  }
+}
+
+TEST(Catalogue, PlausibilityOfTorquesDoesNotHangOnTheirScale) {
+  FittedMachine machine = machine_of(testing_benches::fast_bench());
+  const std::size_t friction = effect_index("coulomb_friction");
+  const double stall = machine.stall_torque();
+  EXPECT_EQ(implausible(friction, std::vector{0.9 * stall}, machine), "");
+  EXPECT_NE(implausible(friction, std::vector{1.1 * stall}, machine), "");
+  for (double* scaled : {&machine.K_m, &machine.B, &machine.J}) *scaled *= 1000;
+  EXPECT_EQ(implausible(friction, std::vector{900 * stall}, machine), "");
+  EXPECT_NE(implausible(friction, std::vector{1100 * stall}, machine), "");
+}
+
 TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {
   EXPECT_TRUE(effect_catalogue()[effect_index("cogging")].is_detent());
   EXPECT_FALSE(effect_catalogue()[effect_index("eccentric_load")].is_detent()) << "once a turn";
@@ -188,6 +252,21 @@ TEST(Catalogue, IsWatchedForWhatHasASizeAndNoShapeThatMatters) {
     const double size = size_at(effect, 0.02, seen);
     EXPECT_GT(size, about.parameter_list[0].null);
     EXPECT_LE(size, about.parameter_list[0].max);
+  }
+}
+
+TEST(Catalogue, SaysWhatAnEffectNeeds) {
+  const auto needs = [](std::string_view id) { return needs_of(effect_catalogue()[effect_index(id)]); };
+  EXPECT_EQ(needs("windage"), "");
+  EXPECT_EQ(needs("stribeck_friction"), "coulomb_friction");
+  EXPECT_EQ(needs("dry_brake"), "a torque gauge");
+  EXPECT_EQ(needs("field_heating"), "a field winding");
+  for (const EffectInfo& effect : effect_catalogue()) {
+    SCOPED_TRACE(effect.id);
+    EXPECT_EQ(effect.bench.driver, effect.stage == Stage::driver);
+    if (effect.reads == Signal::torque) {
+      EXPECT_TRUE(effect.bench.torque_gauge);
+    }
   }
 }
 

@@ -71,5 +71,94 @@ TEST(Step, StribeckFrictionHoldsMoreThanItTakesOnTheWay) {
   EXPECT_NEAR(J * acceleration + B * sliding.omega[n - 1], 0.036 - T_c, 3e-6);
 }
 
+TEST(Step, GearsRubInProportionToTheTorqueThatTheyCarry) {
+  const double T_c = 0.003, k_l = 0.2;
+  const ModelStructure s = with({"coulomb_friction", "load_dependent_friction", "load_torque"});
+  for (const double load : {-0.06, 0.0, 0.04}) {
+    const Trajectory<double> y = run(s, and_(servo, {T_c, k_l, load}), constant(1, 1e-3, 12, &Excitation::u_ref));
+    const double motor = K * y.i_a.back();
+    EXPECT_GT(y.omega.back(), 100);
+    EXPECT_NEAR(motor, load + B * y.omega.back() + T_c + k_l * std::abs(motor + load), 1e-7) << load;
+  }
+}
+
+TEST(Step, GearsHoldALoadThatAloneWouldTurnThem) {
+  const auto speed = [&](double k_l, double load) {  // no current: the load alone is on the gears
+    return run(with({"coulomb_friction", "load_dependent_friction", "load_torque"}, Signal::i_a),
+               and_(servo, {0.003, k_l, load}), constant(0.5, 1e-3, 0, &Excitation::i_a))
+        .omega.back();
+  };
+  EXPECT_LT(speed(0, 0.0033), 0);
+  EXPECT_EQ(speed(0.1, 0.0033), 0) << "up to T_c/(1 - k_l)";
+  EXPECT_LT(speed(0.1, 0.0034), 0);
+}
+
+TEST(Step, DryFrictionThatGivesSpringsBackAndSlipsAtItsTorque) {
+  const double T_c = 0.003, sigma_0 = 0.3;
+  const ModelStructure s = with({"coulomb_friction", "presliding_friction"}, Signal::i_a);
+  const auto angle = [&](double torque) {
+    Excitation x = constant(1, 1e-3, torque / K, &Excitation::i_a);
+    return run(s, and_({R, K, K, 0, J}, {T_c, sigma_0}), x).theta.back();
+  };
+  EXPECT_NEAR(angle(0.002), 0.002 / sigma_0, 1e-6);
+  EXPECT_NEAR(angle(-0.002), -0.002 / sigma_0, 1e-6);
+  EXPECT_GT(angle(0.0031), 0.5) << "it slips";
+  Excitation x = constant(1, 1e-3, 0.002 / K, &Excitation::i_a);
+  for (std::size_t k = 500; k < x.t.size(); ++k) x.i_a[k] = 0;
+  EXPECT_NEAR(run(s, and_({R, K, K, 0, J}, {T_c, sigma_0}), x).theta.back(), 0, 1e-6) << "and springs back";
+}
+
+TEST(Step, AStiffBristleIsDryFriction) {
+  const Excitation x = holds(1e-3, {{0.2, 0}, {0.5, 3}, {0.5, -2}, {0.5, 0}});
+  const Trajectory<double> dry = run(with({"coulomb_friction"}), and_(servo, {0.003}), x);
+  const Trajectory<double> bristles =
+      run(with({"coulomb_friction", "presliding_friction"}), and_(servo, {0.003, 1e4}), x);
+  EXPECT_LT(largest_error(dry.omega, bristles.omega), 0.02);
+}
+
+TEST(Step, BearingDragGrowsWithTheSpeedToTheTwoThirds) {
+  for (const double volts : {-12.0, 2.0, 12.0}) {
+    const Trajectory<double> y =
+        run(with({"bearing_drag"}), and_(servo, {4e-5}), constant(2, 1e-3, volts, &Excitation::u_ref));
+    const double w = y.omega.back();
+    EXPECT_NEAR(K * y.i_a.back(), B * w + std::copysign(4e-5 * std::cbrt(w * w), w), 1e-9) << volts;
+  }
+}
+
+TEST(Step, ACoastDownWithBearingDragIsThatOfItsEquation) {
+  const double c_b = 4e-5;
+  Excitation x = constant(0.5, 1e-3, 0, &Excitation::i_a);
+  x.initial.omega = 30;
+  const Trajectory<double> y = run(with({"bearing_drag"}, Signal::i_a), and_({R, K, K, 0, J}, {c_b}), x);
+  for (std::size_t k = 0; k < x.t.size(); ++k) {  // the cube root of the speed falls in a straight line
+    ASSERT_NEAR(y.omega[k], std::pow(std::cbrt(30) - c_b / J / 3 * x.t[k], 3), 1e-4) << x.t[k];
+  }
+}
+
+TEST(Step, ADryBrakeTakesItsTorqueAndTheGaugeReadsIt) {
+  const double T_c = 0.003, T_b = 0.006;
+  for (const double volts : {-12.0, 12.0}) {
+    const Trajectory<double> y = run(with({"coulomb_friction", "dry_brake"}), and_(servo, {T_c, T_b}),
+                                     constant(1, 1e-3, volts, &Excitation::u_ref));
+    const double direction = volts > 0 ? 1 : -1;
+    EXPECT_EQ(y.torque.back(), direction * T_b);
+    EXPECT_NEAR(K * y.i_a.back(), B * y.omega.back() + direction * (T_b + T_c), 1e-8);
+  }
+}
+
+TEST(Step, ADryBrakeAtRestTakesWhatTheMotorsOwnFrictionLeaves) {
+  const double T_c = 0.003, T_b = 0.006;
+  const auto at = [&](double torque) {  // a current drive
+    return run(with({"coulomb_friction", "dry_brake"}, Signal::i_a), and_(servo, {T_c, T_b}),
+               constant(0.2, 1e-3, torque / K, &Excitation::i_a));
+  };
+  for (const double torque : {-0.0089, -0.005, -0.002, 0.0, 0.002, 0.005, 0.0089}) {
+    const Trajectory<double> y = at(torque);
+    EXPECT_THAT(y.omega, Each(0.0)) << torque;
+    EXPECT_NEAR(y.torque.back(), std::copysign(std::max(std::abs(torque) - T_c, 0.0), torque), 1e-12) << torque;
+  }
+  EXPECT_GT(at(0.0091).omega.back(), 0);
+}
+
 }  // namespace
 }  // namespace emtb

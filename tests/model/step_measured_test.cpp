@@ -136,6 +136,23 @@ TEST(Step, WhatLoadEffectsForetellIsOnTheShaftBeforeALateGaugeReadsIt) {
   EXPECT_GT(late.omega.back(), truth.omega.back() + 0.5) << "what the gauge did not show in time would be missing";
 }
 
+TEST(Step, ADryBrakeForetellsWhatTheGaugeReadsAndTheGaugeBrakesTheShaft) {
+  const double T_c = 0.002, T_b = 0.004;
+  ModelStructure s = with({"coulomb_friction", "dry_brake"});
+  s.driver = {.gain = 4, .rise = 50, .fall = 50, .min = -24, .max = 24};
+  const Excitation chained = holds(1e-3, {{0.3, 0}, {0.8, 3}, {1.0, -2}, {0.5, 0}});
+  const Trajectory<double> truth = run(s, and_(servo, {T_c, T_b}), chained);
+  Excitation x = chained;
+  x.load = truth.torque;
+  x.omega = truth.omega;
+  s.measured_load = true;
+  const Trajectory<double> y = run(s, and_(servo, {T_c, 1.5 * T_b}), x);
+  EXPECT_LT(largest_error(y.omega, truth.omega), 0.2) << "the gauge's torque is on the shaft, whatever the model says";
+  EXPECT_EQ(y.torque[1000], 1.5 * T_b);
+  EXPECT_EQ(y.torque[1900], -1.5 * T_b);
+  EXPECT_EQ(y.torque.back(), 0) << "at rest without a current it takes nothing";
+}
+
 TEST(Step, TheGaugeReadsWhatTheLoadTakesThenNotHalfAStepBefore) {
   const double T_e = 0.003, phase = 0.4, T_b = 0.002, omega_b = 100;
   const Excitation x = constant(1, 1e-3, 0.4, &Excitation::i_a);

@@ -30,6 +30,29 @@ TEST(Step, ATachoLagChangesTheReadingAndNotTheMotor) {
   EXPECT_LT(with_lag.omega[120], without.omega[120]);
 }
 
+TEST(Step, ALateSpeedIsThatOfBeforeAndTheMotorIsAsItWas) {
+  const double t_d = 0.0123;
+  const Excitation x = holds(1e-3, {{0.1, 1}, {0.2, 5}});
+  const Trajectory<double> now = run(with({}), servo, x), late = run(with({"speed_delay"}), and_(servo, {t_d}), x);
+  EXPECT_EQ(late.i_a, now.i_a);
+  for (std::size_t k = 13; k < x.t.size(); ++k) {  // 0.3 of a reading later than 13 readings before
+    EXPECT_NEAR(late.omega[k], 0.3 * now.omega[k - 13] + 0.7 * now.omega[k - 12], 1e-9) << k;
+    EXPECT_NEAR(late.theta[k], 0.3 * now.theta[k - 13] + 0.7 * now.theta[k - 12], 1e-9) << k;
+  }
+  EXPECT_EQ(late.omega[5], 0) << "as it stood before the start";
+}
+
+TEST(Step, ALateSpeedThatStartsInMotionMovedBefore) {
+  Excitation x = constant(0.1, 1e-3, 0, &Excitation::i_a);
+  x.initial.omega = 20;
+  x.initial.theta = 1;
+  const Trajectory<double> y = run(with({"speed_delay"}, Signal::i_a), and_({R, K, K, 0, J}, {0.02}), x);
+  for (std::size_t k = 0; k < x.t.size(); ++k) {
+    ASSERT_NEAR(y.omega[k], 20, 1e-9);
+    ASSERT_NEAR(y.theta[k], 1 + 20 * (x.t[k] - 0.02), 1e-9);
+  }
+}
+
 TEST(Step, TachoRippleRepeatsWithTheAngleInProportionToTheSpeed) {
   Excitation x = constant(1, 1e-3, 12, &Excitation::u_ref);
   const Trajectory<double> even = run(with({}), servo, x);

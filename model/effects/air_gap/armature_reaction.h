@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -36,6 +39,13 @@ struct ArmatureReaction {
     std::vector<StartValues> all;
     for (const double share : {0.1, 0.3, 1.0}) all.push_back({0, share * seen.current});
     return all;
+  }
+
+  /// The knee lies where the current goes.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_least(1, 0.01 * machine.seen.current, "a hundredth of the current: below, K is another constant")
+        .at_most(1, 10 * machine.seen.current, "ten times the current: only its first bend would show");
   }
 };
 

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -22,7 +25,8 @@ struct FieldHeating {
       .parameter_list =
           {{{.symbol = "drop", .unit = "1", .null = 0, .min = -0.5, .max = 0.5, .typical = 0.04},
             {.symbol = "tau", .unit = "s", .null = 100, .min = 1e-2, .max = 1e5, .typical = 100, .role = Role::shape}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .bench = {.field_winding = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
@@ -34,6 +38,13 @@ struct FieldHeating {
     std::vector<StartValues> all;
     for (const double share : {0.1, 0.4, 2.0}) all.push_back({0, share * seen.duration});
     return all;
+  }
+
+  /// Windings of poles take minutes.
+  static std::string implausible(std::span<const double> p, const FittedMachine&) {
+    return Plausible(info, p)
+        .at_least(0, 0, "what warm copper does: the field sags")
+        .at_least(1, 10, "and no winding warms up faster");
   }
 };
 

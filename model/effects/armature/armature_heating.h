@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -32,7 +35,8 @@ struct ArmatureHeating {
           {{{.symbol = "C_th", .unit = "J/K", .null = infinity, .min = 1e-3, .max = 1e7, .typical = 200},
             {.symbol = "R_th", .unit = "K/W", .null = 1, .min = 1e-4, .max = 1e4, .typical = 3, .role = Role::shape}}},
       .parameter_count = 2,
-      .memory = 1};
+      .memory = 1,
+      .bench = {.voltage = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
@@ -58,6 +62,19 @@ struct ArmatureHeating {
       }
     }
     return all;
+  }
+
+  /// [K] if no heat were lost, or all of it at once.
+  static double warmer_at_most(std::span<const double> p, const FittedMachine& machine) {
+    const double power = machine.R_a * machine.seen.current * machine.seen.current;
+    return std::min(machine.seen.heat / p[0], power * p[1]);
+  }
+
+  /// From the winding of a rotor of some grams, whose time constant is 5 s, on.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_least("C_th R_th", p[0] * p[1], 5, "s", "the least of small rotors")
+        .at_most("the heating", warmer_at_most(p, machine), 200, "K", "what insulation stands");
   }
 };
 

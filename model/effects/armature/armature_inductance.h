@@ -1,6 +1,10 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -17,12 +21,19 @@ struct ArmatureInductance {
       .told_apart = "From tacho_lag by the current: in the speed alone they are the same.",
       .source = "Erdal et al. (2011), equation (1)",
       .parameter_list = {{{.symbol = "L_a", .unit = "H", .null = 0, .min = 0, .max = 100, .typical = 1}}},
-      .quick = true};
+      .quick = true,
+      .bench = {.voltage = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const Scalar& L_a = p[0];
     balance.inductance += L_a;
+  }
+
+  /// The current follows faster than the speed does.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most("L_a/R_a", p[0] / machine.R_a, machine.time_constant(), "s",
+                                      "the mechanical time constant");
   }
 };
 

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -33,7 +36,8 @@ struct BrushDrop {
                            .role = Role::shape}}},
       .parameter_count = 2,
       .opposes_motion = true,
-      .watch = Watch{.rank = 3, .varies = false}};
+      .watch = Watch{.rank = 3, .varies = false},
+      .bench = {.voltage = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -49,6 +53,13 @@ struct BrushDrop {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.voltage; }
+
+  /// A drop that is there from light load on.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_most(0, 0.5 * machine.seen.voltage, "half of the voltage")
+        .at_most(1, 0.5 * machine.seen.current, "half of the current: beyond that it is a resistance");
+  }
 };
 
 }  // namespace emtb

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -22,7 +25,8 @@ struct DiscontinuousConduction {
       .parameter_list =
           {{{.symbol = "V_d", .unit = "V", .null = 0, .min = 0, .max = 1e3, .typical = 3},
             {.symbol = "i_c", .unit = "A", .null = 0.1, .min = 1e-6, .max = 1e3, .typical = 0.1, .role = Role::shape}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -35,6 +39,13 @@ struct DiscontinuousConduction {
     std::vector<StartValues> all;
     for (const double share : {0.01, 0.05, 0.2}) all.push_back({0, share * seen.current});
     return all;
+  }
+
+  /// At light load alone; else it is another gain.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_most(0, machine.seen.voltage, "the largest voltage")
+        .at_most(1, machine.seen.current, "the largest current: light load alone lifts the voltage");
   }
 };
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -24,7 +27,8 @@ struct DriverDelay {
       .source = "Leonhard, Control of Electrical Drives: T/(2p) on the mean",
       .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2, .typical = 0.03}}},
       .at_null = AtNull::small,
-      .family = Family::driver_edges};
+      .family = Family::driver_edges,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -34,6 +38,11 @@ struct DriverDelay {
 
   /// None, and from a sample of a fast loop to a slow machine's, in s.
   static std::vector<StartValues> starts(const Ranges&) { return {{0.0}, {0.001}, {0.003}, {0.01}, {0.03}, {0.1}}; }
+
+  /// What is later than that no run tells.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.2 * machine.seen.duration, "a fifth of the longest run");
+  }
 };
 
 }  // namespace emtb

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -21,13 +24,19 @@ struct DriverGainError {
       .source = "calibration error of gain and zero; e.g. IEC 60051 for such errors of instruments",
       .parameter_list = {{{.symbol = "k", .unit = "1", .null = 0, .min = -0.5, .max = 0.5, .typical = 0.01},
                           {.symbol = "e_0", .unit = "V", .null = 0, .min = -100, .max = 100, .typical = 0.5}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const auto& [k, e_0] = std::tie(p[0], p[1]);
     balance.gain *= 1.0 + k;
     if (value_of(balance.u) > 0) balance.offset += e_0;
+  }
+
+  /// A zero that is off by more is no calibration error.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(1, 0.3 * machine.seen.voltage, "a third of the voltage");
   }
 };
 

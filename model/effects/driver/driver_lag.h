@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -20,7 +23,8 @@ struct DriverLag {
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.07}}},
       .at_null = AtNull::small,
-      .family = Family::driver_edges};
+      .family = Family::driver_edges,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -30,6 +34,11 @@ struct DriverLag {
 
   /// None, and from a sample of a fast loop to a slow machine's, in s.
   static std::vector<StartValues> starts(const Ranges&) { return {{0.0}, {0.001}, {0.003}, {0.01}, {0.03}, {0.1}}; }
+
+  /// What is slower than the runs is a drift.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.2 * machine.seen.duration, "a fifth of the longest run");
+  }
 };
 
 }  // namespace emtb

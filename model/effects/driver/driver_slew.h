@@ -35,7 +35,8 @@ struct DriverSlew {
                            .role = Role::limit}}},
       .parameter_count = 2,
       .at_null = AtNull::small,
-      .family = Family::driver_edges};
+      .family = Family::driver_edges,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -16,7 +16,8 @@ struct OneQuadrantDriver {
       .shows = "The motor coasts instead of braking on falling references, and e_a stays above what was asked for.",
       .told_apart = "From a slow fall (driver_slew) by the current, which is zero; from J by rising edges.",
       .source = "Krause, Wasynczuk and Sudhoff, Analysis of Electric Machinery: one-quadrant chopper",
-      .parameter_count = 0};
+      .parameter_count = 0,
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar>, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 #include "model/wave.h"
 
 namespace emtb {
@@ -29,6 +32,11 @@ struct EccentricLoad {
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     const auto& [T_e, phase] = std::tie(p[0], p[1]);
     balance.load_torque += T_e * mean_sine<Scalar>(x.theta + phase, x.omega * x.h);
+  }
+
+  /// The motor at least swung it.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 5 * machine.stall_torque(), "five times what stalls the motor");
   }
 };
 

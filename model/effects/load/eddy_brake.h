@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -37,10 +40,25 @@ struct EddyBrake {
     balance.load_torque += 2.0 * T_b * share / (1.0 + share * share);
   }
 
+  /// [N m] at a speed [rad/s].
+  static double torque_at(std::span<const double> p, double omega) {
+    const double share = omega / p[1];
+    return 2 * p[0] * share / (1 + share * share);
+  }
+
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
     for (const double share : {0.1, 0.3, 0.8}) all.push_back({0, share * seen.speed});
     return all;
+  }
+
+  /// Its maximum lies within the speeds that were seen, or near them.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_least(1, 0.1 * machine.seen.speed, "a tenth of the largest speed")
+        .at_most(1, 10 * machine.seen.speed, "ten times the largest speed: below, it is viscous friction")
+        .at_most("its torque at speed", torque_at(p, machine.seen.speed), machine.stall_torque(), "N m",
+                 "what stalls the motor");
   }
 };
 

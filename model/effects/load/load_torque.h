@@ -1,6 +1,10 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -29,6 +33,11 @@ struct LoadTorque {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.torque; }
+
+  /// The motor moved it.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.stall_torque(), "what stalls the motor");
+  }
 };
 
 }  // namespace emtb

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -19,7 +23,8 @@ struct CurrentOffset {
       .parameter_list = {{{.symbol = "i_0", .unit = "A", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.02}}},
       .watch = Watch{.rank = 5},
       .changed = {"the current is read", "has the sensor's zero moved?", "has the sensor's zero moved?"},
-      .reads = Signal::i_a};
+      .reads = Signal::i_a,
+      .bench = {.current = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
@@ -28,6 +33,11 @@ struct CurrentOffset {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.current; }
+
+  /// An error of the zero, and not the reading.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.5 * machine.seen.current, "half of the largest current");
+  }
 };
 
 }  // namespace emtb

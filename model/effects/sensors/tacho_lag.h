@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -18,7 +22,9 @@ struct TachoLag {
       .source = "first-order filter; Leonhard, Control of Electrical Drives",
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.03}}},
       .memory = 3,
-      .reads = Signal::omega};
+      .family = Family::late_speed,
+      .reads = Signal::omega,
+      .bench = {.tachogenerator = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
@@ -26,6 +32,11 @@ struct TachoLag {
     lag_reading(tau, x.h, memory.first(2), balance.omega_reading);
     if (x.h == 0) memory[2] = memory[0];
     balance.angle_behind += tau * (memory[0] - memory[2]);
+  }
+
+  /// What is slower than the runs reads no speed.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.2 * machine.seen.duration, "a fifth of the longest run");
   }
 };
 

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -19,7 +23,8 @@ struct TachoOffset {
       .parameter_list = {{{.symbol = "omega_0", .unit = "rad/s", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.7}}},
       .watch = Watch{.rank = 4},
       .changed = {"the tacho reads", "has its zero moved?", "has its zero moved?"},
-      .reads = Signal::omega};
+      .reads = Signal::omega,
+      .bench = {.tachogenerator = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
@@ -29,6 +34,11 @@ struct TachoOffset {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.speed; }
+
+  /// An error of the zero, and not the reading.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.5 * machine.seen.speed, "half of the largest speed");
+  }
 };
 
 }  // namespace emtb

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -25,12 +28,18 @@ struct TachoRipple {
             {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .typical = 1, .role = Role::phase}}},
       .parameter_count = 3,
       .periodic = true,
-      .reads = Signal::omega};
+      .reads = Signal::omega,
+      .bench = {.tachogenerator = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     const auto& [r, N, phase] = std::tie(p[0], p[1], p[2]);
     balance.omega_reading *= 1.0 + r * sin(N * x.theta + phase);
+  }
+
+  /// Even two segments rectify to less.
+  static std::string implausible(std::span<const double> p, const FittedMachine&) {
+    return Plausible(info, p).at_most(0, 0.3, "that of a tachogenerator at all");
   }
 };
 

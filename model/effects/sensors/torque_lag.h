@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -22,7 +25,8 @@ struct TorqueLag {
       .parameter_list = {{{.symbol = "tau", .unit = "s", .null = 0, .min = 0, .max = 10, .typical = 0.016}}},
       .memory = 2,
       .at_null = AtNull::small,
-      .reads = Signal::torque};
+      .reads = Signal::torque,
+      .bench = {.torque_gauge = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
@@ -34,6 +38,11 @@ struct TorqueLag {
 
   /// None, and from a sample of a fast loop to a slow amplifier's, in s.
   static std::vector<StartValues> starts(const Ranges&) { return {{0.0}, {0.003}, {0.01}, {0.03}, {0.1}}; }
+
+  /// What is slower than the runs reads no torque.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, 0.2 * machine.seen.duration, "a fifth of the longest run");
+  }
 };
 
 }  // namespace emtb

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -19,13 +23,19 @@ struct TorqueOffset {
           "From load_torque by the speed, which a load lowers, and by standstill: a weight would turn the shaft.",
       .source = "offset error of a bridge",
       .parameter_list = {{{.symbol = "T_0", .unit = "N m", .null = 0, .min = -1e3, .max = 1e3, .typical = 0.015}}},
-      .reads = Signal::torque};
+      .reads = Signal::torque,
+      .bench = {.torque_gauge = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
     const Scalar& T_0 = p[0];
     balance.torque_reading += T_0;
     balance.load_offset += T_0;
+  }
+
+  /// An error of the zero, and not the reading.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.stall_torque(), "what stalls the motor");
   }
 };
 

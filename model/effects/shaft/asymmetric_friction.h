@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cmath>
+#include <span>
+#include <string>
 #include <tuple>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -29,6 +33,14 @@ struct AsymmetricFriction {
     if (value_of(x.omega) == 0) return;
     const auto& [T_d, B_d] = std::tie(p[0], p[1]);
     balance.braking_torque += T_d + B_d * abs(x.omega);
+  }
+
+  /// The motor turned.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_most(0, machine.stall_torque(), "what stalls the motor")
+        .at_most("B_d times the speed", std::abs(p[1]) * machine.seen.speed, machine.stall_torque(), "N m",
+                 "what stalls the motor");
   }
 };
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -32,6 +35,11 @@ struct Backlash {
 
   /// From a good gear to a worn one, in rad. A play smaller than the twist of the spring tells nothing of a large one.
   static std::vector<StartValues> starts(const Ranges&) { return {{0.003}, {0.01}, {0.03}, {0.1}, {0.3}}; }
+
+  /// A gear or a coupling still takes its load along.
+  static std::string implausible(std::span<const double> p, const FittedMachine&) {
+    return Plausible(info, p).at_most(0, 3, "half a turn");
+  }
 };
 
 }  // namespace emtb

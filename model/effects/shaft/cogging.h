@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 #include "model/wave.h"
 
 namespace emtb {
@@ -30,6 +33,11 @@ struct Cogging {
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     const auto& [T_cog, N, phase] = std::tie(p[0], p[1], p[2]);
     balance.braking_torque += T_cog * mean_sine<Scalar>(N * x.theta + phase, N * x.omega * x.h);
+  }
+
+  /// The motor turned past its teeth.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.stall_torque(), "what stalls the motor");
   }
 };
 

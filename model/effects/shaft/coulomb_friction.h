@@ -1,6 +1,10 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -32,6 +36,11 @@ struct CoulombFriction {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.torque; }
+
+  /// The motor turned.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.stall_torque(), "what stalls the motor");
+  }
 };
 
 }  // namespace emtb

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -30,12 +33,20 @@ struct FrictionWarmup {
     const Scalar left = 1.0 - drop * (1.0 - exp(-x.t / tau));
     balance.viscous *= left;
     balance.dry_friction *= left;
+    balance.gear_friction *= left;
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
     for (const double share : {0.1, 0.4, 2.0}) all.push_back({0, share * seen.duration});
     return all;
+  }
+
+  /// Bearings take minutes.
+  static std::string implausible(std::span<const double> p, const FittedMachine&) {
+    return Plausible(info, p)
+        .at_least(0, 0, "what warm grease does: friction falls")
+        .at_least(1, 10, "and no bearing warms up faster");
   }
 };
 

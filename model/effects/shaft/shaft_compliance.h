@@ -1,10 +1,14 @@
 #pragma once
 
+#include <cmath>
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -78,6 +82,15 @@ struct ShaftCompliance {
       }
     }
     return all;
+  }
+
+  /// Two bodies that ring against each other.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_most(2, 0.98 * machine.J, "J, of which it is a part")
+        .at_least(2, 0.01 * machine.J, "a hundredth of J: nothing hangs at the spring")
+        .at_most("the damping", p[1] / (2 * std::sqrt(p[0] * p[2] * (1 - p[2] / machine.J))), 1, "",
+                 "that of a shaft that does not ring");
   }
 };
 

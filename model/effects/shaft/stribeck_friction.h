@@ -1,10 +1,13 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -42,6 +45,13 @@ struct StribeckFriction {
     std::vector<StartValues> all;
     for (const double share : {0.01, 0.04, 0.12, 0.35}) all.push_back({0, share * seen.speed});
     return all;
+  }
+
+  /// It is gone at speed.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p)
+        .at_most(0, machine.stall_torque(), "what stalls the motor")
+        .at_most(1, 0.5 * machine.seen.speed, "half of the largest speed: it is friction at crawl");
   }
 };
 

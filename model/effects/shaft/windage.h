@@ -1,7 +1,11 @@
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -29,6 +33,12 @@ struct Windage {
   }
 
   static double size_at(double share, const Ranges& seen) { return share * seen.torque / (seen.speed * seen.speed); }
+
+  /// The motor reached its speed.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most("its torque at speed", p[0] * machine.seen.speed * machine.seen.speed,
+                                      machine.stall_torque(), "N m", "what stalls the motor");
+  }
 };
 
 }  // namespace emtb

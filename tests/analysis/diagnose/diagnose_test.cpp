@@ -9,55 +9,17 @@
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/residuals.h"
 #include "model/catalogue.h"
+#include "tests/analysis/diagnose/answers.h"
 #include "tests/blind/recording.h"
 
 namespace emtb {
 namespace {
 
+using namespace answers;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::UnorderedElementsAre;
-
-std::vector<std::string> named(const Diagnosis& d) {
-  std::vector<std::string> ids;
-  for (const MissingEffect& m : d.missing) ids.emplace_back(effect_catalogue()[m.effect].id);
-  return ids;
-}
-
-/// The effect and all that are tied with it.
-std::vector<std::string> named_or_tied(const Diagnosis& d) {
-  std::vector<std::string> ids = named(d);
-  for (const MissingEffect& m : d.missing) {
-    for (const std::size_t rival : m.tied_with) ids.emplace_back(effect_catalogue()[rival].id);
-  }
-  return ids;
-}
-
-double fitted(const Diagnosis& d, const std::string& symbol) {
-  for (const MissingEffect& m : d.missing) {
-    for (const Parameter& p : m.parameters) {
-      if (p.symbol == symbol) return p.value;
-    }
-  }
-  return std::nan("");
-}
-
-std::string report(const Diagnosis& d) {
-  std::string text = std::string(word(d.verdict)) + ", held-out " + std::to_string(d.base_held_out) + " -> " +
-                     std::to_string(d.final_held_out) + ":";
-  for (const std::string& id : named_or_tied(d)) text += " " + id;
-  for (const Candidate& c : d.candidates) {
-    text += "\n  " + std::string(effect_catalogue()[c.score.effect].id) + " drop " +
-            std::to_string(c.score.predicted_drop) + " p " + std::to_string(c.score.p_value) + " held-out " +
-            std::to_string(c.held_out_error.value_or(-1));
-  }
-  return text;
-}
-
-Diagnosis diagnose_on(const blind::Bench& bench, std::uint64_t seed = 1) {
-  return diagnose(record(bench, bench.train, seed), record(bench, bench.held_out, seed + 100), bench.model);
-}
 
 /// Runs without their first three seconds: the start from rest.
 std::vector<emtb::Run> under_way(std::vector<emtb::Run> runs) {

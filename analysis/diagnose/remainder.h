@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+
+#include "analysis/diagnose/loss.h"
+#include "analysis/record/dataset.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// Is what a model leaves worth a name? It is where a signal is above its floor by more than the floor is uncertain,
+/// and
+///  - either by more than a fiftieth of how much the signal varies,
+///  - or it comes again in other runs as a function of speed, current, direction, angle or the like: then it is a law
+///    that the model lacks, however small. A slow disturbance of its own is none.
+/// Where a floor is only known to be no higher than it is, nothing can be said of what lies below it.
+bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule = {});
+
+/// The largest share of the mean square residual of a signal, over some runs, that its mean as a function of one
+/// condition in other runs takes away.
+double reproduced(std::span<const Record> seen, std::span<const Record> again, const Model& model, Signal signal);
+
+}  // namespace emtb

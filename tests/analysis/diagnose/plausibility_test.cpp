@@ -1,0 +1,95 @@
+#include "analysis/diagnose/plausibility.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "analysis/diagnose/fitted_trials.h"
+#include "model/catalogue.h"
+#include "tests/analysis/diagnose/answers.h"
+#include "tests/blind/recording.h"
+
+namespace emtb {
+namespace {
+
+using namespace answers;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+const Dataset& data_of_the_servo() {
+  static const Dataset data =
+      prepare(record(blind::fast_bench(), blind::fast_bench().train, 1), {}, blind::fast_bench().model);
+  return data;
+}
+
+/// The servo as it is, with an effect of these values.
+Model servo_with(std::string_view id, const std::vector<double>& values) {
+  Model model = blind::fast_bench().model;
+  const auto& motor = blind::fast_bench().plant.motor;
+  model.at(base::R_a).value = motor.R_a;
+  model.at(base::K_b).value = motor.K_b;
+  model.at(base::B).value = motor.B;
+  model.at(base::J).value = motor.J;
+  model.include(effect_index(id));
+  for (std::size_t i = 0; i < values.size(); ++i) model.parameters_of(effect_index(id))[i].value = values[i];
+  return model;
+}
+
+std::string said_of(std::string_view id, const std::vector<double>& values) {
+  return implausible_value(data_of_the_servo().train, servo_with(id, values), effect_index(id));
+}
+
+TEST(Plausibility, KnowsTheMachineAndHowFarItWent) {
+  const FittedMachine machine = machine_of(data_of_the_servo().train, servo_with("coulomb_friction", {0}));
+  EXPECT_NEAR(machine.seen.voltage, 20, 0.5);
+  EXPECT_NEAR(machine.seen.speed, 20 / 0.042, 20);
+  EXPECT_NEAR(machine.stall_torque(), 0.042 * 20 / 1.2, 0.02);
+  EXPECT_NEAR(machine.time_constant(), 6e-5 * 1.2 / (0.042 * 0.042), 2e-3);
+}
+
+TEST(Plausibility, SaysWhichValueIsBeyondWhat) {
+  EXPECT_THAT(said_of("friction_warmup", {0.4, 0.19}), HasSubstr("tau is 0.19 s, not above 10 s"));
+  EXPECT_THAT(said_of("shaft_compliance", {5, 1e-3, 6.1e-5}), HasSubstr("J_2 is 6.1e-05 kg m2, not below"));
+  EXPECT_THAT(said_of("eddy_brake", {0.02, 0.019}), HasSubstr("omega_b is 0.019 rad/s, not above"));
+  EXPECT_THAT(said_of("armature_inductance", {1.5}), HasSubstr("L_a/R_a is 1.25 s"));
+  EXPECT_THAT(said_of("tacho_offset", {-448}), HasSubstr("omega_0 is -448 rad/s"));
+  EXPECT_THAT(said_of("load_torque", {-61}), HasSubstr("stalls the motor"));
+}
+
+TEST(Plausibility, HasNothingAgainstWhatABenchMayHave) {
+  EXPECT_EQ(said_of("friction_warmup", {0.4, 30}), "");
+  EXPECT_EQ(said_of("shaft_compliance", {5, 1e-3, 2e-5}), "");
+  EXPECT_EQ(said_of("eddy_brake", {0.02, 200}), "");
+  EXPECT_EQ(said_of("armature_inductance", {2e-3}), "");
+  EXPECT_EQ(said_of("tacho_offset", {-1.5}), "");
+  EXPECT_EQ(said_of("load_torque", {-0.01}), "");
+}
+
+TEST(Plausibility, AnAmplitudeThatRestsOnItsBoundIsNotItsSize) {
+  Model model = servo_with("coulomb_friction", {0.003});
+  Parameter& T_c = model.parameters_of(effect_index("coulomb_friction"))[0];
+  T_c.max = 0.003;
+  EXPECT_THAT(implausible_value(data_of_the_servo().train, model, effect_index("coulomb_friction")),
+              HasSubstr("a bound beyond which it would go"));
+  T_c.fixed = true;
+  EXPECT_EQ(implausible_value(data_of_the_servo().train, model, effect_index("coulomb_friction")), "")
+      << "held there by hand";
+  EXPECT_EQ(said_of("coulomb_friction", {0}), "") << "absent";
+}
+
+TEST(Plausibility, AFieldThatHeatsInASecondIsNotNamedAndTheReasonIsTold) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.motor.field_drop = 0.05;
+  bench.plant.motor.field_time = 1.5;  // [s] of no winding
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named_or_tied(d), Not(Contains("field_heating"))) << report(d);
+  const auto refused =
+      std::ranges::find(d.candidates, effect_index("field_heating"), [](const Candidate& c) { return c.score.effect; });
+  ASSERT_NE(refused, d.candidates.end());
+  EXPECT_THAT(refused->implausible, HasSubstr("not above 10 s")) << report(d);
+  bench.plant.motor.field_time = 20;
+  EXPECT_THAT(named(diagnose_on(bench)), Contains("field_heating"));
+}
+
+}  // namespace
+}  // namespace emtb
