@@ -208,9 +208,9 @@ void append(std::string& out, double value) {
 /// Which of the signals have a resolution or a window in some run.
 std::vector<CsvProperty> known_properties(const Session& session, const std::vector<Signal>& columns) {
   std::vector<CsvProperty> known;
-  const auto add = [&](Signal signal, double Series::* what, const std::string& name) {
-    const bool stated = std::ranges::any_of(
-        session.runs, [&](const Run& run) { return run.has(signal) && run.at(signal).*what > 0; });
+  const auto add = [&](Signal signal, double Series::*what, const std::string& name) {
+    const bool stated =
+        std::ranges::any_of(session.runs, [&](const Run& run) { return run.has(signal) && run.at(signal).*what > 0; });
     if (stated) known.push_back({0, signal, what, name});
   };
   for (const Signal signal : columns) {

@@ -24,7 +24,7 @@ struct CsvColumn {
 struct CsvProperty {
   std::size_t cell = 0;
   Signal signal{};
-  double Series::* what = nullptr;  ///< &Series::lsb or &Series::window
+  double Series::*what = nullptr;  ///< &Series::lsb or &Series::window
   std::string name;
 };
 

@@ -15,7 +15,8 @@ std::vector<Gap> gaps(std::span<const double> t) {
   std::vector<double> intervals;
   for (std::size_t k = 1; k < t.size(); ++k) intervals.push_back(t[k] - t[k - 1]);
   const auto at = [&](double share) {
-    const auto place = intervals.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(intervals.size() - 1));
+    const auto place =
+        intervals.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(intervals.size() - 1));
     std::nth_element(intervals.begin(), place, intervals.end());
     return *place;
   };
@@ -35,9 +36,13 @@ std::vector<Gap> spans_between_gaps(const Run& run, Signal input) {
     const auto readings = std::ranges::lower_bound(t, to) - std::ranges::lower_bound(t, from);
     if (readings >= 10) spans.push_back({from, to});
   };
+  // Half open: the readings behind the gap belong to the next span, also those of signals that are read just before the
+  // input. Half an interval does for them, to the microsecond.
+  const double half = t.size() > 1 ? 0.5 * (t[1] - t[0]) : 0;
   for (const Gap& hole : gaps(t)) {
-    close(hole.to);  // half open: the reading behind the gap belongs to the next span
-    from = hole.to;
+    const double end = std::round(1e6 * (hole.to - half)) / 1e6;
+    close(end);
+    from = end;
   }
   if (spans.empty() && from == 0) return {{0, HUGE_VAL}};
   close(HUGE_VAL);

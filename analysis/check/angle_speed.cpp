@@ -32,8 +32,8 @@ class Integral {
 /// How well increments of the angle are a factor times those of the speed's integral.
 struct Agreement {
   double factor = 0, correlation = 0;
-  double left = 0;  ///< [rad] rms of an increment
-  double delay = 0; ///< [s] by which the speed is later than the angle
+  double left = 0;   ///< [rad] rms of an increment
+  double delay = 0;  ///< [s] by which the speed is later than the angle
 };
 
 class Comparison {
@@ -85,8 +85,13 @@ class Comparison {
 };
 
 DataFinding one_rests(const Run& run, Signal rests, Signal moving) {
-  return {run.name, rests, Flaw::rest, 0, run.duration(),
-          name_of(rests) + " rests while " + name_of(moving) + " moves: see to its sensor, or leave the column out", true};
+  return {run.name,
+          rests,
+          Flaw::rest,
+          0,
+          run.duration(),
+          name_of(rests) + " rests while " + name_of(moving) + " moves: see to its sensor, or leave the column out",
+          true};
 }
 
 }  // namespace
@@ -99,12 +104,14 @@ DataFindings angle_against_speed(const Run& run) {
   const double count = step_of(theta);
   const bool angle_moves = count > 0 && high - low > 20 * count;
   if (!moves(omega)) {
-    return angle_moves && high - low > 0.5 ? DataFindings{one_rests(run, Signal::omega, Signal::theta)} : DataFindings{};
+    return angle_moves && high - low > 0.5 ? DataFindings{one_rests(run, Signal::omega, Signal::theta)}
+                                           : DataFindings{};
   }
   const Comparison comparison(run);
   const double reach = Integral(omega).at(omega.t.back());
   if (!angle_moves) {
-    return std::abs(reach) > 6 && high - low <= count ? DataFindings{one_rests(run, Signal::theta, Signal::omega)} : DataFindings{};
+    return std::abs(reach) > 6 && high - low <= count ? DataFindings{one_rests(run, Signal::theta, Signal::omega)}
+                                                      : DataFindings{};
   }
 
   const Agreement now = comparison.at(0), best = comparison.best();
@@ -139,11 +146,13 @@ DataFindings angle_against_speed(const Run& run) {
         true);
   } else if (factor > 1.1 || factor < 0.9) {
     add(Flaw::scale, Signal::omega,
-        "theta's derivative is " + short_number(factor) + " times omega: a gear between them, or a sensor's factor. "
-        "Scale one of them to the other",
+        "theta's derivative is " + short_number(factor) +
+            " times omega: a gear between them, or a sensor's factor. "
+            "Scale one of them to the other",
         factor > 1.3 || factor < 0.75);
   }
-  const double unmatched_now = 1 - now.correlation * now.correlation, unmatched = 1 - best.correlation * best.correlation;
+  const double unmatched_now = 1 - now.correlation * now.correlation,
+               unmatched = 1 - best.correlation * best.correlation;
   if (std::abs(best.delay) > std::max(3 * interval, 5e-3) && unmatched_now > 2 * unmatched && now.left > 2 * noise) {
     const bool speed_late = best.delay > 0;
     add(Flaw::delay, speed_late ? Signal::omega : Signal::theta,

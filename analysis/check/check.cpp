@@ -31,7 +31,13 @@ Looked look_at(const Run& run) {
   l.findings = sampling_flaws(run);
   add(l.findings, spikes(run));
   add(l.findings, clipped(run));
-  add(l.findings, held(run));
+  const DataFindings stays = held(run);
+  std::erase_if(l.findings, [&](const DataFinding& f) {  // a value held at the extreme is not cut off
+    return f.what == Flaw::clipped && std::ranges::any_of(stays, [&](const DataFinding& h) {
+             return h.stops && h.signal == f.signal && h.from <= f.to && f.from <= h.to;
+           });
+  });
+  add(l.findings, stays);
   add(l.findings, angle_against_speed(run));
   l.windows = motion_windows(run);
   const bool told = std::ranges::any_of(l.findings, [](const DataFinding& f) { return f.what == Flaw::sign; });

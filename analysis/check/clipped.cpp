@@ -62,18 +62,18 @@ DataFindings clipped(const Run& run) {
     const std::span<const double> x = series.value;
     const double size = size_of(x);
     const double step = step_of(series);
-    const double noise = noise_of(x, 0.1 * size);
     const auto [low, high] = std::ranges::minmax(x);
     for (const double sign : {1.0, -1.0}) {
       const double value = sign > 0 ? high : low;
       if (std::abs(value) < 0.1 * size || high - low < 8 * step) continue;  // rests at zero; or a coarse instrument
-      const Extreme e = at_extreme(x, value, sign, step, noise);
-      const bool without_noise = noise > 0.7 * step && e.longest >= 12;
+      const Restlessness usual = restlessness(x, 0.1 * size, step, value);
+      const Extreme e = at_extreme(x, value, sign, step, noise_of(x, 0.1 * size));
+      const bool without_noise = usual.noisy && e.longest >= std::max<std::size_t>(12, 10 * usual.length);
       // A driver that ends at its highest voltage is a driver's effect, unless noise stops there as well.
       if (!without_noise && (!e.cut || signal == Signal::e_a)) continue;
       findings.push_back({run.name, signal, Flaw::clipped, series.t[e.first], series.t[e.last],
-                          name_of(signal) + " stops at " + short_number(value) + " " +
-                              std::string(info(signal).unit) + " for " + std::to_string(e.readings) +
+                          name_of(signal) + " stops at " + short_number(value) + " " + std::string(info(signal).unit) +
+                              " for " + std::to_string(e.readings) +
                               " readings where it would have gone on: widen the range of its input, or leave the span "
                               "out",
                           e.readings >= 10});

@@ -106,11 +106,15 @@ DataFindings duplicates(std::span<const Run> train, std::span<const Run> held_ou
         if (series.t.size() == all[b].rows) from = series.t[s.first], to = series.t[s.last];
       }
       const bool twice = all[a].run->name == all[b].run->name;
-      const std::string text =
-          twice ? (across ? "is given for training and as held out" : "is listed twice")
-                : (across ? "holds readings of " + all[a].run->name + ", which is given for training"
-                          : "holds the readings of " + all[a].run->name);
-      findings.push_back({all[b].run->name, {}, Flaw::duplicate, from, to,
+      const std::string text = twice
+                                   ? (across ? "is given for training and as held out" : "is listed twice")
+                                   : (across ? "holds readings of " + all[a].run->name + ", which is given for training"
+                                             : "holds the readings of " + all[a].run->name);
+      findings.push_back({all[b].run->name,
+                          {},
+                          Flaw::duplicate,
+                          from,
+                          to,
                           text + (across ? ": a run that judges must not be fitted; leave one of them out"
                                          : ": it would count twice; leave one of them out"),
                           true});

@@ -10,24 +10,6 @@
 namespace emtb {
 namespace {
 
-/// Half of the readings off rest stand in stretches at least as long as this.
-std::size_t usual_length(const std::vector<Stretch>& all, double rest) {
-  std::vector<std::size_t> lengths;
-  std::size_t readings = 0;
-  for (const Stretch& s : all) {
-    if (std::abs(s.value) <= rest) continue;
-    lengths.push_back(s.length());
-    readings += s.length();
-  }
-  std::ranges::sort(lengths);
-  std::size_t sum = 0;
-  for (const std::size_t length : lengths) {
-    sum += length;
-    if (2 * sum >= readings) return length;
-  }
-  return 1;
-}
-
 double mean_of(const Series& y, double from, double to) {
   double sum = 0;
   std::size_t n = 0;
@@ -41,8 +23,8 @@ double mean_of(const Series& y, double from, double to) {
 bool others_move(const Run& run, Signal held_signal, double from, double to) {
   const double third = (to - from) / 3;
   for (const auto& [signal, y] : run.signals) {
-    const bool tells = signal == Signal::u_ref || signal == Signal::e_a || signal == Signal::i_a ||
-                       signal == Signal::omega;
+    const bool tells =
+        signal == Signal::u_ref || signal == Signal::e_a || signal == Signal::i_a || signal == Signal::omega;
     if (!tells || signal == held_signal || is_sparse(run, signal)) continue;
     const auto [low, high] = std::ranges::minmax(y.value);
     const double begin = mean_of(y, from, from + third), middle = mean_of(y, from + third, to - third),
@@ -72,8 +54,8 @@ bool turns(const Run& run, double from, double to) {
 }
 
 /// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.
-bool angle_held(const Run& run, const Series& series, const Stretch& s, double step, std::size_t usual) {
-  if (s.length() < std::max<std::size_t>(10, 10 * usual)) return false;
+bool angle_held(const Run& run, const Series& series, const Stretch& s, double step) {
+  if (s.length() < 10) return false;
   return jumps_after(series.value, s, step) || turns(run, series.t[s.begin], series.t[s.end - 1]);
 }
 
@@ -85,18 +67,18 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const bool angle = signal == Signal::theta;
   const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
   const std::vector<Stretch> all = stretches(x);
-  const std::size_t usual = angle ? 1 : usual_length(all, rest);
-  const double noise = angle ? 0 : noise_of(x, rest);
+  const Restlessness usual = angle ? Restlessness{} : restlessness(x, rest, step);
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<Stretch> found;
   for (const Stretch& s : all) {
     if (angle) {
-      if (angle_held(run, series, s, step, usual)) found.push_back(s);
+      if (angle_held(run, series, s, step)) found.push_back(s);
       continue;
     }
     const bool extreme = (s.value == low || s.value == high) && !jumps_after(x, s, step);  // clipped, if anything
-    if (std::abs(s.value) <= rest || extreme || s.length() < std::max<std::size_t>(20, 20 * usual)) continue;
-    if (noise > step || others_move(run, signal, series.t[s.begin], series.t[s.end - 1])) found.push_back(s);
+    if (std::abs(s.value) <= rest || extreme || s.length() < std::max<std::size_t>(20, 20 * usual.length)) continue;
+    const bool jump = jumps_after(x, s, step) && !driven(run, signal, series.t[s.end - 1], series.t[s.end]);
+    if (usual.noisy || jump || others_move(run, signal, series.t[s.begin], series.t[s.end - 1])) found.push_back(s);
   }
   if (found.empty()) return;
   const Stretch longest = *std::ranges::max_element(found, {}, &Stretch::length);
@@ -137,9 +119,9 @@ void find_repeats(const Run& run, Signal signal, DataFindings& findings) {
   if (most.first < 2 || 10 * near < 9 * count) return;
   const double interval = series.t.back() / static_cast<double>(series.t.size() - 1);
   findings.push_back({run.name, signal, Flaw::held, series.t.front(), series.t.back(),
-                      name_of(signal) + " is updated every " + short_number(interval * static_cast<double>(most.first)) +
-                          " s only, " + std::to_string(most.first) +
-                          " rows: leave the cells empty in which it repeats itself",
+                      name_of(signal) + " is updated every " +
+                          short_number(interval * static_cast<double>(most.first)) + " s only, " +
+                          std::to_string(most.first) + " rows: leave the cells empty in which it repeats itself",
                       false});
 }
 

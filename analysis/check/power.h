@@ -9,6 +9,7 @@ namespace emtb {
 /// rest, the means of e_a ω, e_a i_a and i_a ω are above zero, and so are R, K and the inertia. One signal that is
 /// turned round turns two of the three.
 /// @param run as the finding names it
-DataFindings turned_signs(const MotionWindows& windows, const MotorBalance& balance, const std::string& run, double duration);
+DataFindings turned_signs(const MotionWindows& windows, const MotorBalance& balance, const std::string& run,
+                          double duration);
 
 }  // namespace emtb

@@ -36,6 +36,54 @@ double noise_of(std::span<const double> x, double rest) {
   return second.size() < 30 ? 0 : robust_sigma(second) / std::sqrt(6.0);
 }
 
+Restlessness restlessness(std::span<const double> x, double rest, double step, std::optional<double> without) {
+  std::vector<std::size_t> lengths;
+  std::size_t readings = 0;
+  for (const Stretch& s : stretches(x)) {
+    if (std::abs(s.value) <= rest || s.value == without) continue;
+    lengths.push_back(s.length());
+    readings += s.length();
+  }
+  Restlessness r;
+  std::ranges::sort(lengths);
+  std::size_t sum = 0;
+  for (const std::size_t length : lengths) {
+    sum += length;
+    r.length = length;
+    if (2 * sum >= readings) break;
+  }
+  std::vector<double> second;
+  std::size_t turns = 0;
+  for (std::size_t k = 1; k + 1 < x.size(); ++k) {
+    if (std::abs(x[k]) <= rest || x[k - 1] == without || x[k] == without || x[k + 1] == without) continue;
+    second.push_back(std::abs(x[k + 1] - 2 * x[k] + x[k - 1]));
+    turns += (x[k + 1] - x[k]) * (x[k] - x[k - 1]) < 0 ? 1 : 0;
+  }
+  if (second.size() < 30) return r;
+  const double noise = robust_sigma(second) / std::sqrt(6.0);
+  // A ramp changes at each reading, too, but not to and fro.
+  const bool to_and_fro = static_cast<double>(turns) > 0.15 * static_cast<double>(second.size());
+  r.noisy = to_and_fro && (noise > 0.7 * step || r.length <= 3);
+  return r;
+}
+
+bool driven(const Run& run, Signal signal, double from, double to) {
+  for (const Signal s : {Signal::u_ref, Signal::e_a}) {
+    if (!run.has(s) || s == signal || run.at(s).t.size() < 2) continue;
+    const Series& input = run.at(s);
+    const double rows = 3 * input.t.back() / static_cast<double>(input.t.size() - 1);
+    const double least = std::max(3 * step_of(input), 0.02 * size_of(input.value));
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (auto k = static_cast<std::size_t>(std::ranges::lower_bound(input.t, from - rows) - input.t.begin());
+         k < input.t.size() && input.t[k] <= to + rows; ++k) {
+      low = std::min(low, input.value[k]);
+      high = std::max(high, input.value[k]);
+    }
+    if (high - low > least) return true;
+  }
+  return false;
+}
+
 bool moves(const Series& series) {
   const std::vector<double>& x = series.value;
   const auto [low, high] = std::ranges::minmax(x);

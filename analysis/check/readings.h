@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,6 +28,19 @@ double step_of(const Series& series);
 /// noise, less than half its step.
 /// @param rest what is nearer to zero than this is left out
 double noise_of(std::span<const double> x, double rest);
+
+/// How a signal goes on from reading to reading where it is off rest.
+struct Restlessness {
+  std::size_t length = 1;  ///< half of the readings stand in stretches at least as long as this
+  bool noisy = false;      ///< its noise reaches the next step again and again: a long stretch is none of its own
+};
+
+/// @param without readings of this value are left out
+Restlessness restlessness(std::span<const double> x, double rest, double step, std::optional<double> without = {});
+
+/// Whether what drives the motor changes from three rows before a time to three rows after another [s]: there a signal
+/// may change at once. An e_a does not drive itself.
+bool driven(const Run& run, Signal signal, double from, double to);
 
 /// Whether a speed or an angle moves, by more than noise and than the instrument's steps: its range is far above that
 /// of noise, white or coloured, or its mean over a hundred readings lies once far further off zero than they scatter.

@@ -66,19 +66,22 @@ DataFindings resting(std::span<const Run> runs) {
     }
   }
   if (seen && !motion) {
-    add(still, Flaw::rest, name_of(still) + " moves in no run: does the motor turn, and is its sensor connected?", true);
+    add(still, Flaw::rest, name_of(still) + " moves in no run: does the motor turn, and is its sensor connected?",
+        true);
   }
   for (const Signal signal : {Signal::i_a, Signal::e_a, Signal::torque}) {
     if (!motion || !present(runs, signal) || !in_all(runs, signal, constant)) continue;
     const bool matters = signal != Signal::torque;  // a shaft without a load is told as a torque of zero, too
     add(signal, Flaw::rest,
-        name_of(signal) + " has one value in all runs though the shaft moves: its channel is dead; leave the column out",
+        name_of(signal) +
+            " has one value in all runs though the shaft moves: its channel is dead; leave the column out",
         matters);
   }
   for (const Signal signal : {Signal::i_a, Signal::omega, Signal::torque}) {
     if (motion && present(runs, signal) && coarse(runs, signal)) {
       add(signal, Flaw::resolution,
-          name_of(signal) + " knows five values or fewer: take a finer range of its instrument, or leave the column out",
+          name_of(signal) +
+              " knows five values or fewer: take a finer range of its instrument, or leave the column out",
           false);
     }
   }

@@ -26,8 +26,9 @@ DataFinding gap_finding(const Run& run, std::optional<Signal> signal, const std:
   const std::string who = signal ? name_of(*signal) : "the file";
   std::string text = who + " has no reading for " + short_number(longest.to - longest.from) + " s";
   if (found.size() > 1) text += ", the longest of " + std::to_string(found.size()) + " gaps";
-  text += signal ? ": what is compared leaves it out" : ": the run is taken as " + std::to_string(found.size() + 1) +
-                                                           " pieces, each with a start of its own";
+  text += signal
+              ? ": what is compared leaves it out"
+              : ": the run is taken as " + std::to_string(found.size() + 1) + " pieces, each with a start of its own";
   return {run.name, signal, Flaw::gap, longest.from, longest.to, text, false};
 }
 
@@ -40,7 +41,11 @@ std::optional<DataFinding> uneven_rows(const Run& run, std::span<const double> t
   const auto off = static_cast<double>(
       std::ranges::count_if(intervals, [&](double i) { return std::abs(i - usual) > 0.5 * usual; }));
   if (off <= 0.1 * count) return std::nullopt;
-  return DataFinding{run.name, {}, Flaw::jitter, t.front(), t.back(),
+  return DataFinding{run.name,
+                     {},
+                     Flaw::jitter,
+                     t.front(),
+                     t.back(),
                      short_number(100 * off / count) +
                          " % of the rows come more than half an interval early or late (usually " +
                          short_number(usual) + " s apart): stamp readings when they are taken, not when they arrive",

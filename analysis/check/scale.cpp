@@ -43,8 +43,9 @@ std::optional<DataFinding> by_gauge(const MotionWindows& w, const MotorBalance& 
   if (!w.torque || !w.voltage || w.voltage != Signal::e_a || !sure(b.back_emf) || !sure(b.torque)) return std::nullopt;
   const double ratio = b.back_emf.value * b.torque.value;
   if (ratio > 0.4 && ratio < 2.5) return std::nullopt;
-  const std::string start = "e_a over the speed gives " + short_number(b.back_emf.value) + " V s/rad, torque over i_a " +
-                            short_number(1 / b.torque.value) + " N m/A, which are the same in SI: ";
+  const std::string start = "e_a over the speed gives " + short_number(b.back_emf.value) +
+                            " V s/rad, torque over i_a " + short_number(1 / b.torque.value) +
+                            " N m/A, which are the same in SI: ";
   if (const auto unit = milli_unit(ratio, 1.6)) {
     const Signal wrong = unit->factor > 1 ? Signal::i_a : Signal::torque;
     return scale_finding(wrong, start + in_unit(wrong, "thousandths (mA, mN m)"));
@@ -112,9 +113,9 @@ DataFindings wrong_scales(const MotionWindows& w, const MotorBalance& b, const M
 DataFindings unfixed_scale(const MotionWindows& w, const MotorBalance& b) {
   if (!w.speed || w.all.size() < 20) return {};
   if (w.torque && sure(b.torque) && sure(b.back_emf)) return {};
-  DataFinding f = scale_finding(*w.speed, "nothing here fixes the scale of " + name_of(*w.speed) +
-                                          (w.current ? " or i_a" : "") +
-                                          ": see that the units are right; --model FILE holds them against its bounds");
+  DataFinding f =
+      scale_finding(*w.speed, "nothing here fixes the scale of " + name_of(*w.speed) + (w.current ? " or i_a" : "") +
+                                  ": see that the units are right; --model FILE holds them against its bounds");
   f.stops = false;
   return {f};
 }

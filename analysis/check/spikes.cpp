@@ -18,23 +18,6 @@ std::vector<double> off_neighbours(const std::vector<double>& x) {
   return off;
 }
 
-/// Whether what drives the motor changes here: a current may answer in a single reading.
-bool driven(const Run& run, double from, double to) {
-  for (const Signal s : {Signal::u_ref, Signal::e_a}) {
-    if (!run.has(s)) continue;
-    const Series& input = run.at(s);
-    const double least = std::max(3 * step_of(input), 0.02 * size_of(input.value));
-    const auto first = std::ranges::lower_bound(input.t, from) - input.t.begin();
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (auto k = static_cast<std::size_t>(first); k < input.t.size() && input.t[k] <= to; ++k) {
-      low = std::min(low, input.value[k]);
-      high = std::max(high, input.value[k]);
-    }
-    if (high - low > least) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 DataFindings spikes(const Run& run) {
@@ -53,15 +36,15 @@ DataFindings spikes(const Run& run) {
     for (std::size_t k = 2; k + 2 < x.size(); ++k) {
       const double least = std::max(10 * usual, 4 * step);
       if (sizes[k] < least) continue;
-      const double neighbours = std::max({std::abs(x[k + 1] - x[k - 1]), std::abs(x[k - 1] - x[k - 2]),
-                                          std::abs(x[k + 2] - x[k + 1])});
+      const double neighbours =
+          std::max({std::abs(x[k + 1] - x[k - 1]), std::abs(x[k - 1] - x[k - 2]), std::abs(x[k + 2] - x[k + 1])});
       if (neighbours > 0.3 * sizes[k]) continue;
       const std::size_t from = k > around / 2 ? k - around / 2 : 0, to = std::min(from + around, x.size());
       std::vector<double> near(sizes.begin() + static_cast<std::ptrdiff_t>(from),
                                sizes.begin() + static_cast<std::ptrdiff_t>(to));
       std::ranges::sort(near);
       // Not where readings near by lie as far off: a signal that is rough there.
-      if (sizes[k] < 3 * near[near.size() * 9 / 10] || driven(run, series.t[k - 2], series.t[k + 1])) continue;
+      if (sizes[k] < 3 * near[near.size() * 9 / 10] || driven(run, signal, series.t[k], series.t[k])) continue;
       found.push_back(k);
       energy += sizes[k] * sizes[k];
     }
@@ -71,8 +54,8 @@ DataFindings spikes(const Run& run) {
     findings.push_back({run.name, signal, Flaw::spikes, series.t[found.front()], series.t[found.back()],
                         std::to_string(found.size()) + (found.size() == 1 ? " reading stands" : " readings stand") +
                             " alone, " + short_number(x[worst]) + " " + std::string(info(signal).unit) + " at " +
-                            short_number(series.t[worst]) + " s the furthest, " +
-                            short_number(sizes[worst] / noise) + " times the noise off both neighbours: empty those "
+                            short_number(series.t[worst]) + " s the furthest, " + short_number(sizes[worst] / noise) +
+                            " times the noise off both neighbours: empty those "
                             "cells",
                         energy > 0.25 * noise * noise * static_cast<double>(x.size())});
   }

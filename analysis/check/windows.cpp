@@ -21,7 +21,8 @@ class Means {
   /// By how much it grew, per second.
   double slope(double from, double to) const {
     const auto a = place(from), b = place(to);
-    return b > a + 1 ? (s_.value[b - 1] - s_.value[a]) / (s_.t[b - 1] - s_.t[a]) : std::numeric_limits<double>::quiet_NaN();
+    return b > a + 1 ? (s_.value[b - 1] - s_.value[a]) / (s_.t[b - 1] - s_.t[a])
+                     : std::numeric_limits<double>::quiet_NaN();
   }
 
  private:

@@ -39,8 +39,7 @@ class OutsideCheck : public testing::Test {
     for (const DataFinding& f : s.healthy()) {
       EXPECT_FALSE(f.stops) << name << ": " << f.run << ": " << name_of(f.what) << ": " << f.text;
     }
-    for (const Signal signal : sensors)
-      s.plant_in_signal(signal, std::ranges::find(signs, signal) != signs.end());
+    for (const Signal signal : sensors) s.plant_in_signal(signal, std::ranges::find(signs, signal) != signs.end());
     s.plant_in_rows();
     all_.add(s.counts());
   }
@@ -51,8 +50,8 @@ class OutsideCheck : public testing::Test {
 
 TEST_F(OutsideCheck, NothingStopsGoodRecordingsAndWhatIsPlantedIsNamed) {
   for (const char* c : {"a", "b", "c", "d", "e", "f", "g"}) {
-    sweep(std::string("gear_motor/") + c, six(std::string("gear_motor/") + c), read_model(folder_ / "gear_motor/model.yaml"),
-          {Signal::theta, Signal::i_a}, {Signal::theta, Signal::i_a});
+    sweep(std::string("gear_motor/") + c, six(std::string("gear_motor/") + c),
+          read_model(folder_ / "gear_motor/model.yaml"), {Signal::theta, Signal::i_a}, {Signal::theta, Signal::i_a});
   }
   for (const std::string c : {"slow1", "slow2", "slow3", "fast1", "fast2", "fast3"}) {
     std::vector<Signal> signs{Signal::omega, Signal::e_a, Signal::i_a};
@@ -64,12 +63,12 @@ TEST_F(OutsideCheck, NothingStopsGoodRecordingsAndWhatIsPlantedIsNamed) {
     return read_runs((folder_ / file).string(), read_mapping(map));
   };
   const auto ours = [&](const std::string& name) { return source / "config" / name; };
-  sweep("emps", runs("emps/emps.csv", ours("mappings/emps.yaml")), read_model(ours("models/emps.yaml")), {Signal::theta},
-        {Signal::theta});
+  sweep("emps", runs("emps/emps.csv", ours("mappings/emps.yaml")), read_model(ours("models/emps.yaml")),
+        {Signal::theta}, {Signal::theta});
   sweep("inteco", runs("inteco_servo/inteco_servo.csv", ours("mappings/inteco.yaml")),
         read_model(ours("models/inteco.yaml")), {Signal::omega, Signal::theta}, {Signal::omega, Signal::theta});
-  sweep("jga25", runs("jga25_steps/jga25_steps.csv", ours("mappings/jga25.yaml")), read_model(ours("models/jga25.yaml")),
-        {Signal::omega}, {Signal::omega});
+  sweep("jga25", runs("jga25_steps/jga25_steps.csv", ours("mappings/jga25.yaml")),
+        read_model(ours("models/jga25.yaml")), {Signal::omega}, {Signal::omega});
   sweep("qube", runs("qube/qube.csv", folder_ / "qube/map.yaml"), read_model(folder_ / "qube/model.yaml"),
         {Signal::theta}, {});
   Mapping pendulum;

@@ -86,9 +86,8 @@ class Sweep {
             spike(run, s, 5, 3);
             return true;
           }));
-    plant("held", {Flaw::held}, s, one([=](Run& run) {
-            return hold(run, s, std::max<std::size_t>(30, run.at(s).t.size() / 20));
-          }));
+    plant("held", {Flaw::held}, s,
+          one([=](Run& run) { return hold(run, s, std::max<std::size_t>(30, run.at(s).t.size() / 20)); }));
     if (s == Signal::theta) return;
     plant("clipped", {Flaw::clipped}, s, one([=](Run& run) {
             clip(run, s, 0.6);
@@ -112,12 +111,13 @@ class Sweep {
       runs.back().name += " again";
       return true;
     });
-    plant("held out", {Flaw::duplicate}, {},
-          [](std::vector<Run>& runs) {
-            runs.push_back(runs.back());
-            return true;
-          },
-          1);
+    plant(
+        "held out", {Flaw::duplicate}, {},
+        [](std::vector<Run>& runs) {
+          runs.push_back(runs.back());
+          return true;
+        },
+        1);
     plant("jitter", {Flaw::jitter}, {}, [](std::vector<Run>& runs) {
       const Signal rows = runs[0].has(Signal::u_ref) ? Signal::u_ref
                           : runs[0].has(Signal::e_a) ? Signal::e_a
