@@ -224,7 +224,10 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
     }
   }
   if (const auto counts = floor_of_counts(observed)) return no_better_than_a_simulation(*counts, observed);
-  if (signal == Signal::omega) leave_out_rest(settled);
+  if (signal == Signal::omega) {
+    leave_out_rest(settled,
+                   std::ranges::any_of(observed, [](const Observation* o) { return o->origin != Origin::instrument; }));
+  }
   remove_what_repeats(settled);
   std::vector<double> variances, correlations;
   const auto take = [&](std::span<const double> piece) {

@@ -13,7 +13,15 @@ namespace {
 /// The straight line through the first readings of a speed: its value at the start, and how sure that is.
 struct FirstSpeed {
   double start = 0, error = 0;
+  double scatter = 0;  ///< about the line
 };
+
+/// [rad/s] Of readings by their second differences, which a bend hardly moves; a step of the instrument at the least.
+double scatter_of(std::span<const double> speed, double lsb) {
+  double squares = 0;
+  for (std::size_t i = 2; i < speed.size(); ++i) squares += std::pow(speed[i] - 2 * speed[i - 1] + speed[i - 2], 2);
+  return std::sqrt(squares / 6 / static_cast<double>(speed.size() - 2)) + lsb;
+}
 
 FirstSpeed line_to_the_start(const Observation& omega, std::span<const double> grid, std::size_t n) {
   double st = 0, sy = 0, stt = 0, sty = 0;
@@ -24,10 +32,11 @@ FirstSpeed line_to_the_start(const Observation& omega, std::span<const double> g
   }
   const double count = static_cast<double>(n);
   const double slope = (count * sty - st * sy) / (count * stt - st * st);
-  FirstSpeed first{(sy - slope * st) / count, 0};
+  FirstSpeed first{(sy - slope * st) / count, 0, 0};
   double squares = 0;
   for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - first.start - slope * time_of(i), 2);
-  first.error = 2 * std::sqrt(squares / std::max(1.0, count - 2) / count) + omega.lsb;
+  first.scatter = std::sqrt(squares / std::max(1.0, count - 2));
+  first.error = 2 * first.scatter / std::sqrt(count) + omega.lsb;
   return first;
 }
 
@@ -40,12 +49,12 @@ double first_speed(const Observation& omega, std::span<const double> grid) {
   while (n < omega.size() && (n < fewest || grid[omega.last[n]] < grid.front() + longest)) ++n;
   if (n < fewest) return 0;
   FirstSpeed first = line_to_the_start(omega, grid, n);
-  // A small servo rests and is at full speed within that time: then half as many readings tell it better.
-  while (n / 2 >= fewest) {
-    const FirstSpeed nearer = line_to_the_start(omega, grid, n / 2);
-    if (nearer.error >= first.error) break;
-    first = nearer;
+  // A small servo rests and is at full speed within that time: where the readings bend more than they scatter, half as
+  // many tell it better.
+  constexpr double bends = 3;
+  while (n / 2 >= fewest && first.scatter > bends * scatter_of(std::span(omega.value).first(n), omega.lsb)) {
     n /= 2;
+    first = line_to_the_start(omega, grid, n);
   }
   return std::abs(first.start) > 3 * first.error ? first.start : 0;
 }

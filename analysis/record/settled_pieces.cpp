@@ -92,7 +92,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
   }
 }
 
-void leave_out_rest(SettledPieces& settled) {
+void leave_out_rest(SettledPieces& settled, bool counts) {
   constexpr double slow = 0.02;  // of the fastest piece
   constexpr std::size_t enough = 4;
   const auto speed = [](const TurningStretch& piece) {
@@ -100,11 +100,14 @@ void leave_out_rest(SettledPieces& settled) {
     for (const double v : piece.value) sum += v;
     return std::abs(sum) / static_cast<double>(piece.value.size());
   };
+  const auto constant = [](const TurningStretch& piece) {
+    return std::ranges::all_of(piece.value, [&](double v) { return v == piece.value.front(); });
+  };
   double fastest = 0;
   for (const TurningStretch& piece : settled.fast) fastest = std::max(fastest, speed(piece));
   SettledPieces turning;
   for (std::size_t i = 0; i < settled.fast.size(); ++i) {
-    if (speed(settled.fast[i]) < slow * fastest) continue;
+    if (counts ? speed(settled.fast[i]) < slow * fastest : constant(settled.fast[i])) continue;
     turning.fast.push_back(settled.fast[i]);
     turning.time.push_back(settled.time[i]);
   }

@@ -23,9 +23,9 @@ struct SettledPieces {
 /// Collects the settled pieces of one observation.
 void collect(const ObservedRun& record, const Observation& o, SettledPieces& settled);
 
-/// Leaves out the pieces at rest, where there are others: an instrument of speed that has nothing to count, or whose
-/// brushes stand still, reads quieter than in motion.
-void leave_out_rest(SettledPieces& settled);
+/// Leaves out the pieces at rest, where there are others, of a speed that is made of counts: at rest nothing is
+/// counted. Of other speeds those that do not vary at all.
+void leave_out_rest(SettledPieces& settled, bool counts);
 
 /// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is
 /// no noise, something shakes the machine.
