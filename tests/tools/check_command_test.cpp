@@ -110,7 +110,8 @@ TEST_F(CheckCommand, AGapIsTwoRunsAndNotAHundredSecondsOfMotion) {
   const double without = error_of(write_run("whole.csv", whole));
   const double with = error_of(write_run("holed.csv", holed));
   EXPECT_THAT(last->out(), HasSubstr("gap: the file has no reading for 100 s"));
-  EXPECT_LT(with, 1.3 * without + 0.1);
+  EXPECT_LT(with, 2 * without)
+      << "the second piece begins where its first readings tell, a driver on its slope no better";
 }
 
 TEST_F(CheckCommand, ResolutionAndWindowSurviveTheWayThroughCsv) {
