@@ -88,7 +88,6 @@ TEST(Observation, PredictsAMeanByTheTrapezoidalRule) {
   EXPECT_EQ(o.predicted(1, [](std::size_t k) { return static_cast<double>(k * k); }), 4);
 }
 
-
 TEST(PrepareRun, ComparesWithTheSlopeOfTheAngleWhereThereIsNoSpeed) {
   emtb::Run run = plain_run();
   run.signals.erase(Signal::omega);
