@@ -99,6 +99,13 @@ void Model::exclude(std::size_t effect) {
   hold_first_phase();
 }
 
+Model without_sensors(Model model) {
+  for (const IncludedEffect& e : std::vector<IncludedEffect>(model.effects)) {
+    if (effect_catalogue()[e.effect].stage == Stage::sensors) model.exclude(e.effect);
+  }
+  return model;
+}
+
 bool Model::periodic() const {
   return std::ranges::any_of(effects, [](const IncludedEffect& e) { return effect_catalogue()[e.effect].periodic; });
 }

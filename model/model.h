@@ -123,6 +123,9 @@ struct Model {
   void hold_first_phase();
 };
 
+/// The same machine as it is, not as its instruments read it.
+Model without_sensors(Model model);
+
 /// The parameters that a fit may move: a model's parameters less those that are fixed or tied.
 class FreeParameters {
  public:

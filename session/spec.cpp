@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <span>
 
 #include "hal/error.h"
@@ -153,6 +154,12 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping) 
   Session session = need_kind(path) == Kind::csv ? read_csv(path, mapping) : read_hdf5(path);
   estimate_resolutions(session);
   return session;
+}
+
+std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping& mapping) {
+  std::vector<Run> all;
+  for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
+  return all;
 }
 
 std::vector<Run> read_runs(std::string_view text, const Mapping& mapping) {

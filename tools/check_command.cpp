@@ -1,5 +1,4 @@
 #include <iostream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "analysis/check/check.h"
@@ -7,7 +6,6 @@
 #include "config/model.h"
 #include "report/findings.h"
 #include "report/result_json.h"
-#include "session/gaps.h"
 #include "session/spec.h"
 #include "tools/checked.h"
 #include "tools/commands.h"
@@ -20,10 +18,7 @@ struct CheckOptions {
   std::vector<std::string> sessions, held_out;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
-    const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
-    std::vector<Run> all;
-    for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
-    return all;
+    return read_runs(specs, map.empty() ? Mapping{} : read_mapping(map));
   }
 };
 
@@ -47,16 +42,14 @@ int check_command(const CheckOptions& o) {
 
 }  // namespace
 
-std::optional<CheckedRuns> checked(const CheckedRuns& given, const Model& model, bool unchecked, std::ostream& say) {
-  if (!unchecked) {
-    const DataFindings findings = check(given.train, given.held_out, &model);
-    for (const std::string& line : lines_of(findings)) say << line << "\n";
-    if (stops(findings)) {
-      say << "Nothing was fitted: these recordings contradict themselves. Mend them, or add --unchecked\n";
-      return std::nullopt;
-    }
-  }
-  return CheckedRuns{split_at_gaps(given.train, model.input), split_at_gaps(given.held_out, model.input)};
+bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, const Model& model, bool unchecked,
+                   std::ostream& say) {
+  if (unchecked) return true;
+  const DataFindings findings = check(train, held_out, &model);
+  for (const std::string& line : lines_of(findings)) say << line << "\n";
+  if (!stops(findings)) return true;
+  say << "Nothing was fitted: these recordings contradict themselves. Mend them, or add --unchecked\n";
+  return false;
 }
 
 void add_check_command(CommandLine& line) {

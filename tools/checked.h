@@ -1,26 +1,23 @@
 #pragma once
 
-#include <optional>
 #include <ostream>
-#include <vector>
+#include <span>
 
 #include "model/model.h"
 #include "session/session.h"
 
 namespace emtb {
 
-/// Runs that a model is fitted to, and those that judge.
-struct CheckedRuns {
-  std::vector<Run> train, held_out;
-};
+/// Looks at recordings before anything is fitted to them, and says what it found, a line a finding.
+/// @param held_out runs that judge a fit to the others @param unchecked does not look
+/// @return whether they may be fitted; where a finding makes that meaningless, what to do about it is said, too
+bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, const Model& model, bool unchecked,
+                   std::ostream& say);
 
-/// Looks at recordings before anything is fitted to them, and says what it found, a line a finding; what is left is
-/// split where nothing was recorded (session/gaps.h).
-/// @param unchecked does not look
-/// @return nothing where a finding makes a fit meaningless; what to do about it is said, too
-std::optional<CheckedRuns> checked(const CheckedRuns& given, const Model& model, bool unchecked, std::ostream& say);
-
-/// What `--unchecked` does, for help.
+/// What `--only`, `--without` and `--unchecked` do, for help.
+inline constexpr const char* only_help =
+    "tries these effects alone, and what they need: ids, with commas or one by one";
+inline constexpr const char* without_help = "tries all but these effects";
 inline constexpr const char* unchecked_help = "goes on where the recordings contradict themselves: see emtb check";
 
 }  // namespace emtb

@@ -31,12 +31,7 @@ struct EstimateOptions {
   std::string model, map, json_file, png, svg;
   std::vector<std::string> sessions, what, settled;
 
-  std::vector<Run> runs() const {
-    const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
-    std::vector<Run> all;
-    for (const std::string& spec : sessions) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
-    return all;
-  }
+  std::vector<Run> runs() const { return read_runs(sessions, map.empty() ? Mapping{} : read_mapping(map)); }
 };
 
 /// What is to be found.

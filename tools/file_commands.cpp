@@ -30,11 +30,7 @@ struct FileOptions {
 
   Mapping mapping() const { return map.empty() ? Mapping{} : read_mapping(map); }
 
-  std::vector<Run> runs() const {
-    std::vector<Run> all;
-    for (const std::string& spec : sessions) std::ranges::move(read_runs(spec, mapping()), std::back_inserter(all));
-    return all;
-  }
+  std::vector<Run> runs() const { return read_runs(sessions, mapping()); }
 };
 
 int effects_command(const FileOptions& o) {

@@ -142,12 +142,6 @@ std::vector<Recording> recordings(const std::vector<std::string>& sessions) {
   return all;
 }
 
-std::vector<Run> runs_of(const std::vector<Recording>& recorded) {
-  std::vector<Run> all;
-  for (const Recording& r : recorded) all.insert(all.end(), r.runs.begin(), r.runs.end());
-  return all;
-}
-
 void tell_foretold(const ForetoldRun& foretold) {
   Table table({"predicted from the reference alone", "given model", "found model", "unit"});
   for (const auto& [signal, fit] : foretold.final.signals) {
@@ -195,7 +189,7 @@ int investigate_command(const InvestigateWords& o) {
   }
   catch_interrupt();
   std::vector<Recording> train = recordings(o.sessions), held_out = recordings(o.held_out);
-  if (!checked({runs_of(train), runs_of(held_out)}, given, o.unchecked, std::cout)) return 1;
+  if (!may_be_fitted(runs_of(train), runs_of(held_out), given, o.unchecked, std::cout)) return 1;
   for (std::vector<Recording>* part : {&train, &held_out}) {
     for (Recording& r : *part) r.runs = split_at_gaps(r.runs, given.input);
   }
@@ -226,9 +220,8 @@ void add_investigate_command(CommandLine& line, const std::shared_ptr<const std:
       .argument("MODEL", o->model, "the model's YAML, as far as it is known")
       .options("--sessions", o->sessions, "recordings to begin with; without them six experiments are made first")
       .options("--held-out", o->held_out, "those of them that judge and take no part in a fit")
-      .options("--only", o->wanted.only,
-               "tries these effects alone, and what they need: ids, with commas or one by one")
-      .options("--without", o->wanted.without, "tries all but these effects")
+      .options("--only", o->wanted.only, only_help)
+      .options("--without", o->wanted.without, without_help)
       .flag("--yes", o->yes, "moves the motor without asking")
       .flag("--reset", o->reset, "arms the bench first; see that it is safe")
       .option("--reach", o->reach, "the share of the bench's reference that is used [0.9]")

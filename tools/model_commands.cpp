@@ -39,6 +39,11 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
+/// Runs that a model is fitted to, and those that judge, without a gap in what drives it.
+struct CheckedRuns {
+  std::vector<Run> train, held_out;
+};
+
 struct ModelOptions {
   std::string effect, model;
   std::vector<std::string> sessions, held_out, outputs;
@@ -47,15 +52,14 @@ struct ModelOptions {
   bool fit = false, plot = false, intervals = false, unchecked = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
-    const Mapping mapping = map.empty() ? Mapping{} : read_mapping(map);
-    std::vector<Run> all;
-    for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
-    return all;
+    return read_runs(specs, map.empty() ? Mapping{} : read_mapping(map));
   }
 
   /// Those that fit and those that judge; nothing where a finding stops it.
   std::optional<CheckedRuns> checked_runs(const Model& m) const {
-    return checked({runs(sessions), runs(held_out)}, m, unchecked, json_file == "-" ? std::cerr : std::cout);
+    const CheckedRuns given{runs(sessions), runs(held_out)};
+    if (!may_be_fitted(given.train, given.held_out, m, unchecked, json_file == "-" ? std::cerr : std::cout)) return {};
+    return CheckedRuns{split_at_gaps(given.train, m.input), split_at_gaps(given.held_out, m.input)};
   }
 
   /// The model, with the formulas of the user that it may be given.
@@ -463,9 +467,8 @@ void add_model_commands(CommandLine& line) {
   looking_first(
       with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
       .option("--candidates", o->candidates, candidates)
-      .options("--only", o->wanted.only,
-               "tries these effects alone, and what they need: ids, with commas or one by one")
-      .options("--without", o->wanted.without, "tries all but these effects")
+      .options("--only", o->wanted.only, only_help)
+      .options("--without", o->wanted.without, without_help)
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");

@@ -61,7 +61,7 @@ int report_command(const ReportOptions& o) {
   // What is printed for people must not mix with JSON on standard output.
   std::ostream& say = o.json_file == "-" ? std::cerr : std::cout;
 
-  if (!checked({in.part(false), in.part(true)}, in.model, o.unchecked, say)) return 1;
+  if (!may_be_fitted(in.part(false), in.part(true), in.model, o.unchecked, say)) return 1;
   in.split_at_gaps();
 
   Progress progress;
@@ -99,9 +99,8 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
       .option("--candidates", o->candidates,
               "a YAML file of formulas of your own, to be tried beside the library's effects")
-      .options("--only", o->wanted.only,
-               "tries these effects alone, and what they need: ids, with commas or one by one")
-      .options("--without", o->wanted.without, "tries all but these effects")
+      .options("--only", o->wanted.only, only_help)
+      .options("--without", o->wanted.without, without_help)
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")
       .option("--json", o->json_file, "writes the diagnosis to this file; - for standard output")

@@ -7,7 +7,7 @@ bool MaterialityCriterion::material(const Loss& without, const Loss& with) const
 }
 
 bool MaterialityCriterion::worth_a_step(const Loss& without, const Loss& with) const {
-  return with.error() < without.error() && takes_share(without, rule_.share, without, with, rule_);
+  return emtb::worth_a_step(without, with, rule_);
 }
 
 bool MaterialityCriterion::material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const {

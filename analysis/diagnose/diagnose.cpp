@@ -54,6 +54,10 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> a
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
 }
 
+bool named(const Finding& found, std::size_t effect) {
+  return std::ranges::find(found.effects, effect) != found.effects.end();
+}
+
 /// Names what was found, with what is tied with it, and what would tell them apart.
 void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> train, const Dataset& data,
                       const Reach& reach) {
@@ -62,7 +66,7 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
     std::vector<Model> rival_models;
     const auto rivals = found.rivals.find(effect);
     for (const Rival& rival : rivals != found.rivals.end() ? rivals->second : std::vector<Rival>{}) {
-      if (std::ranges::find(found.effects, rival.effect) != found.effects.end()) continue;  // a member: both are needed
+      if (named(found, rival.effect)) continue;  // a member: both are needed
       m.tied_with.push_back(rival.effect);
       rival_models.push_back(rival.model);
     }
@@ -72,10 +76,6 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
     m.parameters = d.final.parameters_of(effect);
     d.missing.push_back(std::move(m));
   }
-}
-
-bool named(const Finding& found, std::size_t effect) {
-  return std::ranges::find(found.effects, effect) != found.effects.end();
 }
 
 void sort_best_first(std::vector<Candidate>& candidates) {
@@ -92,11 +92,12 @@ Finding search_from(const Trial& first, FittedTrials& trials, const Criterion& c
 }
 
 /// The model as given, once fitted, and where it fails.
-void tell_of_the_base(Diagnosis& d, const Dataset& data, const Trial& first, const DiagnoseOptions& options) {
+void tell_of_the_base(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Trial& first,
+                      const DiagnoseOptions& options) {
   d.base = first.model();
   d.base_train = first.train;
   d.base_held_out = first.held_out.error();
-  d.where = residual_maps(data.all(), d.base);
+  d.where = residual_maps(all, d.base);
   if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
 }
 
@@ -175,10 +176,11 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     found = search_from(first, trials, criterion, options, progress);
   }
   free_what_is_told(found, trials, data);
-  tell_of_the_base(d, data, first, options);
+  const std::vector<Record> all = data.all();
+  tell_of_the_base(d, data, all, first, options);
 
   progress(0.9, "standard errors");
-  fit_the_answer(d, data, data.all(), found);
+  fit_the_answer(d, data, all, found);
   name_the_missing(d, found, train, data, options.reach);
   for (const auto& [effect, why] : trials.refused()) {
     const auto candidate =

@@ -80,25 +80,23 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
   trial.fit.phases = std::move(left.phases);
   trial.squares = sum_of_squares(left.residuals);
   trial.train = error_of(mean_squares(left.residuals));
-  Squares unseen_squares;
   if (!data_.held_out.empty()) {
     ResidualsAtPhases unseen = residuals_at_best_phases(data_.held_out, model, model.values(), {},
                                                         known != nullptr ? known->held_out_phases : RotorPhases{});
     trial.held_out.add(data_.held_out, unseen.residuals);
-    unseen_squares = squares_of(data_.held_out, unseen.residuals);
     trial.held_out_phases = std::move(unseen.phases);
   } else if (data_.train.size() == 1) {
     trial.held_out.add(data_.train, left.residuals);
   } else {
-    unseen_squares = leave_one_out(trial, std::move(options));
+    leave_one_out(trial, std::move(options));
   }
   trial.held_out.quality = quality_in_training(left.residuals, FreeParameters(model).size());
-  trial.held_out.quality->held_out = std::move(unseen_squares);
+  const bool judged_on_training = data_.held_out.empty() && data_.train.size() == 1;
+  if (!judged_on_training) trial.held_out.quality->held_out = trial.held_out.squares();
   return trial;
 }
 
-Squares FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) const {
-  Squares squares;
+void FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) const {
   const bool known = !options.phases.empty();
   for (std::size_t out = 0; out < data_.train.size(); ++out) {
     std::vector<Record> rest;
@@ -111,11 +109,8 @@ Squares FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) co
     const Model fitted = calibrate(rest, trial.model(), options).model;
     const std::span<const Record> alone(&data_.train[out], 1);
     const RotorPhases near = known ? RotorPhases{trial.fit.phases[out]} : RotorPhases{};
-    const std::vector<Residuals> unseen = residuals_at_best_phases(alone, fitted, fitted.values(), {}, near).residuals;
-    trial.held_out.add(alone, unseen);
-    for (const Residuals& r : unseen) add_squares(squares, alone.front(), r);
+    trial.held_out.add(alone, residuals_at_best_phases(alone, fitted, fitted.values(), {}, near).residuals);
   }
-  return squares;
 }
 
 Quality FittedTrials::quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const {
@@ -141,15 +136,16 @@ std::vector<Score> FittedTrials::scores(const Model& fitted) {
 std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all) {
   constexpr double far_less = 0.3;  // of what the best takes off the cost, or adds to the likelihood; by hand
   const std::vector<Score> best = worth_a_refit(all, fitted.model(), refits_, score_);
+  if (best.empty()) return {};
   std::vector<Fit> begun;
   std::vector<double> gains, drops;
-  const Quality before = quality_in_training(fitted.fit);
+  Quality before = *fitted.held_out.quality;
+  before.held_out.clear();  // what is only begun is not tried on other runs
   for (const Score& s : best) {
     begun.push_back(begun_refit(data_.train, fitted.fit, fitted.squares, s, valleys_));
     drops.push_back(std::max(0.0, fitted.fit.cost - begun.back().cost));
     gains.push_back(drops.back() > 0 ? gain(before, quality_in_training(begun.back())) : 0);
   }
-  if (best.empty()) return {};
   const double most_gained = std::ranges::max(gains), most_dropped = std::ranges::max(drops);
   std::vector<Addition> additions;
   for (std::size_t i = 0; i < best.size(); ++i) {

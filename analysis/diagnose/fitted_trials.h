@@ -42,8 +42,7 @@ class FittedTrials final : public Trials {
  private:
   bool told_from_zero(const Model& fitted, std::size_t effect) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
-  /// Adds the losses of runs left out in turn to a trial. @return their squares
-  Squares leave_one_out(Trial& trial, CalibrationOptions options) const;
+  void leave_one_out(Trial& trial, CalibrationOptions options) const;
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
   Quality quality_in_training(const Fit& fit) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;

@@ -11,6 +11,7 @@ void Loss::add(std::span<const Record> records, std::span<const Residuals> resid
   for (const Residuals& r : residuals) {
     const Record& record = records[r.record];
     const Observation& o = *record.find(r.signal);
+    add_squares(squares_, record, r);
     Readings& readings = signals_[r.signal];
     double second = -1;
     for (Eigen::Index i = 0; i < r.value.size(); ++i) {
@@ -26,13 +27,22 @@ void Loss::add(std::span<const Record> records, std::span<const Residuals> resid
   }
 }
 
+std::vector<Signal> Loss::signals() const {
+  std::vector<Signal> all;
+  for (const auto& [signal, readings] : signals_) all.push_back(signal);
+  return all;
+}
+
+double Loss::mean_square(Signal signal) const {
+  const std::vector<double>& residual = signals_.at(signal).residual;
+  double squares = 0;
+  for (const double r : residual) squares += r * r;
+  return squares / std::max(1.0, static_cast<double>(residual.size()));
+}
+
 std::map<Signal, double> Loss::mean_squares() const {
   std::map<Signal, double> mean;
-  for (const auto& [signal, readings] : signals_) {
-    double squares = 0;
-    for (const double r : readings.residual) squares += r * r;
-    mean[signal] = squares / std::max(1.0, static_cast<double>(readings.residual.size()));
-  }
+  for (const auto& [signal, readings] : signals_) mean[signal] = mean_square(signal);
   return mean;
 }
 
@@ -49,7 +59,7 @@ double Loss::share_left(Signal signal) const {
   const Readings& readings = signals_.at(signal);
   const double n = std::max(1.0, static_cast<double>(readings.residual.size()));
   const double varies = readings.squares / n - readings.sum * readings.sum / (n * n);
-  const double excess = mean_squares().at(signal) - 1;
+  const double excess = mean_square(signal) - 1;
   return excess > 0 && varies > 0 ? std::sqrt(excess / varies) : 0;
 }
 
@@ -89,10 +99,13 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
   });
 }
 
+bool worth_a_step(const Loss& without, const Loss& with, const Materiality& rule) {
+  return with.error() < without.error() && takes_share(without, rule.share, without, with, rule);
+}
+
 bool material(const Loss& without, const Loss& with, const Materiality& rule) {
-  const bool better = with.quality && without.quality ? gain(*without.quality, *with.quality) > rule.nats
-                                                      : with.error() < without.error();
-  return better && takes_share(without, rule.share, without, with, rule);
+  if (!with.quality || !without.quality) return worth_a_step(without, with, rule);
+  return gain(*without.quality, *with.quality) > rule.nats && takes_share(without, rule.share, without, with, rule);
 }
 
 bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
@@ -111,13 +124,12 @@ double largest_excess(const Loss& loss) {
 }
 
 bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule) {
-  const double excess = loss.mean_squares().at(signal) - 1;
+  const double excess = loss.mean_square(signal) - 1;
   return excess > rule.remainder && excess > rule.remainder_errors * loss.noise_error(signal);
 }
 
 bool remainder(const Loss& loss, const Materiality& rule) {
-  return std::ranges::any_of(loss.mean_squares(),
-                             [&](const auto& entry) { return remainder_in(loss, entry.first, rule); });
+  return std::ranges::any_of(loss.signals(), [&](Signal signal) { return remainder_in(loss, signal, rule); });
 }
 
 }  // namespace emtb

@@ -21,7 +21,8 @@ class Loss {
 
   void add(std::span<const Record> records, std::span<const Residuals> residuals);
 
-  std::map<Signal, double> mean_squares() const;  ///< (RMSE/sigma)^2 of each signal; 1 = noise floor
+  double mean_square(Signal signal) const;        ///< (RMSE/sigma)^2; 1 = noise floor
+  std::map<Signal, double> mean_squares() const;  ///< of each signal
   double error() const;                           ///< sqrt(mean over signals)
 
   /// By how much the mean square of a signal may be off 1 where nothing is wrong: noise scatters it, and the floor
@@ -30,6 +31,9 @@ class Loss {
 
   /// What is left of a signal beyond its floor, as a share of how much its readings vary.
   double share_left(Signal signal) const;
+
+  std::vector<Signal> signals() const;
+  const Squares& squares() const { return squares_; }  ///< for the model's quality
 
   /// Is the floor of a signal known only to be no higher?
   bool floor_is_upper_bound(Signal signal) const { return floors_.at(signal).upper_bound; }
@@ -58,6 +62,7 @@ class Loss {
     double sum = 0, squares = 0;    ///< of the readings themselves, in units of sigma
   };
   std::map<Signal, Readings> signals_;
+  Squares squares_;
   Noise floors_;
 };
 
@@ -78,7 +83,10 @@ struct Materiality {
   double nats = 3;  ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
 };
 
-/// Does going from `without` to `with` remove something material from some signal, and make the whole likelier?
+/// Does going from `without` to `with` remove something material from some signal, and make the error smaller?
+bool worth_a_step(const Loss& without, const Loss& with, const Materiality& rule = {});
+
+/// The same, and make the whole likelier; where that was not asked for, the error smaller?
 bool material(const Loss& without, const Loss& with, const Materiality& rule = {});
 
 /// Does going from `without` to `with` remove something material from some signal, counted as a share of what was too

@@ -37,12 +37,8 @@ std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<
 }
 
 std::vector<std::size_t> absent_detents(const Model& model) {
-  std::vector<std::size_t> detents;
-  for (std::size_t effect = 0; effect < effect_count; ++effect) {
-    if (effect_catalogue()[effect].is_detent() && !model.includes(effect) && !model.withholds(effect)) {
-      detents.push_back(effect);
-    }
-  }
+  std::vector<std::size_t> detents = absent_effects(model);
+  std::erase_if(detents, [&](std::size_t effect) { return !model.about(effect).is_detent(); });
   return detents;
 }
 

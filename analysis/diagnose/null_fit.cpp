@@ -88,15 +88,11 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
     for (Residuals& r : all) fit.bases[i].push_back(whitened(std::move(r)));
   };
   parallel_for(records, simulate_one);
-  for (const auto& bases : fit.bases) {
-    for (const WhitenedResiduals& base : bases) {
-      fit.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);
-      fit.white.add(base.white_sensitivity, base.white);
-    }
-  }
   ResidualSpectra spectra;
   for (std::size_t i = 0; i < records.size(); ++i) {
     for (const WhitenedResiduals& base : fit.bases[i]) {
+      fit.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);
+      fit.white.add(base.white_sensitivity, base.white);
       add_squares(fit.left, records[i], base.plain);
       add_spectrum(spectra, records[i], base.plain);
     }

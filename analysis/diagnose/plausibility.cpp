@@ -31,10 +31,6 @@ std::string at_its_bound(const EffectInfo& about, const std::vector<Parameter>& 
 }  // namespace
 
 FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
-  Model motor = fitted;  // what it does, not what sensors make of it
-  for (const IncludedEffect& e : fitted.effects) {
-    if (effect_catalogue()[e.effect].stage == Stage::sensors) motor.exclude(e.effect);
-  }
   const std::vector<double> values = fitted.values();
   return {.R_a = values[base::R_a],
           .K_b = values[base::K_b],
@@ -42,7 +38,7 @@ FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
           .B = values[base::B],
           .J = values[base::J],
           .current_driven = fitted.input == Signal::i_a,
-          .seen = ranges_of(records, motor)};
+          .seen = ranges_of(records, without_sensors(fitted))};
 }
 
 std::string implausible_value(std::span<const Record> records, const Model& fitted, std::size_t effect) {

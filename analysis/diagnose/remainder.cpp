@@ -5,8 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "analysis/diagnose/where.h"
-
 namespace emtb {
 namespace {
 
@@ -37,30 +35,35 @@ double taken(const ResidualMap& from, const ResidualMap& by) {
 
 }  // namespace
 
-double reproduced(std::span<const Record> seen, std::span<const Record> again, const Model& model, Signal signal) {
-  const std::vector<ResidualMap> first = residual_maps(seen, model), second = residual_maps(again, model);
+double reproduced(std::span<const ResidualMap> seen, std::span<const ResidualMap> again, Signal signal) {
   double most = 0;
-  for (const ResidualMap& map : second) {
+  for (const ResidualMap& map : again) {
     if (map.signal != signal || passes(map.against)) continue;
     const auto same = std::ranges::find_if(
-        first, [&](const ResidualMap& m) { return m.signal == map.signal && m.against == map.against; });
-    if (same != first.end()) most = std::max(most, taken(map, *same));
+        seen, [&](const ResidualMap& m) { return m.signal == map.signal && m.against == map.against; });
+    if (same != seen.end()) most = std::max(most, taken(map, *same));
   }
   return most;
 }
 
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule) {
   constexpr double clear = 0.15;  // of what is left beyond the floor: twelve bins of noise take less
+  std::vector<Signal> small;
+  for (const Signal signal : held_out.signals()) {
+    if (!remainder_in(held_out, signal, rule) || held_out.floor_is_upper_bound(signal)) continue;
+    if (held_out.share_left(signal) > rule.remainder_share) return true;
+    small.push_back(signal);
+  }
   const std::size_t half = data.train.size() / 2;
   const std::span<const Record> train = data.train;
   const auto seen = data.held_out.empty() ? train.first(half) : train;
   const auto again = data.held_out.empty() ? train.subspan(half) : std::span<const Record>(data.held_out);
-  for (const auto& [signal, mean] : held_out.mean_squares()) {
-    if (!remainder_in(held_out, signal, rule) || held_out.floor_is_upper_bound(signal)) continue;
-    if (held_out.share_left(signal) > rule.remainder_share) return true;
-    if (!seen.empty() && reproduced(seen, again, model, signal) > clear * (mean - 1) / mean) return true;
-  }
-  return false;
+  if (small.empty() || seen.empty()) return false;
+  const std::vector<ResidualMap> first = residual_maps(seen, model), second = residual_maps(again, model);
+  return std::ranges::any_of(small, [&](Signal signal) {
+    const double mean = held_out.mean_square(signal);
+    return reproduced(first, second, signal) > clear * (mean - 1) / mean;
+  });
 }
 
 }  // namespace emtb

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "analysis/diagnose/loss.h"
+#include "analysis/diagnose/where.h"
 #include "analysis/record/dataset.h"
 #include "model/model.h"
 
@@ -16,8 +17,8 @@ namespace emtb {
 /// Where a floor is only known to be no higher than it is, nothing can be said of what lies below it.
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule = {});
 
-/// The largest share of the mean square residual of a signal, over some runs, that its mean as a function of one
-/// condition in other runs takes away.
-double reproduced(std::span<const Record> seen, std::span<const Record> again, const Model& model, Signal signal);
+/// The largest share of the mean square residual of a signal, in the maps of some runs, that its mean as a function of
+/// one condition in the maps of other runs takes away.
+double reproduced(std::span<const ResidualMap> seen, std::span<const ResidualMap> again, Signal signal);
 
 }  // namespace emtb

@@ -123,10 +123,7 @@ std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Mo
   std::map<Signal, Points> points;
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
-  Model machine = model;
-  for (const IncludedEffect& e : model.effects) {
-    if (effect_catalogue()[e.effect].stage == Stage::sensors) machine.exclude(e.effect);
-  }
+  const Model machine = without_sensors(model);
   const std::vector<double> machine_values = machine.values();
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Record& record = records[i];

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "analysis/fit/residuals.h"
@@ -16,12 +17,6 @@ namespace {
 
 /// Of a sample: a change that acts just before the readings of its row.
 constexpr double just_before = -1e-3;
-
-/// Half the sum of squares that a timing leaves of each record, and what the free parameters take of it.
-struct Left {
-  double squares = 0;
-  Eigen::VectorXd gradient;
-};
 
 /// Can it be told at all when an input acts? A motor that is driven by a measured voltage does not see the reference.
 bool sees_its_input(const Record& record, const Model& model) {
@@ -36,13 +31,13 @@ bool models_edges(const Model& model) {
 
 class TimingSearch {
  public:
-  TimingSearch(std::span<const Record> records, const Model& fitted) : model_(fitted), values_(fitted.values()) {
+  TimingSearch(std::vector<Record> records, const Model& fitted)
+      : model_(fitted), values_(fitted.values()), records_(std::move(records)) {
     const FreeParameters free(fitted);
     const auto moved = moved_by(free);
     const auto p = static_cast<Eigen::Index>(free.size());
     sts_.setZero(p, p);
-    records_.assign(records.begin(), records.end());
-    known_ = emtb::residuals(records, fitted, values_, moved);
+    known_ = emtb::residuals(records_, fitted, values_, moved);
     for (const Residuals& r : known_) {
       if (r.informed()) sts_ += gram(r.sensitivity);
     }
@@ -80,7 +75,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   }
   if (seen.empty()) return {};
   const double interval = mean_interval(seen.front().excitation.t);
-  TimingSearch search(seen, fitted);
+  TimingSearch search(std::move(seen), fitted);
   Timing best;
   double least = search.cost({}) - clear;
   const auto look_at = [&](const Timing& timing) {
@@ -120,17 +115,6 @@ Calibration calibrate(Dataset& data, const Model& model, const CalibrationOption
   Calibration fit = calibrate(std::span<const Record>(data.train), model, options);
   if (!settle_timing(data, fit.model)) return fit;
   return calibrate(std::span<const Record>(data.train), fit.model, options);
-}
-
-std::string in_words(const Timing& timing, double interval) {
-  std::string words;
-  if (timing.held) words = "the input voltage holds from row to row";
-  if (timing.acts_after == 0) return words;
-  const int percent = static_cast<int>(std::lround(100 * std::abs(timing.acts_after) / interval));
-  if (!words.empty()) words += "; ";
-  if (timing.acts_after > 0) return words + "an input acts " + std::to_string(percent) + " % of a sample after its row";
-  words += "the readings of a row are taken after its input changes";
-  return percent > 0 ? words + ", by " + std::to_string(percent) + " % of a sample" : words;
 }
 
 }  // namespace emtb

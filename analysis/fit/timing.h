@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 #include "analysis/fit/calibrate.h"
 #include "analysis/record/dataset.h"
@@ -24,9 +23,5 @@ bool settle_timing(Dataset& data, const Model& fitted);
 
 /// Calibrates on the training runs, and once more where that tells another timing.
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options = {});
-
-/// In words, `the readings of a row are taken after its reference changes`; empty where they are as recorded.
-/// @param interval [s] between rows
-std::string in_words(const Timing& timing, double interval);
 
 }  // namespace emtb

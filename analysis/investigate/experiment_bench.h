@@ -17,6 +17,9 @@ struct Recording {
   std::vector<Run> runs;
 };
 
+/// The runs of all of them.
+std::vector<Run> runs_of(const std::vector<Recording>& recordings);
+
 /// A bench that makes the runs of an investigation: one at the other end of a socket, or a simulated one in a test.
 class ExperimentBench {
  public:

@@ -20,12 +20,6 @@ namespace {
 constexpr double share_for_first = 0.9;
 constexpr double share_for_foretold = 0.8;
 
-std::vector<Run> runs_of(const std::vector<Recording>& recordings) {
-  std::vector<Run> all;
-  for (const Recording& r : recordings) all.insert(all.end(), r.runs.begin(), r.runs.end());
-  return all;
-}
-
 std::vector<std::string> names_of(const std::vector<Recording>& recordings) {
   std::vector<std::string> names;
   for (const Recording& r : recordings) names.push_back(r.name);
@@ -228,6 +222,12 @@ class ClosedLoop {
 };
 
 }  // namespace
+
+std::vector<Run> runs_of(const std::vector<Recording>& recordings) {
+  std::vector<Run> all;
+  for (const Recording& r : recordings) all.insert(all.end(), r.runs.begin(), r.runs.end());
+  return all;
+}
 
 bool Investigation::decided() const {
   return diagnosis && (diagnosis->verdict == Verdict::found || diagnosis->verdict == Verdict::nothing_missing);

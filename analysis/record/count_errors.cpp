@@ -9,6 +9,9 @@
 namespace emtb {
 namespace {
 
+/// Of the variance that counts leave on the average: no speed is so steady that less is left.
+constexpr double least = 0.04;
+
 /// The integral of f (1 - f) from 0 to x, f = frac(x).
 double sawtooth_integral(double x) {
   const double whole = std::floor(x), f = x - whole;
@@ -84,7 +87,6 @@ void count_errors_of_slopes(Observation& o, const Series& theta, std::size_t hal
     }
   }
   const double white = own.front() * q * q / 12;
-  constexpr double least = 0.04;  // of what independent counts would leave: the speed is never as steady as that
   const std::vector<SpeedRange> speeds = speeds_around(o.value, middles_of(o), window);
   double variances = 0, covariances = 0;
   for (const SpeedRange& speed : speeds) {
@@ -112,7 +114,6 @@ void count_errors_of_increments(Observation& o) {
   std::vector<double> speed;
   for (std::size_t i = 0; i < o.size(); ++i) speed.push_back(o.value[i] / (o.end[i] - o.begin[i]));
   const double window = mean_interval(o.end);
-  constexpr double least = 0.04;  // of what it is on the average
   for (const SpeedRange& around : speeds_around(speed, middles_of(o), window)) {
     const double apart = window / q;
     double variance = q * q * (1.0 / 6 - 2 * count_covariance(apart * around.low, apart * around.high));

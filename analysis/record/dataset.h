@@ -15,8 +15,6 @@ namespace emtb {
 struct Timing {
   double acts_after = 0;  ///< [s] less than a sample; negative: the readings of a row were taken after it was written
   bool held = false;      ///< a voltage that is the model's input was set, and holds from row to row
-
-  bool operator==(const Timing&) const = default;
 };
 
 /// Runs as weighed records that share one noise floor: the one way from a session to what a model is compared with.
@@ -24,8 +22,7 @@ struct Dataset {
   std::vector<Record> train, held_out;
   Noise noise;
   std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
-
-  Timing timing = {};  ///< of all runs, see fit/timing.h
+  Timing timing = {};                       ///< of all runs, see fit/timing.h
 
   std::vector<Record> all() const;
 };

@@ -209,21 +209,22 @@ NoiseFloor no_better_than_a_simulation(NoiseFloor floor, std::span<const Observa
 }
 
 NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
-  NoiseFloor floor;
-  SettledPieces settled;
   std::vector<const Observation*> observed;
   double lsb = 0;
   bool slow = false;
   for (const ObservedRun& record : records) {
-    for (const Observation& o : record.observations) {
-      if (o.signal != signal) continue;
-      slow = o.slow;
-      observed.push_back(&o);
-      collect(record, o, settled);
-      lsb = std::max(lsb, o.lsb);
-    }
+    const Observation* o = record.find(signal);
+    if (o == nullptr) continue;
+    slow = o->slow;
+    observed.push_back(o);
+    lsb = std::max(lsb, o->lsb);
   }
   if (const auto counts = floor_of_counts(observed)) return no_better_than_a_simulation(*counts, observed);
+  NoiseFloor floor;
+  SettledPieces settled;
+  for (const ObservedRun& record : records) {
+    if (const Observation* o = record.find(signal)) collect(record, *o, settled);
+  }
   if (signal == Signal::omega) {
     leave_out_rest(settled,
                    std::ranges::any_of(observed, [](const Observation* o) { return o->origin != Origin::instrument; }));

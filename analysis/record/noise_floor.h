@@ -32,7 +32,7 @@ using Noise = std::map<Signal, NoiseFloor>;
 
 /// The noise floor of each signal, the first that applies: declared in the model; for what is made of an encoder's
 /// counts, what whole counts leave (count_errors.h); scatter about a straight line in stretches of settled readings of
-/// 1 s or more, of a speed while it turns where it ever does, pooled over all records; scatter of repeated runs about
+/// 1 s or more, of a speed made of counts while it turns, pooled over all records; scatter of repeated runs about
 /// each other; differences. For a slow meter, scatter about a line through the fast signals beside it, where that is
 /// clearly less: what settles within a few readings may still relax. Never below LSB/sqrt(12). Settled stretches come
 /// before repeats, which also differ by what an effect adds to each anew: a ripple whose angle nobody set. Never below

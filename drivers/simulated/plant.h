@@ -105,7 +105,6 @@ class Plant {
   Reading read_now() const noexcept;
   Reading arrived() const noexcept;
   void send_reading() noexcept;
-  double tacho_now() const noexcept;
   State slope(const State& x, double e, double t, const Grip& grip, double& i) const noexcept;
   State integrate(const State& from, double dt, const Grip& grip) const noexcept;
   void step_bristle(double dt) noexcept;
