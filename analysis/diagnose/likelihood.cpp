@@ -6,8 +6,6 @@
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
-#include "analysis/numerics/even_series.h"
-
 namespace emtb {
 namespace {
 
@@ -108,7 +106,7 @@ void add_spectrum(ResidualSpectra& spectra, const Record& record, const Residual
   const Observation& o = *record.find(r.signal);
   if (o.size() < 4) return;
   ResidualSpectrum& spectrum = spectra.try_emplace(r.signal, o.autocorrelation).first->second;
-  spectrum.add({r.value.data(), static_cast<std::size_t>(r.value.size())}, mean_interval(o.end));
+  spectrum.add({r.value.data(), static_cast<std::size_t>(r.value.size())}, record.interval_of(o));
 }
 
 ResidualSpectra spectra_of(std::span<const Record> records, std::span<const Residuals> residuals) {
@@ -122,7 +120,7 @@ void add_squares(Squares& sums, const Record& record, const Residuals& r) {
   if (o.size() < 2) return;
   SignalSquares& sum = sums[r.signal];
   const double n = static_cast<double>(o.size());
-  sum.interval = (sum.interval * sum.readings + mean_interval(o.end) * n) / (sum.readings + n);
+  sum.interval = (sum.interval * sum.readings + record.interval_of(o) * n) / (sum.readings + n);
   sum.squares += r.value.squaredNorm();
   sum.readings += n;
   sum.autocorrelation = o.autocorrelation;

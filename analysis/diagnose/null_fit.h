@@ -72,7 +72,6 @@ template <class Visit>
 void for_each_fast_speed(const NullFit& fitted, const Visit& visit) {
   for (std::size_t i = 0; i < fitted.records.size(); ++i) {
     const Record& record = fitted.records[i];
-    const std::vector<double>& t = record.excitation.t;
     for (std::size_t s = 0; s < record.observations.size(); ++s) {
       const Observation& o = record.observations[s];
       if (o.signal != Signal::omega || o.slow || o.size() < 2) continue;
@@ -80,7 +79,7 @@ void for_each_fast_speed(const NullFit& fitted, const Visit& visit) {
       std::vector<double> left(scaled.begin(), scaled.end());
       for (std::size_t k = 0; k < left.size(); ++k)
         left[k] *= o.sigma[k];  // a wave is not larger where it is well read
-      visit(record, o, std::move(left), (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1));
+      visit(record, o, std::move(left), record.interval_of(o));
     }
   }
 }

@@ -152,6 +152,11 @@ const Observation* ObservedRun::find(Signal signal) const {
   return o != observations.end() ? &*o : nullptr;
 }
 
+double ObservedRun::interval_of(const Observation& o) const {
+  const std::vector<double>& t = excitation.t;
+  return (t[o.last.back()] - t[o.last.front()]) / static_cast<double>(o.size() - 1);
+}
+
 ModelStructure ObservedRun::structure(const Model& model) const {
   ModelStructure s = model.structure();
   s.measured_voltage = measured_voltage;

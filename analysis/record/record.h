@@ -33,6 +33,9 @@ struct ObservedRun {
   /// The observation of a signal; null where it was not read.
   const Observation* find(Signal signal) const;
 
+  /// [s] from one reading to the next, where there are two or more.
+  double interval_of(const Observation& o) const;
+
   /// The model's equations as this run drives them.
   ModelStructure structure(const Model& model) const;
 };

@@ -62,7 +62,7 @@ void trust_the_angle(Record& record, const Noise& noise) {
   Excitation& x = record.excitation;
   const Observation* speed = record.find(Signal::omega);
   if (!x.angle_integrated || speed == nullptr || speed->size() < 2) return;
-  const double interval = (x.t[speed->last.back()] - x.t[speed->last.front()]) / static_cast<double>(speed->size() - 1);
+  const double interval = record.interval_of(*speed);
   const NoiseFloor& floor = noise.at(Signal::omega);
   const double rho = std::clamp(floor.autocorrelation, 0.0, longest_memory);
   const double by_noise = floor.sigma * floor.sigma * interval * (1 + rho) / (1 - rho);  // [rad^2/s]

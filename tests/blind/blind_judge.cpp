@@ -1,4 +1,3 @@
-#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,6 +17,7 @@
 #include "model/catalogue.h"
 #include "session/spec.h"
 #include "tests/blind/answer.h"
+#include "tests/blind/case_list.h"
 #include "tests/blind/table.h"
 #include "tests/blind/wide/wide_judge.h"
 
@@ -34,24 +34,7 @@ struct Options {
   bool resume = false, known = false, brief = false, easy = false, tables_only = false;
 };
 
-struct Wanted {
-  CaseKind kind{};
-  std::size_t number = 0;
-  double share = 0;  ///< how far into its kind: kinds are mixed, so that an early end is a smaller sample of all
-
-  std::string id() const { return std::string(name_of(kind)) + ":" + std::to_string(number); }
-};
-
-Wanted wanted_from(const std::string& text) {
-  const auto colon = text.find(':');
-  const auto kind = kind_named(text.substr(0, colon));
-  const bool digits = colon != std::string::npos && colon + 1 < text.size() &&
-                      text.find_first_not_of("0123456789", colon + 1) == std::string::npos;
-  if (!kind || !digits) {
-    throw Error("`" + text + "` is no KIND:NUMBER. Kinds: healthy, single, pair, outside; e.g. single:40");
-  }
-  return {*kind, std::stoul(text.substr(colon + 1))};
-}
+using Wanted = WantedCase<CaseKind>;
 
 bool library_knows(const Wanted& w) {
   if (w.kind == CaseKind::outside) return true;
@@ -60,47 +43,11 @@ bool library_knows(const Wanted& w) {
   });
 }
 
+/// `--only` asks for what it names, known or not.
 std::vector<Wanted> plan(const Options& options) {
-  std::vector<Wanted> list;
-  if (!options.only.empty()) {
-    for (const std::string& id : options.only) list.push_back(wanted_from(id));
-    return list;
-  }
-  std::istringstream kinds(options.cases);
-  for (std::string item; std::getline(kinds, item, ',');) {
-    const Wanted last = wanted_from(item);
-    for (std::size_t n = 0; n < last.number; ++n) {
-      const Wanted w{last.kind, n, (static_cast<double>(n) + 0.5) / static_cast<double>(last.number)};
-      if (!options.known || library_knows(w)) list.push_back(w);
-    }
-  }
-  std::ranges::stable_sort(list, {}, &Wanted::share);
+  std::vector<Wanted> list = case_list(options.only, options.cases, kind_named, "healthy, single, pair, outside");
+  if (options.known && options.only.empty()) std::erase_if(list, [](const Wanted& w) { return !library_knows(w); });
   return list;
-}
-
-/// The answers of a file; a line that was cut off by a kill is none.
-std::map<std::string, Answer> answers_in(const std::filesystem::path& file) {
-  std::map<std::string, Answer> answers;
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    try {
-      Answer a = answer_from(line);
-      answers[a.id] = std::move(a);
-    } catch (const Error&) {
-      std::cerr << file.string() << ": left out a line that was cut off\n";
-    }
-  }
-  return answers;
-}
-
-/// One line in one write: what another process appends cannot get in between, and a kill leaves all or the start of it.
-void append(const std::filesystem::path& file, const Answer& answer) {
-  const std::string line = to_json_line(answer) + "\n";
-  const int fd = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
-  if (fd < 0 || write(fd, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
-    throw Error(file.string() + ": cannot be written. Give another --out");
-  }
-  close(fd);
 }
 
 Answer answer_without_case(const Wanted& w, const std::string& verdict) {
@@ -214,12 +161,12 @@ int judge_all(const Options& options) {
     finish_last_line(file);
   }
   std::set<std::string> done;
-  for (const auto& [id, answer] : answers_in(file)) done.insert(id);
+  for (const auto& [id, answer] : answers_in(file, answer_from)) done.insert(id);
   std::erase_if(list, [&](const Wanted& w) { return done.contains(w.id()); });
   if (!options.tables_only) run(list, options, file);
 
   std::vector<Answer> answers;
-  for (auto& [id, answer] : answers_in(file)) answers.push_back(std::move(answer));
+  for (auto& [id, answer] : answers_in(file, answer_from)) answers.push_back(std::move(answer));
   std::cout << "\n" << tables(answers, {});
   if (options.page != "none") update_page(options.page, answers);
   return 0;

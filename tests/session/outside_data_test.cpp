@@ -1,9 +1,10 @@
 // Recordings of benches that are not ours, through the mappings that ship with emtb.
+#include "tests/outside_data.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 
 #include "config/mapping.h"
@@ -19,16 +20,10 @@ class OutsideData : public testing::Test {
   using Run = emtb::Run;  // not testing::Test::Run
 
   void SetUp() override {
-    const char* named = std::getenv("EMTB_DATA");
-    folder_ = named ? std::filesystem::path(named) : source / "../shared/data";
-    if (!std::filesystem::is_directory(folder_))
-      GTEST_SKIP() << "no outside data at " << folder_ << "; name their folder in EMTB_DATA";
+    if (const std::string none = no_outside_data(); !none.empty()) GTEST_SKIP() << none;
   }
-  std::string data(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string data(const std::string& name) { return (outside_data() / name).string(); }
   static Mapping mapping(const std::string& name) { return read_mapping(source / "config/mappings" / name); }
-
- private:
-  std::filesystem::path folder_;
 };
 
 TEST_F(OutsideData, EmpsIsACurrentDriveOnALinearAxis) {

@@ -6,8 +6,7 @@
 #include "session/spec.h"
 #include "tests/analysis/check/planted.h"
 #include "tests/blind/recording.h"
-#include "tests/process.h"
-#include "tests/session/scratch.h"
+#include "tests/tools/command_caller.h"
 
 namespace emtb {
 namespace {
@@ -18,14 +17,8 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// `emtb check` on files, and the commands that look first.
-class CheckCommand : public Scratch {
+class CheckCommand : public CommandCaller {
  protected:
-  int call(std::vector<std::string> words) {
-    words.insert(words.begin(), EMTB);
-    last = std::make_unique<Process>(words, path("emtb" + std::to_string(++launched_)));
-    return last->wait(300);
-  }
-
   std::string write_run(const std::string& name, const emtb::Run& run) {
     Session session;
     session.runs.push_back(run);
@@ -41,11 +34,6 @@ class CheckCommand : public Scratch {
 
   json findings(const std::string& file) const { return json::parse(read(file)).at("findings"); }
   std::string model() const { return (std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml").string(); }
-
-  std::unique_ptr<Process> last;
-
- private:
-  int launched_ = 0;
 };
 
 TEST_F(CheckCommand, GoodRecordingsPass) {

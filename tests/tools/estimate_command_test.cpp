@@ -6,8 +6,7 @@
 #include "paper/bench.h"
 #include "session/spec.h"
 #include "tests/blind/recording.h"
-#include "tests/process.h"
-#include "tests/session/scratch.h"
+#include "tests/tools/command_caller.h"
 
 namespace emtb {
 namespace {
@@ -17,14 +16,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 /// `emtb paper` and `emtb estimate`, as a person calls them.
-class EstimateCommand : public Scratch {
+class EstimateCommand : public CommandCaller {
  protected:
-  int call(std::vector<std::string> words) {
-    words.insert(words.begin(), EMTB);
-    last = std::make_unique<Process>(words, path("emtb" + std::to_string(++launched_)));
-    return last->wait(300);
-  }
-
   /// A run as a session in a file.
   std::string session(const Run& run) {
     Session one;
@@ -43,10 +36,6 @@ class EstimateCommand : public Scratch {
   }
 
   const simulated::Setup bench = paper::fh2();
-  std::unique_ptr<Process> last;
-
- private:
-  int launched_ = 0;
 };
 
 TEST_F(EstimateCommand, ReadsThePapersNumbersOutOfItsExperiments) {

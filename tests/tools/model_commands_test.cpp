@@ -6,8 +6,7 @@
 #include "model/catalogue.h"
 #include "session/spec.h"
 #include "tests/blind/recording.h"
-#include "tests/process.h"
-#include "tests/session/scratch.h"
+#include "tests/tools/command_caller.h"
 
 namespace emtb {
 namespace {
@@ -18,14 +17,8 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// `emtb` on files, as a person calls it.
-class ModelCommands : public Scratch {
+class ModelCommands : public CommandCaller {
  protected:
-  int call(std::vector<std::string> words) {
-    words.insert(words.begin(), EMTB);
-    last = std::make_unique<Process>(words, path("emtb" + std::to_string(++launched_)));
-    return last->wait(300);
-  }
-
   /// Bad use or input: exit 2, nothing on standard output, and one line that contains `words`.
   void refuses(const std::vector<std::string>& call_words, const testing::Matcher<const std::string&>& message) {
     EXPECT_EQ(call(call_words), 2) << last->out() << last->err();
@@ -73,10 +66,6 @@ class ModelCommands : public Scratch {
   }
 
   std::vector<std::string> train, held_out;
-  std::unique_ptr<Process> last;
-
- private:
-  int launched_ = 0;
 };
 
 TEST_F(ModelCommands, DiagnoseWritesTheContractsJson) {

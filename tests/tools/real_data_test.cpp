@@ -4,10 +4,10 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "tests/outside_data.h"
 #include "tests/process.h"
 #include "tests/session/scratch.h"
 
@@ -22,15 +22,12 @@ using testing::UnorderedElementsAre;
 class RealData : public Scratch {
  protected:
   void SetUp() override {
-    const char* named = std::getenv("EMTB_DATA");
-    folder_ = named != nullptr ? named : std::string(EMTB_CONFIG) + "/../../shared/data";
-    if (!std::filesystem::is_directory(folder_))
-      GTEST_SKIP() << "no outside data at " << folder_ << "; name their folder in EMTB_DATA";
+    if (const std::string none = no_outside_data(); !none.empty()) GTEST_SKIP() << none;
   }
 
   json diagnosed(const std::string& model, const std::string& file, const std::vector<std::string>& train,
                  const std::vector<std::string>& held_out) {
-    const std::string data = folder_ + "/" + file, config = EMTB_CONFIG;
+    const std::string data = (outside_data() / file).string(), config = EMTB_CONFIG;
     std::vector<std::string> words{EMTB, "diagnose", config + "/models/" + model + ".yaml"};
     for (const std::string& run : train) words.push_back(data + run);
     words.emplace_back("--held-out");
@@ -52,9 +49,6 @@ class RealData : public Scratch {
     }
     return std::nan("");
   }
-
- private:
-  std::string folder_;
 };
 
 TEST_F(RealData, IntecoHidesFrictionAVoltageAndTheRippleOfItsTacho) {

@@ -8,8 +8,7 @@
 #include <sstream>
 
 #include "tests/figures/xml.h"
-#include "tests/process.h"
-#include "tests/session/scratch.h"
+#include "tests/tools/command_caller.h"
 
 namespace emtb {
 namespace {
@@ -46,7 +45,7 @@ std::string recording(double level, double seconds) {
   return csv.str();
 }
 
-class ReportCommand : public Scratch {
+class ReportCommand : public CommandCaller {
  protected:
   ReportCommand() {
     model = write("small.yaml",
@@ -57,12 +56,6 @@ class ReportCommand : public Scratch {
                   "  J: {value: 2.0e-4, min: 1.0e-6, max: 0.1, unit: kg m2}\n");
     train = write("train.csv", recording(10, 6));
     held_out = write("held.csv", recording(6, 4));
-  }
-
-  int call(std::vector<std::string> words) {
-    words.insert(words.begin(), EMTB);
-    last = std::make_unique<Process>(words, path("emtb"));
-    return last->wait(300);
   }
 
   /// The page without its style sheet, checked.
@@ -79,7 +72,6 @@ class ReportCommand : public Scratch {
   }
 
   std::string model, train, held_out;
-  std::unique_ptr<Process> last;
 };
 
 TEST_F(ReportCommand, HoldsVerdictFiguresAndAllThatRepeatsIt) {

@@ -1,7 +1,6 @@
 // Recordings of benches that are not ours: nothing stops them as they are, and what is planted in them is found.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -9,6 +8,7 @@
 #include "config/model.h"
 #include "session/spec.h"
 #include "tests/analysis/check/sweep.h"
+#include "tests/outside_data.h"
 
 namespace emtb {
 namespace {
@@ -20,10 +20,7 @@ class OutsideCheck : public testing::Test {
   using Run = emtb::Run;  // not testing::Test::Run
 
   void SetUp() override {
-    const char* named = std::getenv("EMTB_DATA");
-    folder_ = named ? std::filesystem::path(named) : source / "../shared/data";
-    if (!std::filesystem::is_directory(folder_))
-      GTEST_SKIP() << "no outside data at " << folder_ << "; name their folder in EMTB_DATA";
+    if (const std::string none = no_outside_data(); !none.empty()) GTEST_SKIP() << none;
   }
 
   std::vector<Run> six(const std::string& folder) const {
@@ -44,7 +41,7 @@ class OutsideCheck : public testing::Test {
     all_.add(s.counts());
   }
 
-  std::filesystem::path folder_;
+  const std::filesystem::path folder_ = outside_data();
   planted::Counts all_;
 };
 

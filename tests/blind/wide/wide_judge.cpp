@@ -1,6 +1,5 @@
 #include "tests/blind/wide/wide_judge.h"
 
-#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +14,7 @@
 #include <sstream>
 
 #include "hal/error.h"
+#include "tests/blind/case_list.h"
 #include "tests/blind/text.h"
 #include "tests/blind/wide/asking.h"
 #include "tests/blind/wide/command.h"
@@ -35,62 +35,10 @@ struct Options {
   std::filesystem::path answers() const { return out / ("wide-" + std::to_string(seed) + ".jsonl"); }
 };
 
-struct Wanted {
-  Kind kind{};
-  std::size_t number = 0;
-  double share = 0;  ///< how far into its kind: kinds are mixed, so that an early end is a smaller sample of all
-
-  std::string id() const { return std::string(name_of(kind)) + ":" + std::to_string(number); }
-};
-
-Wanted wanted_from(const std::string& text) {
-  const auto colon = text.find(':');
-  const auto kind = wide_kind_named(text.substr(0, colon));
-  const bool digits = colon != std::string::npos && colon + 1 < text.size() &&
-                      text.find_first_not_of("0123456789", colon + 1) == std::string::npos;
-  if (!kind || !digits) {
-    throw Error("`" + text +
-                "` is no KIND:NUMBER. Kinds: healthy, single, pair, triple, outside, garbage; e.g. single:40");
-  }
-  return {*kind, std::stoul(text.substr(colon + 1))};
-}
+using Wanted = WantedCase<Kind>;
 
 std::vector<Wanted> plan(const Options& options) {
-  std::vector<Wanted> list;
-  for (const std::string& id : options.only) list.push_back(wanted_from(id));
-  if (!list.empty()) return list;
-  std::istringstream kinds(options.cases);
-  for (std::string item; std::getline(kinds, item, ',');) {
-    const Wanted last = wanted_from(item);
-    for (std::size_t n = 0; n < last.number; ++n) {
-      list.push_back({last.kind, n, (static_cast<double>(n) + 0.5) / static_cast<double>(last.number)});
-    }
-  }
-  std::ranges::stable_sort(list, {}, &Wanted::share);
-  return list;
-}
-
-std::map<std::string, WideAnswer> answers_in(const std::filesystem::path& file) {
-  std::map<std::string, WideAnswer> answers;
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    try {
-      WideAnswer a = wide_answer_from(line);
-      answers[a.id] = std::move(a);
-    } catch (const Error&) {
-      std::cerr << file.string() << ": left out a line that was cut off\n";
-    }
-  }
-  return answers;
-}
-
-void append(const std::filesystem::path& file, const WideAnswer& answer) {
-  const std::string line = to_json_line(answer) + "\n";
-  const int fd = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
-  if (fd < 0 || write(fd, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
-    throw Error(file.string() + ": cannot be written. Give another --out");
-  }
-  close(fd);
+  return case_list(options.only, options.cases, wide_kind_named, "healthy, single, pair, triple, outside, garbage");
 }
 
 std::string folder_name(const Wanted& w) { return std::string(name_of(w.kind)) + "-" + std::to_string(w.number); }
@@ -203,7 +151,7 @@ int make_manifest(const Options& options, const std::vector<Wanted>& list) {
   const auto file = options.out / ("made-" + std::to_string(options.seed) + ".jsonl");
   std::filesystem::remove(file);
   run(list, options, file);
-  const auto made = answers_in(file);
+  const auto made = answers_in(file, wide_answer_from);
   std::filesystem::remove(file);
   std::ofstream out(options.out / ("manifest-" + std::to_string(options.seed) + ".txt"));
   for (const Wanted& w : list) {
@@ -217,7 +165,7 @@ int judge_all(const Options& options) {
   std::filesystem::create_directories(options.out);
   const auto file = options.answers();
   if (options.failures) {
-    print_failures(options, answers_in(file));
+    print_failures(options, answers_in(file, wide_answer_from));
     return 0;
   }
   std::vector<Wanted> list = plan(options);
@@ -229,11 +177,11 @@ int judge_all(const Options& options) {
   if (std::filesystem::exists(file) && !options.resume && !options.tables_only) {
     throw Error(file.string() + " holds answers already. Add --resume to go on with them, or give another --out");
   }
-  const auto done = answers_in(file);
+  const auto done = answers_in(file, wide_answer_from);
   std::erase_if(list, [&](const Wanted& w) { return done.contains(w.id()); });
   if (!options.tables_only) run(list, options, file);
   std::vector<WideAnswer> answers;
-  for (auto& [id, answer] : answers_in(file)) answers.push_back(std::move(answer));
+  for (auto& [id, answer] : answers_in(file, wide_answer_from)) answers.push_back(std::move(answer));
   std::cout << "\n" << wide_tables(answers);
   if (!options.json.empty()) std::ofstream(options.json) << wide_summary(answers);
   return 0;
