@@ -1,5 +1,7 @@
 #include "analysis/diagnose/criterion.h"
 
+#include <algorithm>
+
 namespace emtb {
 
 bool MaterialityCriterion::material(const Loss& without, const Loss& with) const {
@@ -20,6 +22,11 @@ bool MaterialityCriterion::remainder(const Loss& loss) const { return emtb::rema
 
 bool MaterialityCriterion::worth_a_wide_search(const Loss& loss) const {
   return largest_excess(loss) >= rule_.remainder;
+}
+
+bool MaterialityCriterion::far_off(const Loss& loss) const {
+  return remainder(loss) &&
+         std::ranges::any_of(loss.signals(), [&](Signal signal) { return loss.share_left(signal) > rule_.far_off; });
 }
 
 bool MaterialityCriterion::anything_left(const Loss& loss) const { return largest_excess(loss) >= rule_.least; }

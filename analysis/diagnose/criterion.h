@@ -29,6 +29,9 @@ class Criterion {
   /// Is some signal so far above its floor that two effects at once, or all whole orders, are worth their time?
   virtual bool worth_a_wide_search(const Loss& loss) const = 0;
 
+  /// Is a model so far off that scores, which are linear, say little of what it lacks?
+  virtual bool far_off(const Loss& loss) const = 0;
+
   /// Is some signal so far above its floor that anything material could be removed?
   virtual bool anything_left(const Loss& loss) const = 0;
 };
@@ -44,6 +47,7 @@ class MaterialityCriterion final : public Criterion {
   bool tied(const Loss& best, const Loss& other) const override;
   bool remainder(const Loss& loss) const override;
   bool worth_a_wide_search(const Loss& loss) const override;
+  bool far_off(const Loss& loss) const override;
   bool anything_left(const Loss& loss) const override;
 
  private:

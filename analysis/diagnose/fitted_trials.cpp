@@ -6,6 +6,7 @@
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/refit.h"
+#include "analysis/fit/gauge.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -34,6 +35,24 @@ std::optional<Trial> attempt(const Fit& fit) {
   }
 }
 
+/// Do the data tell the size of an effect from nothing, to three of its standard errors?
+bool told_from_zero(const Fit& judged, std::size_t effect) {
+  const EffectInfo& about = judged.model.about(effect);
+  const std::vector<Parameter>& included = judged.model.parameters_of(effect);
+  bool any_amplitude = false;
+  for (std::size_t i = 0; i < about.parameter_count; ++i) {
+    const EffectParameter& p = about.parameter_list[i];
+    if (p.is_shape()) continue;
+    any_amplitude = true;
+    const Parameter& found = included[i];
+    if (found.value == p.null) continue;  // it rests where the effect is absent
+    const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
+    const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
+    if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
+  }
+  return !any_amplitude;
+}
+
 }  // namespace
 
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
@@ -49,7 +68,9 @@ FittedTrials::FittedTrials(const Dataset& data, const Model& given, const Criter
 
 Trial FittedTrials::first_fit() {
   constexpr int extra_starts = 4;  // only where nothing good is known to start from
-  return fitted(given_, of_a_search(extra_starts), nullptr);
+  Trial first = fitted(given_, of_a_search(extra_starts), nullptr);
+  on_bounds_at_first_ = with_standard_errors(data_.train, first.model(), true).at_bound;
+  return first;
 }
 
 std::optional<Trial> FittedTrials::fit(const Model& start, const Trial* known) {
@@ -63,9 +84,13 @@ std::optional<Trial> FittedTrials::fit_to_the_end(const Model& start) {
 std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
   constexpr int extra_starts = 4;
   std::optional<Trial> found = fit_to_the_end(start);
-  if (!found || !criterion_.remainder(found->held_out)) return found;
-  Model anew = found->model();
-  anew.base = given_.base;
+  if (!found) return found;
+  if (const auto nearer = held_nearer(data_.train, given_, found->model())) {
+    std::optional<Trial> there = fit_to_the_end(*nearer);
+    if (there) found = std::move(there);
+  }
+  if (!criterion_.remainder(found->held_out)) return found;
+  const Model anew = with_base_as_given(found->model());
   std::optional<Trial> other = attempt([&] { return fitted(anew, to_the_end(extra_starts), nullptr); });
   return other && criterion_.material(found->held_out, other->held_out) ? other : found;
 }
@@ -133,9 +158,10 @@ std::vector<Score> FittedTrials::scores(const Model& fitted) {
   return score(data_.train, fitted, absent_effects(fitted), score_);
 }
 
-std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all) {
+std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, Breadth breadth) {
   constexpr double far_less = 0.3;  // of what the best takes off the cost, or adds to the likelihood; by hand
-  const std::vector<Score> best = worth_a_refit(all, fitted.model(), refits_, score_);
+  const std::vector<Score> best = breadth == Breadth::all ? from_clear_sizes_too(all, fitted.model())
+                                                          : worth_a_refit(all, fitted.model(), refits_, score_);
   if (best.empty()) return {};
   std::vector<Fit> begun;
   std::vector<double> gains, drops;
@@ -143,6 +169,10 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   before.held_out.clear();  // what is only begun is not tried on other runs
   for (const Score& s : best) {
     begun.push_back(begun_refit(data_.train, fitted.fit, fitted.squares, s, valleys_));
+    if (breadth == Breadth::all) {
+      Fit anew = begun_anew(fitted, s);
+      if (anew.cost < begun.back().cost) begun.back() = std::move(anew);
+    }
     drops.push_back(std::max(0.0, fitted.fit.cost - begun.back().cost));
     gains.push_back(drops.back() > 0 ? gain(before, quality_in_training(begun.back())) : 0);
   }
@@ -151,7 +181,8 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   for (std::size_t i = 0; i < best.size(); ++i) {
     const bool goes_on = drops[i] > 0 && (drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained);
     if (!goes_on) continue;
-    std::optional<Trial> trial = fit(begun[i].model, known_for(best[i].effect, fitted));
+    const std::optional<Model> nearer = held_nearer(data_.train, given_, begun[i].model);
+    std::optional<Trial> trial = fit(nearer.value_or(begun[i].model), known_for(best[i].effect, fitted));
     if (!trial) continue;
     additions.push_back({best[i], std::move(*trial)});
     std::vector<double>& valley = valleys_[best[i].effect];  // for later rounds to start from
@@ -159,6 +190,27 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
     for (const Parameter& p : additions.back().trial.model().parameters_of(best[i].effect)) valley.push_back(p.value);
   }
   return additions;
+}
+
+/// A refit begun where the base parameters are as given: those of a model that lacks something may have bent so far
+/// that no descent leads back.
+Fit FittedTrials::begun_anew(const Trial& fitted, Score score) const {
+  constexpr int some = 10;  // steps
+  Fit anew = fitted.fit;
+  anew.model = with_base_as_given(anew.model);
+  anew.phases.clear();
+  for (Score::Start& start : score.starts) start.others.clear();  // they belong to the fitted values
+  const double squares =
+      sum_of_squares(residuals_at_best_phases(data_.train, anew.model, anew.model.values(), {}, {}).residuals);
+  const Fit begun = begun_refit(data_.train, anew, squares, score);
+  return begun.cost < infinity ? first_steps(data_.train, begun.model, some, {}) : begun;
+}
+
+Model FittedTrials::with_base_as_given(Model model) const {
+  for (std::size_t i = 0; i < model.base.size(); ++i) {
+    if (!model.base[i].fixed) model.base[i] = given_.base[i];
+  }
+  return model;
 }
 
 std::optional<Addition> FittedTrials::refit_at_whole_orders(const Trial& fitted) {
@@ -218,8 +270,11 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
 }
 
 bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
-  if (!told_from_zero(fitted, effect)) return false;
+  // What quick errors lack is no reason to doubt that it is there.
+  const Fit judged = with_standard_errors(data_.train, fitted, true);
+  if (!told_from_zero(judged, effect)) return false;
   std::string objection = implausible_value(data_.train, fitted, effect);
+  if (objection.empty()) objection = pushed_to_a_bound(judged);
   if (objection.empty()) {
     refused_.erase(effect);
     return true;
@@ -228,23 +283,17 @@ bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   return false;
 }
 
-bool FittedTrials::told_from_zero(const Model& fitted, std::size_t effect) const {
-  // What quick errors lack is no reason to doubt that it is there.
-  const Fit judged = with_standard_errors(data_.train, fitted, true);
-  const EffectInfo& about = fitted.about(effect);
-  const std::vector<Parameter>& included = judged.model.parameters_of(effect);
-  bool any_amplitude = false;
-  for (std::size_t i = 0; i < about.parameter_count; ++i) {
-    const EffectParameter& p = about.parameter_list[i];
-    if (p.is_shape()) continue;
-    any_amplitude = true;
-    const Parameter& found = included[i];
-    if (found.value == p.null) continue;  // it rests where the effect is absent
-    const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
-    const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
-    if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
+/// A base parameter that an effect drives to a bound where the model as given has none: J_2 takes the place of J.
+std::string FittedTrials::pushed_to_a_bound(const Fit& judged) const {
+  for (std::size_t i = 0; i < ModelStructure::base_count; ++i) {
+    const Parameter& p = judged.model.at(i);
+    const std::string& name = judged.model.names()[i];
+    const bool can_be_nothing = p.value == p.min && p.min <= 0;  // what another effect does in its place
+    if (can_be_nothing || std::ranges::find(judged.at_bound, name) == judged.at_bound.end()) continue;
+    if (std::ranges::find(on_bounds_at_first_, name) != on_bounds_at_first_.end()) continue;
+    return name + " is then driven to its bound, where it was not before";
   }
-  return !any_amplitude;
+  return {};
 }
 
 bool FittedTrials::explains_most_runs(const Trial& trial) {

@@ -29,7 +29,7 @@ class FittedTrials final : public Trials {
   std::optional<Trial> fit_to_the_end(const Model& start) override;
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override;
   std::vector<Score> scores(const Model& fitted) override;
-  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores) override;
+  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) override;
   std::optional<Addition> refit_at_whole_orders(const Trial& fitted) override;
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                    const std::vector<std::size_t>& added) override;
@@ -40,7 +40,9 @@ class FittedTrials final : public Trials {
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
 
  private:
-  bool told_from_zero(const Model& fitted, std::size_t effect) const;
+  std::string pushed_to_a_bound(const Fit& judged) const;
+  Fit begun_anew(const Trial& fitted, Score score) const;
+  Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
   void leave_one_out(Trial& trial, CalibrationOptions options) const;
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
@@ -53,6 +55,7 @@ class FittedTrials final : public Trials {
   const ScoreOptions& score_;
   std::size_t refits_;
   Valleys valleys_;
+  std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;
 };
 

@@ -70,6 +70,21 @@ std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& 
   return best;
 }
 
+std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const Model& fitted) {
+  constexpr double clear = 10;  // times what would just be found; the way there is tried in parts
+  std::vector<Score> all = scores;
+  std::erase_if(all, [&](const Score& s) { return !makes_sense(s.effect, fitted) || fitted.about(s.effect).periodic; });
+  for (Score& s : all) {
+    if (s.expected().empty()) continue;
+    const EffectParameter& first = fitted.about(s.effect).parameter_list[0];
+    if (s.expected()[0] != first.null || !(s.detectable_size < infinity) || s.detectable_size <= 0) continue;
+    Score::Start there{s.starts.front().from, s.expected(), {}};
+    there.expected[0] = std::clamp(first.null + clear * s.detectable_size, first.min, first.max);
+    s.starts.push_back(std::move(there));
+  }
+  return all;
+}
+
 std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& fitted,
                                  const std::vector<std::size_t>& added, const ScoreOptions& options) {
   constexpr std::size_t tried = 4;  // the best scored: six pairs

@@ -38,10 +38,23 @@ Finding Search::run() {
   forward();
   try_cogging_first();
   try_fewer();
-  swap();
-  prune();
+  settle();
   if (rivals_are_stale_) renew_rivals();
   return std::move(found_);
+}
+
+/// Until no effect more, fewer or in the place of another makes the model better; each pass may open what the one
+/// before it closed.
+void Search::settle() {
+  constexpr int most = 3;  // passes: two suffice but where models take turns
+  for (int pass = 0; pass < most; ++pass) {
+    swap();
+    prune();
+    const std::size_t before = found_.effects.size();
+    forward();
+    if (found_.effects.size() == before) return;
+    rivals_are_stale_ = true;
+  }
 }
 
 /// Adds what removes most, until nothing material is left to remove.
@@ -50,14 +63,27 @@ void Search::forward() {
     tell(0.1 + 0.45 * static_cast<double>(found_.effects.size()) / static_cast<double>(longest_list_),
          "scoring absent effects");
     const Round& of_current = *round(found_.effects, [&] { return found_.current; });
-    if (!add_best(of_current) && !add_pair(of_current)) break;
+    if (!add_best(of_current) && !add_pair(of_current) && !add_what_the_scores_passed_by(of_current)) break;
   }
 }
 
+/// Where a model is far off and nothing promising mends it, each effect is refitted before that is said.
+bool Search::add_what_the_scores_passed_by(const Round& of_current) {
+  if (!criterion_.far_off(found_.current.held_out)) return false;
+  tell(0.5, "trying all effects");
+  return add_best_of(trials_.refits(of_current.fitted, of_current.scores, Breadth::all));
+}
+
 bool Search::add_best(const Round& of_current) {
-  const Trial& current = found_.current;
-  std::vector<Addition> additions = of_current.refits;
   for (const Score& s : of_current.scores) remember(s, {});
+  if (add_best_of(of_current.refits)) return true;
+  std::optional<Addition> whole = trials_.refit_at_whole_orders(of_current.fitted);
+  return whole && add_best_of({std::move(*whole)});
+}
+
+/// Adds the best of some refits of the current model with one effect more, if any is worth it.
+bool Search::add_best_of(std::vector<Addition> additions) {
+  const Trial& current = found_.current;
   for (const Addition& a : additions) remember(a.score, a.trial.held_out.error());
   std::erase_if(additions, [&](const Addition& a) {
     return mends_another(a.effect(), current.held_out, a.trial.held_out) ||
@@ -65,14 +91,7 @@ bool Search::add_best(const Round& of_current) {
   });
   std::optional<Trial> kept;
   std::optional<Addition> best = best_that_stays(additions, kept);
-  if (!best) {
-    std::optional<Addition> whole = trials_.refit_at_whole_orders(of_current.fitted);
-    if (!whole) return false;
-    remember(whole->score, whole->trial.held_out.error());
-    additions.push_back(std::move(*whole));
-    best = best_that_stays(additions, kept);
-    if (!best) return false;
-  }
+  if (!best) return false;
   const std::size_t effect = best->effect();
   found_.effects.push_back(effect);
   found_.before.insert_or_assign(effect, current.held_out);
@@ -326,7 +345,7 @@ const Search::Round* Search::round(const std::vector<std::size_t>& effects,
   if (!trial) return nullptr;
   Round r{std::move(*trial), {}, {}};
   r.scores = trials_.scores(r.fitted.model());
-  if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores);
+  if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising);
   return &rounds_.emplace(std::move(key), std::move(r)).first->second;
 }
 
@@ -343,8 +362,9 @@ void Search::remember(const Score& score, std::optional<double> held_out) {
   if (held_out && (!known->held_out_error || *held_out < *known->held_out_error)) known->held_out_error = held_out;
 }
 
-void Search::tell(double share, const std::string& doing) const {
-  if (progress_) progress_(share, doing);
+void Search::tell(double share, const std::string& doing) {
+  told_ = std::max(told_, share);
+  if (progress_) progress_(told_, doing);
 }
 
 std::string Search::id(std::size_t effect) const { return std::string(found_.current.model().about(effect).id); }

@@ -74,7 +74,10 @@ class Search {
 
   void forward();
   bool add_best(const Round& round);
+  bool add_best_of(std::vector<Addition> additions);
   bool add_pair(const Round& round);
+  bool add_what_the_scores_passed_by(const Round& round);
+  void settle();
   void try_cogging_first();
   void try_fewer();
   void swap();
@@ -94,13 +97,14 @@ class Search {
   std::optional<Trial> fit_without(std::size_t effect);
   bool mends_another(std::size_t effect, const Loss& without, const Loss& with) const;
   void remember(const Score& score, std::optional<double> held_out);
-  void tell(double share, const std::string& doing) const;
+  void tell(double share, const std::string& doing);
   std::string id(std::size_t effect) const;
 
   Trials& trials_;
   const Criterion& criterion_;
   std::size_t longest_list_;
   Progress progress_;
+  double told_ = 0;  // the share
   Finding found_;
   bool rivals_are_stale_ = false;                     // the members have changed since they were collected
   std::map<std::vector<std::size_t>, Round> rounds_;  // by the effects added to the model as given

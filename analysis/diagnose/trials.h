@@ -37,6 +37,12 @@ struct Pair {
   Trial trial;
 };
 
+/// How many of the effects that a model lacks are refitted.
+enum class Breadth {
+  promising,  ///< those of the best scores
+  all,        ///< each that makes sense: a score is linear, and says little of a model that is far off
+};
+
 /// What a search asks of the data. Made-up answers test a search without a simulation.
 class Trials {
  public:
@@ -57,9 +63,9 @@ class Trials {
   /// The scores of all effects that a model lacks.
   virtual std::vector<Score> scores(const Model& fitted) = 0;
 
-  /// Refits of the best-scored. All of them descend a few steps; those that by then remove far less than the best do
+  /// Refits with one effect more. All of them descend a few steps; those that by then remove far less than the best do
   /// not go on.
-  virtual std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores) = 0;
+  virtual std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) = 0;
 
   /// The refit of what pulls at a shaft that never turns slowly: it shows where the shaft starts and stops, in no
   /// spectrum. Whole orders are tried one by one, on the shortest runs.

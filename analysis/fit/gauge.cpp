@@ -173,6 +173,25 @@ Model hold(std::span<const Record> records, const Model& given, const Model& fit
   return held;
 }
 
+std::optional<Model> held_nearer(std::span<const Record> records, const Model& given, const Model& fitted) {
+  const CalibrationOptions as_it_is{.extra_starts = 0, .max_iterations = 0, .with_covariance = false};
+  std::optional<Model> nearer;
+  Model at = fitted;
+  double cost = fit_or_none(records, fitted, as_it_is).cost;
+  for (std::size_t place = 0; place < ModelStructure::base_count; ++place) {
+    if (!fitted.at(place).pinned) continue;
+    for (const double candidate : values_to_try(given.at(place), fitted.at(place))) {
+      if (candidate == at.at(place).value) break;  // those that follow are farther
+      const Fit there = fit_with_pin(records, at, at, place, candidate);
+      if (there.cost > cost * (1 + no_loss) || crowded(there.model)) continue;
+      cost = std::min(cost, there.cost);
+      nearer = at = there.model;
+      break;
+    }
+  }
+  return nearer;
+}
+
 Model without_pins(Model model) {
   for (std::size_t i = 0; i < model.names().size(); ++i) {
     Parameter& p = model.at(i);

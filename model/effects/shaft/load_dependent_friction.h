@@ -26,8 +26,7 @@ struct LoadDependentFriction {
           "it, braking, it adds one.",
       .source = "Duclusaud et al. (2025), Extended Friction Models for the Physics Simulation of Servo Actuators: M3",
       .parameter_list = {{{.symbol = "k_l", .unit = "1", .null = 0, .min = 0, .max = 0.9, .typical = 0.1}}},
-      .opposes_motion = true,
-      .needs = "coulomb_friction"};
+      .opposes_motion = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {

@@ -53,6 +53,7 @@ class ByError final : public Criterion {
   }
   bool remainder(const Loss& loss) const override { return loss.error() > 1.1; }
   bool worth_a_wide_search(const Loss& loss) const override { return remainder(loss); }
+  bool far_off(const Loss& loss) const override { return remainder(loss); }
   bool anything_left(const Loss& loss) const override { return loss.error() > 1.05; }
 };
 
@@ -61,6 +62,7 @@ class MadeUp final : public Trials {
  public:
   std::map<Effects, double> errors;
   std::set<std::size_t> undetermined;
+  std::set<std::size_t> unpromising;  // by their scores
 
   Trial trial(const Model& model) const {
     Effects held;
@@ -77,10 +79,10 @@ class MadeUp final : public Trials {
   std::optional<Trial> fit_to_the_end(const Model& start) override { return trial(start); }
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override { return trial(start); }
   std::vector<Score> scores(const Model&) override { return {}; }
-  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>&) override {
+  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>&, Breadth breadth) override {
     std::vector<Addition> additions;
     for (std::size_t effect = 0; effect < effect_count; ++effect) {
-      if (fitted.model().includes(effect)) continue;
+      if (fitted.model().includes(effect) || (breadth == Breadth::promising && unpromising.contains(effect))) continue;
       Model more = fitted.model();
       more.include(effect);
       Score score;
@@ -130,6 +132,20 @@ TEST_F(SearchOnMadeUpFits, PassesOverWhatTheDataDoNotDetermine) {
   trials.errors = {{{}, 9}, {{dry}, 1}, {{air}, 2}};
   trials.undetermined = {dry};
   EXPECT_THAT(found().effects, ElementsAre(air));
+}
+
+TEST_F(SearchOnMadeUpFits, TriesAllBeforeItCallsARemainderUnexplained) {
+  trials.errors = {{{}, 9}, {{dry}, 3}, {{dry, air}, 1}};
+  trials.unpromising = {air};
+  EXPECT_THAT(found().effects, ElementsAre(dry, air));
+}
+
+TEST_F(SearchOnMadeUpFits, AddsAgainWhereADroppedMemberLeftRoom) {
+  // `brush` does nothing before `air` has gone, and `air` goes when `dry` and `coil` are there.
+  trials.unpromising = {brush};
+  trials.errors = {
+      {{}, 9}, {{air}, 4}, {{air, dry}, 3}, {{air, dry, coil}, 2}, {{dry, coil}, 2}, {{dry, coil, brush}, 1}};
+  EXPECT_THAT(found().effects, ElementsAre(dry, coil, brush));
 }
 
 TEST_F(SearchOnMadeUpFits, NamesTheRivalThatDoesAsWell) {
