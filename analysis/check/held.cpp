@@ -19,8 +19,13 @@ double mean_of(const Series& y, double from, double to) {
   return n > 0 ? sum / static_cast<double>(n) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Whether another signal goes somewhere else during a stretch: a third of its range between its thirds.
+/// Whether another signal goes somewhere else during a stretch: a third of its range between its thirds. A third of
+/// this one's has to be several of its steps for that to tell anything.
 bool others_move(const Run& run, Signal held_signal, double from, double to) {
+  constexpr double several = 5;
+  const Series& own = run.at(held_signal);
+  const auto [least, most] = std::ranges::minmax(own.value);
+  if (0.3 * (most - least) < several * step_of(own)) return false;
   const double third = (to - from) / 3;
   for (const auto& [signal, y] : run.signals) {
     const bool tells =
@@ -47,16 +52,19 @@ bool jumps_after(std::span<const double> x, const Stretch& s, double step) {
   return std::abs(x[s.end] - s.value) > std::max(5 * usual, 8 * step);
 }
 
-bool turns(const Run& run, double from, double to) {
+/// Whether the shaft turns by several counts of the angle during a stretch, as its speed says.
+bool turns(const Run& run, double from, double to, double count) {
+  constexpr double several = 3;
   if (!run.has(Signal::omega) || is_sparse(run, Signal::omega)) return false;
   const Series& omega = run.at(Signal::omega);
-  return std::abs(mean_of(omega, from, to)) > 0.1 * size_of(omega.value);
+  const double speed = std::abs(mean_of(omega, from, to));
+  return speed > 0.1 * size_of(omega.value) && speed * (to - from) > several * count;
 }
 
 /// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.
 bool angle_held(const Run& run, const Series& series, const Stretch& s, double step) {
   if (s.length() < 10) return false;
-  return jumps_after(series.value, s, step) || turns(run, series.t[s.begin], series.t[s.end - 1]);
+  return jumps_after(series.value, s, step) || turns(run, series.t[s.begin], series.t[s.end - 1], step);
 }
 
 void find_frozen(const Run& run, Signal signal, DataFindings& findings) {

@@ -38,6 +38,9 @@ class Loss {
   /// Is the floor of a signal known only to be no higher?
   bool floor_is_upper_bound(Signal signal) const { return floors_.at(signal).upper_bound; }
 
+  /// Or only to be no lower?
+  bool floor_is_lower_bound(Signal signal) const { return floors_.at(signal).lower_bound; }
+
   std::optional<Quality> quality;  ///< of the model that leaves this; where it was asked for
 
   /// Mean square of `worse` less that of `better` on the same readings.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace emtb {
@@ -46,20 +48,33 @@ double reproduced(std::span<const ResidualMap> seen, std::span<const ResidualMap
   return most;
 }
 
+namespace {
+
+/// The maps of what is left of the runs that were fitted, and of others: held out, or where none are, of the other half
+/// of the runs, or of each run.
+std::pair<std::vector<ResidualMap>, std::vector<ResidualMap>> maps_of_two_parts(const Dataset& data,
+                                                                                const Model& model) {
+  const std::span<const Record> train = data.train;
+  if (!data.held_out.empty()) return {residual_maps(train, model), residual_maps(data.held_out, model)};
+  if (train.size() == 1) return {residual_maps(train, model, {0, 0.5}), residual_maps(train, model, {0.5, 1})};
+  const std::size_t half = train.size() / 2;
+  return {residual_maps(train.first(half), model), residual_maps(train.subspan(half), model)};
+}
+
+}  // namespace
+
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule) {
   constexpr double clear = 0.15;  // of what is left beyond the floor: twelve bins of noise take less
   std::vector<Signal> small;
   for (const Signal signal : held_out.signals()) {
     if (!remainder_in(held_out, signal, rule) || held_out.floor_is_upper_bound(signal)) continue;
-    if (held_out.share_left(signal) > rule.remainder_share) return true;
+    // Where the noise is known to be no less than the floor, it may be all that is left.
+    const double share = held_out.floor_is_lower_bound(signal) ? rule.far_off : rule.remainder_share;
+    if (held_out.share_left(signal) > share) return true;
     small.push_back(signal);
   }
-  const std::size_t half = data.train.size() / 2;
-  const std::span<const Record> train = data.train;
-  const auto seen = data.held_out.empty() ? train.first(half) : train;
-  const auto again = data.held_out.empty() ? train.subspan(half) : std::span<const Record>(data.held_out);
-  if (small.empty() || seen.empty()) return false;
-  const std::vector<ResidualMap> first = residual_maps(seen, model), second = residual_maps(again, model);
+  if (small.empty()) return false;
+  const auto [first, second] = maps_of_two_parts(data, model);
   return std::ranges::any_of(small, [&](Signal signal) {
     const double mean = held_out.mean_square(signal);
     return reproduced(first, second, signal) > clear * (mean - 1) / mean;

@@ -11,8 +11,10 @@ namespace emtb {
 
 /// Is what a model leaves worth a name? It is where a signal is above its floor by more than the floor is uncertain,
 /// and
-///  - either by more than a fiftieth of how much the signal varies,
-///  - or it comes again in other runs as a function of speed, current, direction, angle or the like: then it is a law
+///  - either by more than a fiftieth of how much the signal varies, or a tenth where the floor is only known to be no
+///    lower: then noise may be all of it,
+///  - or it comes again in other runs, or the other half of an only run, as a function of speed, current, direction,
+///  angle or the like: then it is a law
 ///    that the model lacks, however small. A slow disturbance of its own is none.
 /// Where a floor is only known to be no higher than it is, nothing can be said of what lies below it.
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule = {});

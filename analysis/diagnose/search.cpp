@@ -86,7 +86,7 @@ bool Search::add_best_of(std::vector<Addition> additions) {
   const Trial& current = found_.current;
   for (const Addition& a : additions) remember(a.score, a.trial.held_out.error());
   std::erase_if(additions, [&](const Addition& a) {
-    return mends_another(a.effect(), current.held_out, a.trial.held_out) ||
+    return dropped_.contains(a.effect()) || mends_another(a.effect(), current.held_out, a.trial.held_out) ||
            !shows_itself(current.model().about(a.effect()), current.held_out, a.trial.held_out);
   });
   std::optional<Trial> kept;
@@ -296,6 +296,7 @@ void Search::prune() {
     found_.current = std::move(*without);
     found_.rivals.erase(effect);
     rivals_are_stale_ = true;
+    dropped_.insert(effect);
     found_.effects.erase(found_.effects.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -106,6 +107,7 @@ class Search {
   Progress progress_;
   double told_ = 0;  // the share
   Finding found_;
+  std::set<std::size_t> dropped_;                     // what others made superfluous is not added again
   bool rivals_are_stale_ = false;                     // the members have changed since they were collected
   std::map<std::vector<std::size_t>, Round> rounds_;  // by the effects added to the model as given
 };

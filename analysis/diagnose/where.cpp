@@ -91,10 +91,11 @@ using Points = std::array<std::vector<Point>, condition_count>;
 
 /// Adds the readings of one observation, each with the conditions that it was taken in.
 void add_points(Points& points, const Record& record, const Observation& o, const Residuals& residuals,
-                const Trajectory<double>& y, std::span<const double> heat) {
+                const Trajectory<double>& y, std::span<const double> heat, Part part) {
   const Excitation& x = record.excitation;
   const std::vector<double>& angle = x.angle.empty() ? y.theta : x.angle;
-  for (std::size_t j = 0; j < o.size(); ++j) {
+  const auto reading = [&](double share) { return static_cast<std::size_t>(share * static_cast<double>(o.size())); };
+  for (std::size_t j = reading(part.from); j < reading(part.to); ++j) {
     const std::size_t a = o.first[j], k = o.last[j];
     const auto over = [&](const std::vector<double>& signal) { return mean_over(signal, a, k); };
     const double scaled = residuals.value[static_cast<Eigen::Index>(j)];
@@ -119,7 +120,7 @@ void add_points(Points& points, const Record& record, const Observation& o, cons
 std::string_view name_of(Condition condition) noexcept { return names[static_cast<std::size_t>(condition)].name; }
 std::string_view unit_of(Condition condition) noexcept { return names[static_cast<std::size_t>(condition)].unit; }
 
-std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model) {
+std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model, Part part) {
   std::map<Signal, Points> points;
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
@@ -133,7 +134,7 @@ std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Mo
     const std::vector<Residuals> rs = residuals(records, i, record.structure(model), values, {});
     for (std::size_t s = 0; s < rs.size(); ++s) {
       const Observation& o = record.observations[s];
-      add_points(points[o.signal], record, o, rs[s], y, heat);
+      add_points(points[o.signal], record, o, rs[s], y, heat, part);
     }
   }
   std::vector<ResidualMap> maps;

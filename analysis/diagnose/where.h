@@ -29,9 +29,14 @@ struct ResidualMap {
   double explained = 0;  ///< share of the residual's variance that the bins' means explain
 };
 
+/// A part of each run, as shares of its readings.
+struct Part {
+  double from = 0, to = 1;
+};
+
 /// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own
 /// simulation, which is free of noise: the angle within a turn [rad], the heat lost in R_a since the run began [J]. The
 /// most telling map of each signal first; none that would be empty, of a meter with a handful of readings.
-std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model);
+std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model, Part part = {});
 
 }  // namespace emtb
