@@ -65,6 +65,7 @@ struct Ranges {
   double torque = 0;          ///< [N m] that this current makes
   double speed = 0;           ///< [rad/s] largest |omega|
   double duration = 0;        ///< [s] of the longest run
+  double sample = 0;          ///< [s] between two rows of the quickest run
   double heat = 0;            ///< [J] lost in R_a in the hottest run
   double inertia = 0;         ///< [kg m2] of the fitted model
   double rise = 0, fall = 0;  ///< [V/s] known limits of the driver

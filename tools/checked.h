@@ -2,7 +2,9 @@
 
 #include <ostream>
 #include <span>
+#include <string>
 
+#include "hal/error.h"
 #include "model/model.h"
 #include "session/session.h"
 
@@ -14,10 +16,19 @@ namespace emtb {
 bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, const Model& model, bool unchecked,
                    std::ostream& say);
 
-/// What `--only`, `--without` and `--unchecked` do, for help.
+/// What `--only`, `--without`, `--explain` and `--unchecked` do, for help.
 inline constexpr const char* only_help =
     "tries these effects alone, and what they need: ids, with commas or one by one";
 inline constexpr const char* without_help = "tries all but these effects";
+inline constexpr const char* explain_help =
+    "torque: what the gauge reads is to be explained as well; else it loads the shaft as it is";
 inline constexpr const char* unchecked_help = "goes on where the recordings contradict themselves: see emtb check";
+
+/// Whether `--explain` asks for the torque. @throws Error for another word: only the torque is an input beside being
+/// read.
+inline bool explains_torque(const std::string& word) {
+  if (!word.empty() && word != "torque") throw Error("--explain takes `torque`, not `" + word + "`");
+  return !word.empty();
+}
 
 }  // namespace emtb

@@ -49,6 +49,7 @@ struct ModelOptions {
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file, candidates;
   Wanted wanted;
+  std::string explain;
   bool fit = false, plot = false, intervals = false, unchecked = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
@@ -394,6 +395,7 @@ int diagnose_command(const ModelOptions& o) {
   const std::vector<Run>&train = runs->train, &held_out = runs->held_out;
   Progress progress;
   DiagnoseOptions options;
+  options.explain_torque = explains_torque(o.explain);
   options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
   Diagnosis d = diagnose(train, held_out, model, options);
   progress.clear();
@@ -469,6 +471,7 @@ void add_model_commands(CommandLine& line) {
       .option("--candidates", o->candidates, candidates)
       .options("--only", o->wanted.only, only_help)
       .options("--without", o->wanted.without, without_help)
+      .option("--explain", o->explain, explain_help)
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");

@@ -22,6 +22,7 @@ struct ReportOptions {
   std::string model, map, candidates, out = "report.html", png, json_file, command;
   std::vector<std::string> sessions, held_out;
   Wanted wanted;
+  std::string explain;
   bool unchecked = false;
 };
 
@@ -68,6 +69,7 @@ int report_command(const ReportOptions& o) {
   Diagnosis d;
   try {
     DiagnoseOptions options;
+    options.explain_torque = explains_torque(o.explain);
     options.progress = [&](double share, const std::string& doing) { progress.show(0.9 * share, doing); };
     d = diagnose(in.part(false), in.part(true), in.model, options);
   } catch (const ModelError& refusal) {
@@ -101,6 +103,7 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
               "a YAML file of formulas of your own, to be tried beside the library's effects")
       .options("--only", o->wanted.only, only_help)
       .options("--without", o->wanted.without, without_help)
+      .option("--explain", o->explain, explain_help)
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")
       .option("--json", o->json_file, "writes the diagnosis to this file; - for standard output")

@@ -123,6 +123,15 @@ void free_what_is_told(Finding& found, FittedTrials& trials, const Dataset& data
   found.current = std::move(*trial);
 }
 
+/// What only drives the model: a measured torque of which the model as given says nothing.
+std::vector<Signal> only_inputs(const Model& given, const DiagnoseOptions& options) {
+  const bool asked = options.explain_torque || std::ranges::any_of(given.effects, [&](const IncludedEffect& e) {
+                       const EffectInfo& about = given.about(e.effect);
+                       return about.stage == Stage::load || about.reads == Signal::torque;
+                     });
+  return asked ? std::vector<Signal>{} : std::vector{Signal::torque};
+}
+
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   if (!informative(data)) return Verdict::cannot_tell;
   if (remainder) return Verdict::unknown_effect;
@@ -188,7 +197,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
   }
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality));
+  d.verdict = verdict_of(
+      d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality, only_inputs(model, options)));
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");

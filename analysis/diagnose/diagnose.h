@@ -70,8 +70,10 @@ struct DiagnoseOptions {
   std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
   std::size_t longest_list = 6;  ///< no more effects than this are added
   double curves_from =
-      above_the_floor;  ///< error of the base model, in floors, from which the missing curves are recovered
-  Reach reach;          ///< of the next experiment
+      above_the_floor;          ///< error of the base model, in floors, from which the missing curves are recovered
+  bool explain_torque = false;  ///< whether a measured torque is to be explained where the model as given has no load;
+                                ///< else it loads the shaft as it is, and what no law makes of it is no remainder
+  Reach reach;                  ///< of the next experiment
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/ringing.h"
 
@@ -68,6 +69,8 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.speed = std::max(seen.speed, extremes.seen.speed);
     seen.heat = std::max(seen.heat, extremes.heat);
     seen.duration = std::max(seen.duration, x.t.back() - x.t.front());
+    const double sample = mean_interval(x.t);
+    seen.sample = seen.sample > 0 ? std::min(seen.sample, sample) : sample;
   }
   seen.torque = values[base::K_m] * seen.current;
   return seen;

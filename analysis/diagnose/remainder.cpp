@@ -63,14 +63,18 @@ std::pair<std::vector<ResidualMap>, std::vector<ResidualMap>> maps_of_two_parts(
 
 }  // namespace
 
-bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule) {
+bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule,
+                  std::span<const Signal> inputs) {
+  constexpr double coloured = 8;  // by so much differences underrate noise that keeps 0.97 from reading to reading
   constexpr double clear = 0.15;  // of what is left beyond the floor: twelve bins of noise take less
   std::vector<Signal> small;
   for (const Signal signal : held_out.signals()) {
+    if (std::ranges::find(inputs, signal) != inputs.end()) continue;
     if (!remainder_in(held_out, signal, rule) || held_out.floor_is_upper_bound(signal)) continue;
-    // Where the noise is known to be no less than the floor, it may be all that is left.
-    const double share = held_out.floor_is_lower_bound(signal) ? rule.far_off : rule.remainder_share;
-    if (held_out.share_left(signal) > share) return true;
+    // Where the noise is only known to be no less than the floor, it may be all that is left.
+    const bool may_be_noise =
+        held_out.floor_is_lower_bound(signal) && held_out.mean_square(signal) < coloured * coloured;
+    if (held_out.share_left(signal) > rule.remainder_share && !may_be_noise) return true;
     small.push_back(signal);
   }
   if (small.empty()) return false;

@@ -27,7 +27,9 @@ class Instrument {
 
   /// @param take called with the number of each reading that ends at grid point k, and its prediction
   template <class Take>
-  void see(std::size_t k, const Scalar& x, const Take& take) {
+  void see(std::size_t k, const Scalar& now, const Take& take) {
+    const Scalar x = o_.late > 0 && k > 0 ? now + o_.late * (sample_before_ - now) : now;
+    sample_before_ = now;
     if (o_.functional == Functional::slope) {
       sum_up(k, x, take);
       return;
@@ -67,6 +69,7 @@ class Instrument {
   bool averages_;
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
   Scalar integral_{}, before_{};
+  Scalar sample_before_{};                 ///< the signal at the grid point before: what a late instrument still reads
   std::vector<Scalar> integral_at_first_;  ///< or of an increment, the signal itself
 };
 

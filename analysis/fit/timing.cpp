@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,26 @@ bool sees_its_input(const Record& record, const Model& model) {
 bool models_edges(const Model& model) {
   return std::ranges::any_of(
       model.effects, [&](const IncludedEffect& e) { return model.about(e.effect).family == Family::driver_edges; });
+}
+
+/// Says an effect of the model itself how an instrument reads?
+bool models_reading(const Model& model, Signal signal) {
+  return std::ranges::any_of(model.effects,
+                             [&](const IncludedEffect& e) { return model.about(e.effect).reads == signal; });
+}
+
+/// The minimum of a quadratic form  ½ xᵀAx − bᵀx  with each x from 0 to 1, one after the other.
+Eigen::VectorXd least_within_one(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  constexpr int rounds = 100;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
+  for (int round = 0; round < rounds; ++round) {
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      if (a(i, i) <= 0) continue;
+      const double others = a.row(i).dot(x) - a(i, i) * x[i];
+      x[i] = std::clamp((b[i] - others) / a(i, i), 0.0, 1.0);
+    }
+  }
+  return x;
 }
 
 class TimingSearch {
@@ -56,6 +77,61 @@ class TimingSearch {
     return 0.5 * (squares - taken);
   }
 
+  /// By which part of a sample each instrument is behind the others. A prediction is a straight line of it, so that two
+  /// passes tell all of them.
+  /// @param clear of half the sum of squares that it has to take away
+  std::map<Signal, double> late(Timing timing, double clear) {
+    constexpr double least = 0.1;  // of a sample
+    std::vector<Signal> signals;
+    for (const Residuals& r : known_) {
+      if (models_reading(model_, r.signal) || std::ranges::find(signals, r.signal) != signals.end()) continue;
+      signals.push_back(r.signal);
+    }
+    timing.late.clear();
+    set_timing(records_, timing);
+    const std::vector<Residuals> in_time = emtb::residuals(records_, model_, values_, {});
+    for (const Signal signal : signals) timing.late[signal] = 1;
+    set_timing(records_, timing);
+    const std::vector<Residuals> behind = emtb::residuals(records_, model_, values_, {});
+    const auto n = static_cast<Eigen::Index>(signals.size());
+    Eigen::MatrixXd sd = Eigen::MatrixXd::Zero(sts_.rows(), n);
+    Eigen::VectorXd sr = Eigen::VectorXd::Zero(sts_.rows()), dd = Eigen::VectorXd::Zero(n), dr = dd;
+    for (std::size_t i = 0; i < in_time.size(); ++i) {
+      const Eigen::VectorXd change = behind[i].value - in_time[i].value;
+      const auto signal = std::ranges::find(signals, in_time[i].signal);
+      if (known_[i].informed()) sr += transposed_product(known_[i].sensitivity, in_time[i].value);
+      if (signal == signals.end()) continue;
+      const auto c = signal - signals.begin();
+      if (known_[i].informed()) sd.col(c) += transposed_product(known_[i].sensitivity, change);
+      dd[c] += change.squaredNorm();
+      dr[c] += change.dot(in_time[i].value);
+    }
+    Eigen::MatrixXd a = dd.asDiagonal();
+    Eigen::VectorXd b = -dr;
+    if (sts_.rows() > 0) {
+      a -= sd.transpose() * solve_normal(sts_, sd);
+      b += sd.transpose() * solve_normal(sts_, sr);
+    }
+    // Each by itself against the others: a nuisance is free, but not for a crumb.
+    for (Eigen::Index c = 0; c < n; ++c) {
+      Eigen::MatrixXd without_a = a;
+      without_a.row(c).setZero();
+      without_a.col(c).setZero();
+      const auto left = [&](const Eigen::VectorXd& x) { return 0.5 * x.dot(a * x) - b.dot(x); };
+      const double gained = left(least_within_one(without_a, b)) - left(least_within_one(a, b));
+      if (gained < clear || least_within_one(a, b)[c] < least) {
+        a = without_a;
+        b[c] = 0;
+      }
+    }
+    const Eigen::VectorXd x = least_within_one(a, b);
+    std::map<Signal, double> found;
+    for (Eigen::Index c = 0; c < n; ++c) {
+      if (x[c] > 0) found[signals[static_cast<std::size_t>(c)]] = x[c];
+    }
+    return found;
+  }
+
  private:
   const Model& model_;
   std::vector<double> values_;
@@ -73,7 +149,8 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   for (const Record& record : records) {
     if (sees_its_input(record, fitted)) seen.push_back(record);
   }
-  if (seen.empty()) return {};
+  const bool input_is_seen = !seen.empty();
+  if (!input_is_seen) seen.assign(records.begin(), records.end());
   const double interval = mean_interval(seen.front().excitation.t);
   TimingSearch search(std::move(seen), fitted);
   Timing best;
@@ -84,9 +161,13 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
     least = cost;
     best = timing;
   };
-  const bool held = fitted.input == Signal::e_a;
+  const auto with_late = [&](Timing timing) {
+    timing.late = search.late(timing, clear);
+    return timing;
+  };
+  const bool held = input_is_seen && fitted.input == Signal::e_a;
   if (held) look_at({0, true});
-  if (models_edges(fitted)) return best;
+  if (models_edges(fitted) || !input_is_seen) return with_late(best);
   for (const double share : shares) look_at({share * interval, held});
   if (std::abs(best.acts_after) > 0.1 * interval) {  // between the places tried: twice as near, twice
     for (double step = 0.125; step > 0.05; step /= 2) {
@@ -96,14 +177,20 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
       }
     }
   }
-  return best;
+  return with_late(best);
 }
 
 bool settle_timing(Dataset& data, const Model& fitted) {
   constexpr double same = 0.1;  // of a sample: what a search on a grid of sixteenths may differ by
   const Timing timing = fitted_timing(data.train, fitted), &before = data.timing;
   const double interval = mean_interval(data.train.front().excitation.t);
-  if (timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
+  const auto late = [](const Timing& of, Signal signal) {
+    const auto found = of.late.find(signal);
+    return found != of.late.end() ? found->second : 0;
+  };
+  const bool as_late = std::ranges::all_of(
+      all_signals(), [&](Signal signal) { return std::abs(late(timing, signal) - late(before, signal)) < same; });
+  if (as_late && timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
       std::abs(timing.acts_after - before.acts_after) < same * interval) {
     return false;
   }

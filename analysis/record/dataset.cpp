@@ -27,6 +27,10 @@ void set_timing(std::span<Record> records, const Timing& timing) {
   for (Record& record : records) {
     record.excitation.acts_after = timing.acts_after;
     record.excitation.e_a_held = timing.held;
+    for (Observation& o : record.observations) {
+      const auto late = timing.late.find(o.signal);
+      o.late = late != timing.late.end() && !o.slow ? late->second : 0;
+    }
   }
 }
 

@@ -32,8 +32,11 @@ struct ArmatureInductance {
 
   /// The current follows faster than the speed does.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
-    return Plausible(info, p).at_most("L_a/R_a", p[0] / machine.R_a, machine.time_constant(), "s",
-                                      "the mechanical time constant");
+    constexpr double unseen = 0.1;  // of a sample: the logger's timing does as much
+    const double tau = p[0] / machine.R_a;
+    return Plausible(info, p)
+        .at_least("L_a/R_a", tau, unseen * machine.seen.sample, "s", "a tenth of a sample")
+        .at_most("L_a/R_a", tau, machine.time_constant(), "s", "the mechanical time constant");
   }
 };
 
