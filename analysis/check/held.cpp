@@ -24,8 +24,10 @@ double mean_of(const Series& y, double from, double to) {
 bool others_move(const Run& run, Signal held_signal, double from, double to) {
   constexpr double several = 5;
   const Series& own = run.at(held_signal);
-  const auto [least, most] = std::ranges::minmax(own.value);
-  if (0.3 * (most - least) < several * step_of(own)) return false;
+  std::vector<double> sorted = own.value;  // but for the peaks, as of a current that starts the motor
+  std::ranges::sort(sorted);
+  const double usual = sorted[sorted.size() * 95 / 100] - sorted[sorted.size() * 5 / 100];
+  if (0.3 * usual < several * step_of(own)) return false;
   const double third = (to - from) / 3;
   for (const auto& [signal, y] : run.signals) {
     const bool tells =
@@ -84,7 +86,10 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
       continue;
     }
     const bool extreme = (s.value == low || s.value == high) && !jumps_after(x, s, step);  // clipped, if anything
-    if (std::abs(s.value) <= rest || extreme || s.length() < std::max<std::size_t>(20, 20 * usual.length)) continue;
+    if (std::abs(s.value) <= rest || extreme ||
+        s.length() < std::max<std::size_t>({20, 20 * usual.length, 3 * usual.rare})) {
+      continue;
+    }
     const bool jump = jumps_after(x, s, step) && !driven(run, signal, series.t[s.end - 1], series.t[s.end]);
     if (usual.noisy || jump || others_move(run, signal, series.t[s.begin], series.t[s.end - 1])) found.push_back(s);
   }

@@ -32,6 +32,7 @@ double noise_of(std::span<const double> x, double rest);
 /// How a signal goes on from reading to reading where it is off rest.
 struct Restlessness {
   std::size_t length = 1;  ///< half of the readings stand in stretches at least as long as this
+  std::size_t rare = 1;    ///< one stretch in a hundred is longer: where a reading lies amid a step of its instrument
   bool noisy = false;      ///< its noise reaches the next step again and again: a long stretch is none of its own
 };
 

@@ -50,6 +50,9 @@ std::optional<DataFinding> by_gauge(const MotionWindows& w, const MotorBalance& 
     const Signal wrong = unit->factor > 1 ? Signal::i_a : Signal::torque;
     return scale_finding(wrong, start + in_unit(wrong, "thousandths (mA, mN m)"));
   }
+  // Friction takes a part of the torque before the gauge sees it, so that K_m may be a few times too small.
+  constexpr double may_be_friction = 8;
+  if (ratio > 1 && ratio < may_be_friction) return std::nullopt;
   if (const auto unit = speed_unit(1 / ratio, 1.6)) {
     return scale_finding(*w.speed, start + in_unit(*w.speed, w.speed == Signal::omega ? unit->unit : "deg"));
   }

@@ -144,7 +144,7 @@ class TimingSearch {
 
 Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   constexpr double clear = 10;  // of half the sum of squares: a nuisance is free, but not for a crumb
-  constexpr std::array shares{just_before, -0.25, -0.5, -0.75, 0.25, 0.5, 0.75, 1.0};  // of a sample
+  constexpr std::array shares{just_before, -0.25, -0.5, -0.75, -1.0, 0.25, 0.5, 0.75, 1.0};  // of a sample
   std::vector<Record> seen;
   for (const Record& record : records) {
     if (sees_its_input(record, fitted)) seen.push_back(record);

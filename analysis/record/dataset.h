@@ -15,7 +15,7 @@ namespace emtb {
 /// When what is set from outside acts, relative to the readings of its row, before they are taken or after; and which
 /// instruments are read behind the others.
 struct Timing {
-  double acts_after = 0;  ///< [s] less than a sample; negative: the readings of a row were taken after it was written
+  double acts_after = 0;  ///< [s] a sample at most; negative: the readings of a row were taken after it was written
   bool held = false;      ///< a voltage that is the model's input was set, and holds from row to row
   std::map<Signal, double> late = {};  ///< [samples] see Observation::late; of those not in it, 0
 };

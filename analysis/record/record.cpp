@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "analysis/record/repeats.h"
 #include "analysis/record/shaft_angle.h"
 #include "hal/error.h"
 
@@ -80,10 +81,12 @@ void add(ObservedRun& record, Observation o) {
   if (o.size() > 0) record.observations.push_back(std::move(o));
 }
 
-/// A signal as its instrument read it: an instant, or where readings are few, means.
+/// A signal as its instrument read it: an instant, or where readings are few, means. What a logger repeats from row to
+/// row counts once.
 Observation read(const Run& run, Signal signal, std::span<const double> grid) {
   const Series& series = run.at(signal);
-  return observe(series, signal, grid, series.window > 0 || 2 * series.t.size() < grid.size());
+  const bool slow = series.window > 0 || 2 * series.t.size() < grid.size();
+  return slow ? observe(series, signal, grid, slow) : observe(updates_of(series), signal, grid, slow);
 }
 
 /// The speed, and the angle that judges it or stands for it.

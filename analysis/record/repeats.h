@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "session/session.h"
+
+namespace emtb {
+
+/// Rows from one update of a signal to the next, where a logger writes it more often than its instrument reads: 1 where
+/// it changes at any row. Told by the rows at which it changes, from thirty changes on.
+/// @param first the row of the first update
+std::size_t rows_an_update(std::span<const double> value, std::size_t* first = nullptr);
+
+/// The series without the rows that only repeat the one before: a reading counts once, and its noise is that between
+/// updates.
+Series updates_of(const Series& series);
+
+}  // namespace emtb

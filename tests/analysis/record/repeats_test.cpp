@@ -1,0 +1,50 @@
+#include "analysis/record/repeats.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace emtb {
+namespace {
+
+using testing::ElementsAre;
+
+/// A reading that is updated every so many rows, from some row on.
+Series written(std::size_t rows, std::size_t first) {
+  Series series;
+  double shown = 0;
+  for (std::size_t k = 0; k < 400; ++k) {
+    if (k % rows == first) shown = std::sin(0.1 * static_cast<double>(k));
+    series.t.push_back(1e-3 * static_cast<double>(k));
+    series.value.push_back(shown);
+  }
+  return series;
+}
+
+TEST(Repeats, AreToldByTheRowsAtWhichASignalChanges) {
+  std::size_t first = 0;
+  EXPECT_EQ(rows_an_update(written(4, 3).value, &first), 4U);
+  EXPECT_EQ(first, 3U);
+  EXPECT_EQ(rows_an_update(written(1, 0).value), 1U);
+}
+
+TEST(Repeats, OfACoarseInstrumentAreReadings) {
+  Series coarse = written(1, 0);
+  for (double& v : coarse.value) v = std::round(8 * v) / 8;
+  EXPECT_EQ(rows_an_update(coarse.value), 1U);
+  EXPECT_EQ(updates_of(coarse).value.size(), coarse.value.size());
+}
+
+TEST(Repeats, CountOnce) {
+  const Series updates = updates_of(written(3, 1));
+  EXPECT_EQ(updates.value.size(), 133U);
+  EXPECT_THAT(std::vector(updates.t.begin(), updates.t.begin() + 3),
+              ElementsAre(testing::DoubleEq(1e-3), testing::DoubleEq(4e-3), testing::DoubleEq(7e-3)));
+  EXPECT_DOUBLE_EQ(updates.value[2], std::sin(0.7));
+}
+
+TEST(Repeats, TooFewToTellAreLeft) { EXPECT_EQ(rows_an_update(std::vector<double>(100, 1.0)), 1U); }
+
+}  // namespace
+}  // namespace emtb
