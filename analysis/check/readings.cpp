@@ -127,7 +127,7 @@ bool moves(const Series& series) {
   const double step = step_of(series), noise = noise_of(x, 0);
   // Second differences make coloured noise four times too small.
   if (noise > 0.5 * step ? high - low > 40 * noise : step > 0 && high - low > 3.5 * step) return true;
-  if (quarters_differ(x) || counts_to_one_side(x)) return true;
+  if (high - low > 0.9 * step && (quarters_differ(x) || counts_to_one_side(x))) return true;
   const std::size_t length = std::min<std::size_t>(100, x.size());
   double far = 0;
   std::vector<double> scatter;
