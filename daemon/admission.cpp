@@ -61,7 +61,7 @@ Experiment Admission::read(const std::string& text) const {
                                               ", whose reference is recorded. Run `replay`, or start emtbd on a bench");
   }
   try {
-    if (!is_inline(text)) return read_experiment(profile_path(text, bench_.file));
+    if (!is_inline(text)) return read_experiment(named_profile(text, bench_.file));
     const YamlMap yaml = YamlMap::parse(text, "profile");
     if (yaml.text_or("kind", "") == "from_csv")
       yaml.fail("kind", "is from_csv: a text that is sent has no files beside it");

@@ -28,7 +28,7 @@ class Admission {
   Admission(const BenchConfig& bench, const Live& live, Settings settings)
       : bench_(bench), live_(live), settings_(std::move(settings)) {}
 
-  /// @param text a profile's name or path, or its YAML
+  /// @param text a profile's name, never a path, or its YAML
   /// @throws rpc::Refusal where there is no such experiment, or it goes beyond the bench's limits
   Experiment find(const std::string& text) const;
 

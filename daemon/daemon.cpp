@@ -74,7 +74,9 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
   recorder_thread_ = std::thread([this] { record(); });
   server_.start({.line = [this](std::string_view line, const rpc::Peer& peer) { return service_.answer(line, peer); },
                  .gone = [this](const rpc::Peer& peer) { service_.gone(peer); },
-                 .live = [this](std::uint64_t peer) { return service_.live_line(peer); }});
+                 .live = [this](std::uint64_t peer) { return service_.live_line(peer); },
+                 .stop = {.stop = [this] { return ++mailbox_.stops; },
+                          .stopped = [this](std::uint64_t number) { return stopped(number); }}});
 }
 
 Recorder::Listeners Daemon::listeners_of_recorder() {
@@ -124,6 +126,12 @@ Loop::Settings Daemon::loop_settings() const {
           .R_a = config_.motor.R_a.value_or(0),
           .period = 1 / config_.rate,
           .real_time = !settings_.set_pace};
+}
+
+/// On the stop's own thread.
+std::optional<Stopped> Daemon::stopped(std::uint64_t number) const noexcept {
+  if (live_.stops.load(std::memory_order_acquire) < number) return std::nullopt;
+  return Stopped{.run = live_.stopped_run.load(), .safe = !live_.output_broken.load()};
 }
 
 /// The recorder's thread.

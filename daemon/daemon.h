@@ -55,6 +55,7 @@ class Daemon {
   Service::Settings service_settings() const;
   Loop::Settings loop_settings() const;
   void follow_named_model();
+  std::optional<Stopped> stopped(std::uint64_t number) const noexcept;
   void record();
 
   const BenchConfig& config_;

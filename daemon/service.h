@@ -51,7 +51,7 @@ class Service {
   void connect(Socket socket) { socket_ = std::move(socket); }
   void set_realtime(std::vector<RealtimeStep> steps) { realtime_ = std::move(steps); }
 
-  std::string answer(std::string_view line, const rpc::Peer& peer) const { return methods_.answer(line, peer); }
+  rpc::Reply answer(std::string_view line, const rpc::Peer& peer) const { return methods_.answer(line, peer); }
 
   /// The line that this subscriber is sent at its rate: `live`, with the estimates where it asked for them.
   std::string live_line(std::uint64_t peer) const;
@@ -84,7 +84,7 @@ class Service {
   nlohmann::json run(const rpc::Params& params, const rpc::Peer& peer);
   nlohmann::json stop();
   nlohmann::json confirm(const rpc::Peer& peer);
-  nlohmann::json reset(const rpc::Peer& peer);
+  rpc::Later reset(const rpc::Peer& peer);
   nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer);
   nlohmann::json estimates(const rpc::Params& params);
   nlohmann::json config() const;

@@ -82,7 +82,7 @@ json run_on_bench(Client& daemon, const json& wish) {
   while (true) {
     if (interrupted() && !stopping) {
       stopping = true;
-      daemon.call("stop", json::object());
+      stop_now(daemon.path());
     }
     if (paused != 0 && enter_pressed()) daemon.call("confirm", json::object());
     const auto message = daemon.notification(0.2);

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <new>
 
 #include "hal/error.h"
 #include "report/text.h"
@@ -83,6 +84,8 @@ int CommandLine::run(int argc, const char* const* argv) {
     const bool unknown = impl_->app->get_subcommands().empty() && !rest.empty();
     std::cerr << "emtb: " << (unknown ? rest.front() + ": no such command or option" : e.what())
               << ". See emtb --help\n";
+  } catch (const std::bad_alloc&) {
+    std::cerr << "emtb: the memory that is free is not enough. Give fewer sessions, or spans of them: PATH@T0:T1\n";
   } catch (const std::exception& e) {
     std::cerr << "emtb: " << e.what() << "\n";
   }

@@ -203,7 +203,7 @@ TEST_F(Csv, AMappingThatDoesNotFitIsToldSo) {
 }
 
 TEST_F(Csv, AFileThatIsNotThereIsToldSo) {
-  EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("none.csv")); }), HasSubstr("none.csv: no such file"));
+  EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("none.csv")); }), HasSubstr("none.csv: cannot be read: no such file"));
   EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("")); }), HasSubstr("is a folder"));
 }
 
