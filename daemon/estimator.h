@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
@@ -44,6 +45,12 @@ class Estimator {
   /// @throws ModelError where the bench does not measure what the model needs.
   void follow(const Model& model);
 
+  /// The same with a model that somebody sent: if a step of it is found to cost less than the loop's period, as
+  /// measured on the estimator's own thread. Never waits.
+  /// @return asked until it gives estimates(), null before; it throws ModelError where the model is refused
+  /// @throws ModelError where another such model is being measured
+  std::function<nlohmann::json()> propose(Model model);
+
   /// What the session of a run should tell: changes of the motor that were noticed since the last call. Never waits:
   /// what cannot be had now comes with the next call.
   /// @param run whose session is on, counted as the feed does; what was to be told of one before it comes too late
@@ -62,7 +69,10 @@ class Estimator {
     Event event;
   };
 
+  struct Proposal;
+
   void work();
+  void consider();
   void publish();
   void remark();
 
@@ -71,6 +81,7 @@ class Estimator {
 
   mutable std::mutex mutex_;  // between follow(), estimates() and the thread
   std::unique_ptr<LiveEstimator> next_;
+  std::shared_ptr<Proposal> proposal_;
   std::string next_name_;
   std::unique_ptr<nlohmann::json> latest_;
   std::string why_not_ =

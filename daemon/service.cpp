@@ -7,8 +7,8 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "config/model.h"
 #include "daemon/finite_or_null.h"
+#include "daemon/sent_model.h"
 #include "daemon/status_json.h"
 #include "emtb/version.h"
 
@@ -57,7 +57,7 @@ Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, 
   });
   plain("config", [this](const Peer&) { return config(); });
   methods_.add("run", [this](const Params& params, const Peer& peer) { return run(params, peer); });
-  methods_.add("estimates", [this](const Params& params, const Peer&) { return estimates(params); });
+  methods_.add_slow("estimates", [this](const Params& params, const Peer&) { return estimates(params); });
   methods_.add("subscribe", [this](const Params& params, const Peer& peer) { return subscribe(params, peer); });
 }
 
@@ -318,16 +318,19 @@ json Service::subscribe(const rpc::Params& params, const rpc::Peer& peer) {
 }
 
 /// @param params `model`: the text of a model file to follow from now on; it moves nothing, so that anybody may
-json Service::estimates(const rpc::Params& params) {
+rpc::Later Service::estimates(const rpc::Params& params) {
   params.only({"model"});
-  try {
-    if (const std::string text = params.text_or("model", ""); !text.empty()) {
-      estimator_.follow(read_model(YamlMap::parse(text, "model")));
+  const auto or_refusal = [](const auto& ask) {
+    try {
+      return ask();
+    } catch (const Error& e) {
+      throw Refusal(rpc::code::not_available, e.what());
     }
-    return estimator_.estimates();
-  } catch (const Error& e) {
-    throw Refusal(rpc::code::not_available, e.what());
-  }
+  };
+  const std::string text = params.text_or("model", "");
+  if (text.empty()) return [this, or_refusal] { return or_refusal([this] { return estimator_.estimates(); }); };
+  const auto there = or_refusal([&] { return estimator_.propose(read_sent_model(text)); });
+  return [or_refusal, there] { return or_refusal(there); };
 }
 
 json Service::config() const {

@@ -86,7 +86,7 @@ class Service {
   nlohmann::json confirm(const rpc::Peer& peer);
   rpc::Later reset(const rpc::Peer& peer);
   nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer);
-  nlohmann::json estimates(const rpc::Params& params);
+  rpc::Later estimates(const rpc::Params& params);
   nlohmann::json config() const;
 
   SessionWriter::Description session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,

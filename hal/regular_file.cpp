@@ -25,7 +25,7 @@ std::string size_in_words(std::uint64_t bytes) {
   constexpr std::uint64_t kilo = 1024;
   if (bytes >= kilo * kilo * kilo) return std::to_string(bytes / (kilo * kilo * kilo)) + " GiB";
   if (bytes >= kilo * kilo) return std::to_string(bytes / (kilo * kilo)) + " MiB";
-  return std::to_string(bytes / kilo) + " KiB";
+  return std::to_string(bytes) + " bytes";
 }
 
 }  // namespace

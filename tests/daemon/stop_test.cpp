@@ -138,6 +138,36 @@ TEST_F(StopTest, TheMethodEndsAnArmingToo) {
   EXPECT_THAT(arming.line(), HasSubstr("a stop came meanwhile"));
 }
 
+TEST_F(StopTest, AModelThatIsTooMuchIsRefusedAndKeepsNobodyWaiting) {
+  start();
+  Client client(path("sock"));
+  const std::string base = read(std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml");
+  const std::string head = base.substr(0, base.find("effects:"));
+  const auto why = [&](const std::string& effects) {
+    return message_of<rpc::Refusal>([&] { client.call("estimates", {{"model", head + "effects:\n" + effects}}); });
+  };
+  const auto formulas = [](int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i) {
+      const std::string n = std::to_string(i);
+      text += "  f" + n + ": {torque: \"-c" + n + "*omega^3\", parameters: {c" + n +
+              ": {value: 0, min: 0, max: 1.0e-6, unit: N m s3/rad3}}}\n";
+    }
+    return text;
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THAT(why(formulas(500)), HasSubstr("has 500 effects, but a daemon follows at most 40"));
+  EXPECT_THAT(why(formulas(30)), HasSubstr("has 30 formulas, but a daemon follows at most 8"));
+  std::string parameters;
+  for (int i = 0; i < 200; ++i) {
+    parameters += (i == 0 ? "" : ", ") + ("p" + std::to_string(i)) + ": {value: 0, min: 0, max: 1, unit: N m}";
+  }
+  EXPECT_THAT(why("  f: {torque: \"-p0\", parameters: {" + parameters + "}}\n"), HasSubstr("has 200 parameters"));
+  EXPECT_THAT(why("  f: {torque: \"" + std::string(2000, '1') + "\", parameters: {}}\n"),
+              HasSubstr("longer than 1000"));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+}
+
 TEST_F(StopTest, ARunTakesNoPathOfAnothersChoice) {
   start();
   Client client(path("sock"));
