@@ -17,6 +17,7 @@
 #include "daemon/lock.h"
 #include "daemon/make_safe.h"
 #include "daemon/options.h"
+#include "daemon/repairs.h"
 #include "drivers/registry.h"
 #include "drivers/replay/open.h"
 #include "drivers/simulated/paced_clock.h"
@@ -54,16 +55,10 @@ void prepare_data(const std::filesystem::path& data) {
   unlink(probe.c_str());
 }
 
-void repair_sessions(const std::filesystem::path& data) {
-  for (const auto& entry : std::filesystem::directory_iterator(data)) {
-    if (entry.path().extension() != ".h5") continue;
-    try {
-      if (repair_session(entry.path()))
-        spdlog::warn("{}: its recording had ended abruptly; repaired", entry.path().string());
-    } catch (const Error& e) {
-      spdlog::warn("{}", e.what());
-    }
-  }
+/// In a process of its own, which Repairs started.
+int repair(const std::filesystem::path& file) {
+  repair_alone(file);
+  return 0;
 }
 
 /// `--pace` takes the place of simulation.pace. The bench's own text, which sessions keep, stays as it is.
@@ -108,6 +103,7 @@ Bench open_replay(const Options& options, BenchConfig& config, Daemon::Settings&
 }
 
 int serve(const Options& options) {
+  if (!options.repair.empty()) return repair(options.repair);
   if (options.safe) return make_safe(options.config, "emtbd");
   BenchConfig config = read_bench(options.config);
 
@@ -130,7 +126,6 @@ int serve(const Options& options) {
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
 
-  repair_sessions(options.data);
   Daemon::Settings settings{.data = std::filesystem::absolute(options.data),
                             .realtime = config.realtime,
                             .log = [](const std::string& line) { spdlog::info("{}", line); }};
@@ -142,6 +137,7 @@ int serve(const Options& options) {
   spdlog::info("{} at {} Hz, sessions in {}; latched until `emtb reset`", config.name, config.rate,
                options.data.string());
   sd_notify(0, "READY=1");
+  const Repairs repairs(options.data, "/proc/self/exe", [](const std::string& line) { spdlog::warn("{}", line); });
 
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
