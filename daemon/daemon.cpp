@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "config/guards.h"
 #include "config/model.h"
 #include "daemon/traffic.h"
 #include "emtb/version.h"
@@ -60,6 +61,13 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                 surroundings_of_recorder()),
       service_(config_, service_settings(), mailbox_, live_, recorder_, estimator_),
       loop_(bench_, loop_settings(), mailbox_, live_, ring_, &estimator_.feed()) {
+  if (settings_.replay_of.empty()) {
+    refuse_what_guards_nothing(config_, channels_);
+    for (const Guard& guard : guards_of(config_, channels_)) settings_.log(guard.text);
+    const std::string why = why_not_zero(config_);
+    if (!why.empty())
+      settings_.log("reference.safe is " + std::to_string(config_.reference.limits.safe) + " V" + ", because: " + why);
+  }
   follow_named_model();
   service_.connect({.subscribe = [this](std::uint64_t peer, double period) { server_.subscribe(peer, period); },
                     .clients = [this] { return server_.clients(); },

@@ -38,7 +38,7 @@ class BenchInService : public Scratch {
       "name: fake\n"
       "rate: 1000\n"
       "reference: {device: card, min: 0, max: 6, safe: 0}\n"
-      "limits: {omega: 190, i_a: 2, time: 1000000}\n"
+      "limits: {omega: 190, time: 1000000}\n"
       "devices: {card: {driver: fake}}\n";
   static constexpr const char* level = "name: level\nkind: step\nlevel: 3\nbefore: 0.1\nhold: 0.5\nafter: 0.1\n";
   static constexpr const char* endless = "name: endless\nkind: step\nlevel: 3\nbefore: 0.1\nhold: 50000\nafter: 0.1\n";
@@ -66,9 +66,13 @@ class BenchInService : public Scratch {
   };
 
   void start() {
-    auto input = std::make_unique<FaultyInput>(
-        clock, std::vector<Channel>{
-                   {.signal = Signal::omega, .period = card_period, .window = 0, .lsb = 0.1, .source = "card 0"}});
+    auto input = std::make_unique<FaultyInput>(clock, std::vector<Channel>{{.signal = Signal::omega,
+                                                                            .period = card_period,
+                                                                            .window = 0,
+                                                                            .lsb = 0.1,
+                                                                            .source = "card 0",
+                                                                            .low = -200,
+                                                                            .high = 200}});
     auto reference = std::make_unique<FaultyOutput>(config_.reference.limits);
     card = input.get();
     output = reference.get();
