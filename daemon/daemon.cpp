@@ -173,6 +173,11 @@ void Daemon::follow_named_model() {
   }
 }
 
+void Daemon::guardian_lost(bool replaced) noexcept {
+  mailbox_.unguarded = !replaced;
+  ++mailbox_.guardians_lost;
+}
+
 void Daemon::terminate() {
   mailbox_.terminate = true;
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);  // a slow disk's last flush

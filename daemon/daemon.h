@@ -42,6 +42,9 @@ class Daemon {
   /// Ends a run with the fault `terminated` and waits until its session is closed.
   void terminate();
 
+  /// The guardian is gone: latches. @param replaced there is a new one already
+  void guardian_lost(bool replaced) noexcept;
+
   /// Counts on as long as the loop lives; for the watchdog.
   std::uint64_t ticks() const noexcept { return live_.ticks.load(); }
 

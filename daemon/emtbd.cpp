@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "daemon/daemon.h"
+#include "daemon/guardian.h"
 #include "daemon/lock.h"
 #include "daemon/make_safe.h"
 #include "daemon/options.h"
@@ -122,6 +123,7 @@ int serve(const Options& options) {
   sigaddset(&ending, SIGTERM);
   sigaddset(&ending, SIGINT);
   sigaddset(&ending, SIGHUP);
+  sigaddset(&ending, SIGCHLD);  // no end of ours, but perhaps the guardian's
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
@@ -129,6 +131,10 @@ int serve(const Options& options) {
   Daemon::Settings settings{.data = std::filesystem::absolute(options.data),
                             .realtime = config.realtime,
                             .log = [](const std::string& line) { spdlog::info("{}", line); }};
+  Guardian guardian(std::filesystem::read_symlink("/proc/self/exe").parent_path() / "emtb-safe", options.config);
+  if (!replays && !guardian.start()) {
+    spdlog::warn("no guardian: emtb-safe is not beside emtbd, or does not start. A kill -9 leaves the reference on");
+  }
   Bench bench = replays ? open_replay(options, config, settings) : open_live(options, config, settings);
   last_resort = bench.reference.get();
   std::set_terminate(die_safely);
@@ -145,7 +151,11 @@ int serve(const Options& options) {
   const timespec wait{static_cast<time_t>(wait_us / 1'000'000), static_cast<long>(wait_us % 1'000'000 * 1000)};
   for (std::uint64_t ticks = 0;;) {
     const int signal = sigtimedwait(&ending, nullptr, &wait);
-    if (signal > 0) {
+    if (guardian.has_died()) {
+      spdlog::error("the guardian has died");
+      daemon.guardian_lost(guardian.start());
+    }
+    if (signal > 0 && signal != SIGCHLD) {
       spdlog::info("{}: ending", strsignal(signal));
       break;
     }

@@ -161,6 +161,11 @@ void Loop::check(double now, std::uint64_t missed) noexcept {
   live_.missed.store(live_.missed.load(std::memory_order_relaxed) + missed, std::memory_order_relaxed);
   if (mailbox_.terminate.load(std::memory_order_relaxed)) trip({Fault::terminated, {}, 0});
   if (mailbox_.recorder_failed.load(std::memory_order_relaxed)) trip({Fault::recorder_failed, {}, 0});
+  const std::uint64_t guardians_lost = mailbox_.guardians_lost.load(std::memory_order_relaxed);
+  if (guardians_lost != guardians_lost_ || mailbox_.unguarded.load(std::memory_order_relaxed)) {
+    guardians_lost_ = guardians_lost;
+    trip({Fault::guardian_lost, {}, 0});
+  }
 
   late_ = late_ * std::max(0.0, 1 - settings_.period / late_memory) + static_cast<double>(missed) * settings_.period;
   if (missed > 0 && state_ == LoopState::running && settings_.real_time) {

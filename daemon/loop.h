@@ -34,6 +34,8 @@ struct Mailbox {
   std::atomic<std::uint64_t> resets{0};       ///< counts wishes to arm; answered in Live::resets
   std::atomic<std::uint64_t> reset_stops{0};  ///< stops when the last of them was asked for
   std::atomic<bool> terminate{false};         ///< the process ends; never taken back
+  std::atomic<std::uint64_t> guardians_lost{0};  ///< counts
+  std::atomic<bool> unguarded{false};            ///< there is no new one
   std::atomic<bool> recorder_failed{false};
   std::atomic<bool> disk_low{false};  ///< the recorder still writes, but not for long
 
@@ -178,6 +180,7 @@ class Loop {
   std::uint64_t resets_ = 0;
   std::uint64_t reset_stops_ = 0;  // when the arming that is on was asked for
   std::uint64_t stops_ = 0;
+  std::uint64_t guardians_lost_ = 0;
   std::uint64_t stopped_run_ = 0;
 
   const Order* order_ = nullptr;
