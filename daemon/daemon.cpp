@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 #include <utility>
 
 #include "config/guards.h"
@@ -147,7 +148,11 @@ void Daemon::record() {
   constexpr std::size_t a_batch = 1000;                        // records: after so many, more are likely waiting
   constexpr std::chrono::milliseconds recording{5}, idle{50};  // rests, short against the ring's seconds
   while (!quit_) {
-    if (recorder_.work(wall()) > a_batch) continue;
+    try {
+      if (recorder_.work(wall()) > a_batch) continue;
+    } catch (const std::bad_alloc&) {  // the bench is made safe, the fault named; what was flushed is kept
+      recorder_.give_up("the memory that is free is not enough");
+    }
     std::this_thread::sleep_for(recorder_.recording() ? recording : idle);
   }
 }

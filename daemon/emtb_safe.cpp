@@ -5,15 +5,14 @@
 // daemon (daemon/guardian.h).
 
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 
 #include "daemon/guardian.h"
 #include "daemon/make_safe.h"
 
 int main(int argc, char** argv) {
-  if (argc == 5 && std::strcmp(argv[1], "--config") == 0 && std::strcmp(argv[3], "--guard") == 0) {
-    return emtb::keep_guard(argv[2], std::atoi(argv[4]), "emtb-safe");  // started by emtbd, not by people
+  if (argc == 4 && std::strcmp(argv[1], "--config") == 0 && std::strcmp(argv[3], "--guard") == 0) {
+    return emtb::keep_guard(argv[2], "emtb-safe");  // started by emtbd, not by people
   }
   if (argc == 3 && std::strcmp(argv[1], "--config") == 0) return emtb::make_safe(argv[2], "emtb-safe");
   const bool help = argc == 2 && std::strcmp(argv[1], "--help") == 0;

@@ -185,7 +185,7 @@ int main(int argc, char** argv) {
     }
     spdlog::set_default_logger(
         std::make_shared<spdlog::logger>("emtbd", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
-    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e %l: %v");
+    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l: %v", spdlog::pattern_time_type::utc);
     return serve(options);
   } catch (const std::exception& e) {
     last_resort = nullptr;

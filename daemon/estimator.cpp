@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ctime>
 #include <exception>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -51,7 +52,7 @@ void refuse_too_slow(const Model& model, const Estimator::Settings& settings) {
     trial.take(Signal::u_ref, t, 0);
   }
   const double step = (worked() - begin) / std::max(ticks, 1);
-  if (step <= period) return;
+  if (step <= settings.share * period) return;
   throw ModelError(model.name + ": a step of it takes " + std::to_string(std::llround(step * 1e6)) +
                    " us here, but the loop makes one every " + std::to_string(std::llround(period * 1e6)) +
                    " us. Send a smaller model");
@@ -228,42 +229,54 @@ void Estimator::publish() {
 }
 
 void Estimator::work() {
-  constexpr std::size_t at_once = 1000;
-  const std::chrono::duration<double> period(1 / settings_.rate);
   auto due = std::chrono::steady_clock::now();
   bool news = false;
   while (!quit_) {
-    consider();
-    {
-      std::unique_ptr<LiveEstimator> before;  // ends outside of the lock
+    try {
+      follow_on(news, due);
+    } catch (const std::bad_alloc&) {  // the estimates end, nothing else
+      estimator_.reset();
+      explain("the memory that is free is not enough");
       const std::lock_guard lock(mutex_);
-      if (next_) {
-        before = std::exchange(estimator_, std::move(next_));
-        name_ = next_name_;
-        followed_run_ = run_none;
-      }
+      latest_.reset();
     }
-    std::size_t count = 0;
-    EstimatorFeed::Sample sample;
-    while (count < at_once && feed_.pop(sample)) {
-      ++count;
-      if (!estimator_) continue;
-      if (sample.run != followed_run_) {
-        estimator_->start_run(sample.field_on);
-        followed_run_ = sample.run;
-      }
-      estimator_->take(sample.signal, sample.t, sample.value);
-    }
-    if (estimator_ && count > 0) remark();
-    news = news || count > 0;
-    const auto now = std::chrono::steady_clock::now();
-    if (estimator_ && news && now >= due) {
-      publish();
-      news = false;
-      due = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(period);
-    }
-    if (count < at_once) std::this_thread::sleep_for(pause);
   }
+}
+
+/// What waits now.
+void Estimator::follow_on(bool& news, std::chrono::steady_clock::time_point& due) {
+  constexpr std::size_t at_once = 1000;
+  const std::chrono::duration<double> period(1 / settings_.rate);
+  consider();
+  {
+    std::unique_ptr<LiveEstimator> before;  // ends outside of the lock
+    const std::lock_guard lock(mutex_);
+    if (next_) {
+      before = std::exchange(estimator_, std::move(next_));
+      name_ = next_name_;
+      followed_run_ = run_none;
+    }
+  }
+  std::size_t count = 0;
+  EstimatorFeed::Sample sample;
+  while (count < at_once && feed_.pop(sample)) {
+    ++count;
+    if (!estimator_) continue;
+    if (sample.run != followed_run_) {
+      estimator_->start_run(sample.field_on);
+      followed_run_ = sample.run;
+    }
+    estimator_->take(sample.signal, sample.t, sample.value);
+  }
+  if (estimator_ && count > 0) remark();
+  news = news || count > 0;
+  const auto now = std::chrono::steady_clock::now();
+  if (estimator_ && news && now >= due) {
+    publish();
+    news = false;
+    due = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(period);
+  }
+  if (count < at_once) std::this_thread::sleep_for(pause);
 }
 
 }  // namespace emtb

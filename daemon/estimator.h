@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,6 +32,7 @@ class Estimator {
     std::vector<Channel> channels;  ///< what the bench measures
     double loop_rate = 1000;        ///< [Hz]
     double rate = 10;               ///< [Hz] of new estimates
+    double share = 1;               ///< of the loop's period that a step of a model that is sent may take
   };
 
   explicit Estimator(Settings settings);
@@ -72,6 +74,7 @@ class Estimator {
   struct Proposal;
 
   void work();
+  void follow_on(bool& news, std::chrono::steady_clock::time_point& due);
   void consider();
   void publish();
   void remark();

@@ -7,7 +7,7 @@
 namespace emtb {
 
 /// A small process beside the daemon that makes the reference safe when the daemon is gone, in whatever way: `emtb-safe
-/// --guard`. It has read the bench before the bench is opened, and waits at the other end of a socket, which the kernel
+/// --guard`. It has read the bench before the bench is opened, and waits at the other end of a pipe, which the kernel
 /// closes with the daemon.
 class Guardian {
  public:
@@ -30,11 +30,15 @@ class Guardian {
  private:
   const std::filesystem::path program_, bench_;
   pid_t process_ = 0;
-  int socket_ = -1;
+  int watch_ = -1;
 };
 
-/// What `emtb-safe --guard` does: reads the bench, says that it is on guard through descriptor `socket`, waits for its
-/// other end to close, and makes safe. @return the exit status, as make_safe()
-int keep_guard(const std::filesystem::path& bench, int socket, const char* program) noexcept;
+/// The descriptors of a guardian: where it sees the daemon's end, and where it says that it is on guard.
+inline constexpr int guardians_watch = 3, guardians_ready = 4;
+
+/// What `emtb-safe --guard` does: reads the bench, says that it is on guard, waits for the daemon's end, and makes
+/// safe.
+/// @return the exit status, as make_safe()
+int keep_guard(const std::filesystem::path& bench, const char* program) noexcept;
 
 }  // namespace emtb

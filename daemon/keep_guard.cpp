@@ -1,5 +1,4 @@
 #include <signal.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,16 +12,17 @@
 
 namespace emtb {
 
-int keep_guard(const std::filesystem::path& bench, int socket, const char* program) noexcept {
+int keep_guard(const std::filesystem::path& bench, const char* program) noexcept {
   // It ends when the daemon ends, not when somebody asks the two of them to.
   for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) signal(ignored, SIG_IGN);
   try {
     const BenchConfig config = read_bench(bench);
     const char ready = 'r';
-    if (send(socket, &ready, 1, MSG_NOSIGNAL) != 1) return 0;
+    if (write(guardians_ready, &ready, 1) != 1) return 0;
+    close(guardians_ready);
     char bye = 0;
     ssize_t got = 0;
-    while ((got = recv(socket, &bye, 1, 0)) < 0 && errno == EINTR) {
+    while ((got = read(guardians_watch, &bye, 1)) < 0 && errno == EINTR) {
     }
     if (got == 1) return 0;       // it ends in order
     constexpr int attempts = 40;  // the dying daemon's devices are let go one after the other

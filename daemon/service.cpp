@@ -374,6 +374,7 @@ void Service::closed(const Closed& closed) {
            {"complete", closed.complete}};
     last_ = std::make_unique<json>(how);
     current_.reset();
+    admission_.run_ended();
   }
   if (socket_.publish) socket_.publish(rpc::notification("ended", how));
 }

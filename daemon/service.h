@@ -103,7 +103,7 @@ class Service {
   Live& live_;
   Recorder& recorder_;
   Estimator& estimator_;
-  const Admission admission_;
+  Admission admission_;
   Socket socket_;
   std::vector<RealtimeStep> realtime_;
   rpc::Methods methods_;

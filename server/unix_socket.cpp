@@ -16,6 +16,7 @@
 #include <chrono>
 #include <deque>
 #include <map>
+#include <new>
 #include <thread>
 
 #include "server/listening.h"
@@ -253,7 +254,15 @@ void UnixSocketServer::start(Handlers handlers) {
   impl_->handlers = std::move(handlers);
   if (impl_->handlers.stop.stop) impl_->stop.start(impl_->handlers.stop);
   impl_->accept();
-  impl_->thread = std::thread([impl = impl_.get()] { impl->context.run(); });
+  impl_->thread = std::thread([impl = impl_.get()] {
+    while (true) {
+      try {
+        impl->context.run();
+        return;
+      } catch (const std::bad_alloc&) {  // one request is not answered; its connection ends with its client
+      }
+    }
+  });
 }
 
 void UnixSocketServer::subscribe(std::uint64_t peer, double period) {

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "hal/error.h"
 #include "hal/signal.h"
 #include "report/progress.h"
 #include "report/text.h"
@@ -53,6 +54,21 @@ void catch_interrupt() {
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // and no SA_RESTART: poll() shall return
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
+
+bool motor_may_move(const std::string& question, bool yes) {
+  std::cout << question << " [y/N] " << std::flush;
+  if (yes) {
+    std::cout << "yes (--yes)" << std::endl;
+    return true;
+  }
+  if (isatty(STDIN_FILENO) != 1) {
+    std::cout << std::endl;
+    throw Error("nobody can be asked whether the motor may move: add --yes, or call it from a terminal");
+  }
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
 }
 
 bool interrupted() { return interrupt_seen != 0; }

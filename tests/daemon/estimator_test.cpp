@@ -64,7 +64,7 @@ TEST_F(EstimatorTest, AModelThatIsSentIsMeasuredBeforeItIsFollowed) {
     return first;
   };
   EXPECT_EQ(answer(estimator, bench.model)["model"], bench.model.name);
-  Estimator hasty({.channels = bench.channels(), .loop_rate = 2e5});
+  Estimator hasty({.channels = bench.channels(), .loop_rate = bench.setup.rate, .share = 1e-4});
   EXPECT_THAT(message_of<ModelError>([&] { answer(hasty, bench.model); }), HasSubstr("a step of it takes"));
   EXPECT_THROW(hasty.estimates(), ModelError) << "and is not followed";
 }
