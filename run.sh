@@ -7,5 +7,5 @@ tools/install_packages.sh
 mkdir -p build
 cmake --preset release >build/build.log 2>&1 || { tail -30 build/build.log >&2; exit 1; }
 echo "building (the first time takes some minutes) ..."
-cmake --build --preset release --target emtb emtbd >build/build.log 2>&1 || { tail -30 build/build.log >&2; exit 1; }
+cmake --build --preset release --target emtb emtbd emtb-safe emtb-plant >build/build.log 2>&1 || { tail -30 build/build.log >&2; exit 1; }
 exec tools/story.sh

@@ -54,7 +54,8 @@ BenchConfig::Reference read_reference(const YamlMap& yaml, const std::vector<Ben
                            volts(limits.max) + ". Write a value within, usually 0");
   }
   const double rate = entry.within_or("rate", 0, unbounded, 0);
-  return {.device = device, .limits = limits, .rate = rate, .yaml = std::move(entry)};
+  std::string why = entry.text_or("safe_because", "");
+  return {.device = device, .limits = limits, .rate = rate, .safe_because = std::move(why), .yaml = std::move(entry)};
 }
 
 BenchConfig::SafetyLimits read_limits(const YamlMap& yaml) {

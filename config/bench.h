@@ -18,10 +18,11 @@ enum class Realtime { require, prefer, off };
 struct BenchConfig {
   /// The reference output: which device drives it, within what limits.
   struct Reference {
-    std::string device;  ///< a name among `devices`
-    Limits limits;       ///< [V]
-    double rate = 0;     ///< [V/s] largest change of the reference; 0: unlimited
-    YamlMap yaml;        ///< the entry itself, for the driver's own keys (channel ...)
+    std::string device;        ///< a name among `devices`
+    Limits limits;             ///< [V]
+    double rate = 0;           ///< [V/s] largest change of the reference; 0: unlimited
+    std::string safe_because;  ///< why safe is not the allowed value nearest 0 V (config/guards.h)
+    YamlMap yaml;              ///< the entry itself, for the driver's own keys (channel ...)
   };
 
   /// Beyond these the loop latches. Absent: not checked.

@@ -74,6 +74,12 @@ class FormulaReader {
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       parser_.DefineVar(parameters[i], &variables_[Expression::quantities + i]);
     }
+    const auto control = [](char c) {
+      return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' && c != '\r') || c == 0x7f;
+    };
+    if (std::ranges::any_of(text, control)) {
+      throw ModelError("holds a control character. Write it in one line of plain characters");
+    }
     parser_.SetExpr(text);
     parser_.Eval();  // parses
   }

@@ -199,8 +199,9 @@ std::string to_yaml(const Model& model) {
   out << YAML::BeginSeq;
   for (const HistoryEntry& h : model.history) {
     out << YAML::Flow << YAML::BeginMap << YAML::Key << "action" << YAML::Value << h.action;
-    if (h.train) out << YAML::Key << "train" << YAML::Value << yaml_number(*h.train);
-    if (h.held_out) out << YAML::Key << "held_out" << YAML::Value << yaml_number(*h.held_out);
+    if (h.train && std::isfinite(*h.train)) out << YAML::Key << "train" << YAML::Value << yaml_number(*h.train);
+    if (h.held_out && std::isfinite(*h.held_out))
+      out << YAML::Key << "held_out" << YAML::Value << yaml_number(*h.held_out);
     if (!h.sessions.empty()) out << YAML::Key << "sessions" << YAML::Value << YAML::Flow << h.sessions;
     out << YAML::EndMap;
   }

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
+#include "config/profile_path.h"
 #include "experiment/further_profiles.h"
 #include "session/spec.h"
+#include "session/text.h"
 
 namespace emtb {
 namespace {
@@ -157,11 +158,7 @@ Profile read_profile(const std::filesystem::path& path) { return read_profile(Ya
 
 Profile read_profile(const YamlMap& yaml) {
   const std::string name = yaml.text("name");
-  // The name becomes part of a file name: the session's.
-  const auto harmless = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  };
-  if (name.empty() || !std::ranges::all_of(name, harmless)) {
+  if (!is_profile_name(name)) {
     yaml.fail("name", "is `" + name + "`, but may only have letters, digits, _ and -");
   }
   const std::string kind = yaml.text("kind");
@@ -194,16 +191,13 @@ std::string self_contained(const YamlMap& yaml) {
 }
 
 std::string to_yaml(const Profile& profile) {
-  std::ostringstream times, values;
-  times.precision(17);
-  values.precision(17);
+  std::string times, values;
   for (const Knot& knot : profile.knots()) {
-    const char* const comma = &knot == profile.knots().data() ? "" : ", ";
-    times << comma << knot.t;
-    values << comma << knot.value;
+    const char* const comma = times.empty() ? "" : ", ";
+    times += comma + shortest(knot.t);
+    values += comma + shortest(knot.value);
   }
-  return "name: " + profile.name() + "\nkind: knots\ntimes: [" + times.str() + "]   # [s]\nvalues: [" + values.str() +
-         "]  # [V]\n";
+  return "name: " + profile.name() + "\nkind: knots\ntimes: [" + times + "]   # [s]\nvalues: [" + values + "]  # [V]\n";
 }
 
 }  // namespace emtb

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <sstream>
 
 #include "hal/error.h"
+#include "hal/regular_file.h"
 
 namespace emtb {
 namespace {
@@ -48,14 +47,11 @@ YamlMap::YamlMap(const YAML::Node& node, std::filesystem::path file, std::string
 YamlMap YamlMap::load(const std::filesystem::path& path) { return parse(read_text(path), path.string()); }
 
 std::string YamlMap::read_text(const std::filesystem::path& path) {
-  std::error_code ignored;
-  std::ifstream in(path, std::ios::binary);
-  std::string text;
-  if (in && !std::filesystem::is_directory(path, ignored)) text.assign(std::istreambuf_iterator<char>(in), {});
-  if (!in || in.bad() || std::filesystem::is_directory(path, ignored)) {
-    throw ConfigError(path.string() + ": cannot be read. Give the path of a YAML file");
+  try {
+    return read_regular_file(path, longest_file, "the path of a YAML file");
+  } catch (const Error& e) {
+    throw ConfigError(e.what());
   }
-  return text;
 }
 
 YamlMap YamlMap::parse(const std::string& text, const std::string& name) {

@@ -29,7 +29,9 @@ class YamlMap {
   /// The same for a text in memory. @param name what messages call it
   static YamlMap parse(const std::string& text, const std::string& name);
 
-  /// A file, whole. @throws ConfigError where it cannot be read.
+  static constexpr std::size_t longest_file = 4 * 1024 * 1024;  ///< [byte]
+
+  /// A regular file, whole. @throws ConfigError where it cannot be read.
   static std::string read_text(const std::filesystem::path& path);
 
   bool has(std::string_view key) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -21,7 +22,8 @@ bool is_inline(const std::string& profile) {
   return profile.find('\n') != std::string::npos || profile.find(": ") != std::string::npos;
 }
 
-/// [min]; infinity where there is none. The file of a session is written last when its run ends.
+/// [min] as the files' times have it, when the daemon starts; infinity where there is none. The file of a session is
+/// written last when its run ends. A time that is yet to come says only that the clock was set: as if it were now.
 double minutes_since_the_last_session(const std::filesystem::path& data) {
   using Time = std::filesystem::file_time_type;
   auto latest = Time::min();
@@ -30,7 +32,14 @@ double minutes_since_the_last_session(const std::filesystem::path& data) {
     if (entry.path().extension() == ".h5") latest = std::max(latest, entry.last_write_time(error));
   }
   if (latest == Time::min()) return std::numeric_limits<double>::infinity();
-  return std::chrono::duration<double, std::ratio<60>>(Time::clock::now() - latest).count();
+  return std::max(0.0, std::chrono::duration<double, std::ratio<60>>(Time::clock::now() - latest).count());
+}
+
+/// [min] of a clock that nobody sets, and that goes on while the computer sleeps.
+double boot_minutes() {
+  timespec now{};
+  clock_gettime(CLOCK_BOOTTIME, &now);
+  return (static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec)) / 60;
 }
 
 std::string volts(double value) { return json(value).dump() + " V"; }
@@ -48,6 +57,18 @@ std::string but_reads(double value, const char* unit) {
 
 }  // namespace
 
+Admission::Admission(const BenchConfig& bench, const Live& live, Settings settings)
+    : bench_(bench),
+      live_(live),
+      settings_(std::move(settings)),
+      idle_before_(minutes_since_the_last_session(settings_.data)),
+      idle_since_(boot_minutes()) {}
+
+void Admission::run_ended() {
+  idle_since_ = boot_minutes();
+  idle_before_ = 0;
+}
+
 Experiment Admission::find(const std::string& text) const {
   Experiment experiment = read(text);
   refuse_beyond_limits(experiment);
@@ -61,7 +82,7 @@ Experiment Admission::read(const std::string& text) const {
                                               ", whose reference is recorded. Run `replay`, or start emtbd on a bench");
   }
   try {
-    if (!is_inline(text)) return read_experiment(profile_path(text, bench_.file));
+    if (!is_inline(text)) return read_experiment(named_profile(text, bench_.file));
     const YamlMap yaml = YamlMap::parse(text, "profile");
     if (yaml.text_or("kind", "") == "from_csv")
       yaml.fail("kind", "is from_csv: a text that is sent has no files beside it");
@@ -136,7 +157,7 @@ void Admission::need_temperature(const Experiment& experiment, double highest) c
 }
 
 void Admission::need_idle(const Experiment& experiment, double minutes) const {
-  const double idle = minutes_since_the_last_session(settings_.data);
+  const double idle = idle_before_ + boot_minutes() - idle_since_;
   if (!(idle < minutes)) return;
   refuse(experiment, "idle",
          "a cold motor: " + json(minutes).dump() + " min without a run, but the last one ended " +

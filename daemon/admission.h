@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -25,10 +26,12 @@ class Admission {
   };
 
   /// @param bench, live outlive it
-  Admission(const BenchConfig& bench, const Live& live, Settings settings)
-      : bench_(bench), live_(live), settings_(std::move(settings)) {}
+  Admission(const BenchConfig& bench, const Live& live, Settings settings);
 
-  /// @param text a profile's name or path, or its YAML
+  /// The motor stands from now on: what `needs: {idle: ...}` counts. From any thread.
+  void run_ended();
+
+  /// @param text a profile's name, never a path, or its YAML
   /// @throws rpc::Refusal where there is no such experiment, or it goes beyond the bench's limits
   Experiment find(const std::string& text) const;
 
@@ -49,6 +52,8 @@ class Admission {
   const BenchConfig& bench_;
   const Live& live_;
   Settings settings_;
+  // [min] since the last run: those before `idle_since_`, and those by a clock that nobody sets since then.
+  std::atomic<double> idle_before_, idle_since_;
 };
 
 }  // namespace emtb

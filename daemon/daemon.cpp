@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 #include <utility>
 
+#include "config/guards.h"
 #include "config/model.h"
 #include "daemon/traffic.h"
 #include "emtb/version.h"
@@ -60,6 +62,13 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                 surroundings_of_recorder()),
       service_(config_, service_settings(), mailbox_, live_, recorder_, estimator_),
       loop_(bench_, loop_settings(), mailbox_, live_, ring_, &estimator_.feed()) {
+  if (settings_.replay_of.empty()) {
+    refuse_what_guards_nothing(config_, channels_);
+    for (const Guard& guard : guards_of(config_, channels_)) settings_.log(guard.text);
+    const std::string why = why_not_zero(config_);
+    if (!why.empty())
+      settings_.log("reference.safe is " + std::to_string(config_.reference.limits.safe) + " V" + ", because: " + why);
+  }
   follow_named_model();
   service_.connect({.subscribe = [this](std::uint64_t peer, double period) { server_.subscribe(peer, period); },
                     .clients = [this] { return server_.clients(); },
@@ -74,7 +83,9 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
   recorder_thread_ = std::thread([this] { record(); });
   server_.start({.line = [this](std::string_view line, const rpc::Peer& peer) { return service_.answer(line, peer); },
                  .gone = [this](const rpc::Peer& peer) { service_.gone(peer); },
-                 .live = [this](std::uint64_t peer) { return service_.live_line(peer); }});
+                 .live = [this](std::uint64_t peer) { return service_.live_line(peer); },
+                 .stop = {.stop = [this] { return ++mailbox_.stops; },
+                          .stopped = [this](std::uint64_t number) { return stopped(number); }}});
 }
 
 Recorder::Listeners Daemon::listeners_of_recorder() {
@@ -126,12 +137,22 @@ Loop::Settings Daemon::loop_settings() const {
           .real_time = !settings_.set_pace};
 }
 
+/// On the stop's own thread.
+std::optional<Stopped> Daemon::stopped(std::uint64_t number) const noexcept {
+  if (live_.stops.load(std::memory_order_acquire) < number) return std::nullopt;
+  return Stopped{.run = live_.stopped_run.load(), .safe = !live_.output_broken.load()};
+}
+
 /// The recorder's thread.
 void Daemon::record() {
   constexpr std::size_t a_batch = 1000;                        // records: after so many, more are likely waiting
   constexpr std::chrono::milliseconds recording{5}, idle{50};  // rests, short against the ring's seconds
   while (!quit_) {
-    if (recorder_.work(wall()) > a_batch) continue;
+    try {
+      if (recorder_.work(wall()) > a_batch) continue;
+    } catch (const std::bad_alloc&) {  // the bench is made safe, the fault named; what was flushed is kept
+      recorder_.give_up("the memory that is free is not enough");
+    }
     std::this_thread::sleep_for(recorder_.recording() ? recording : idle);
   }
 }
@@ -155,6 +176,11 @@ void Daemon::follow_named_model() {
     settings_.log(std::string("no live estimates: ") + e.what());
     estimator_.explain(e.what());
   }
+}
+
+void Daemon::guardian_lost(bool replaced) noexcept {
+  mailbox_.unguarded = !replaced;
+  ++mailbox_.guardians_lost;
 }
 
 void Daemon::terminate() {

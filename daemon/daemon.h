@@ -42,6 +42,9 @@ class Daemon {
   /// Ends a run with the fault `terminated` and waits until its session is closed.
   void terminate();
 
+  /// The guardian is gone: latches. @param replaced there is a new one already
+  void guardian_lost(bool replaced) noexcept;
+
   /// Counts on as long as the loop lives; for the watchdog.
   std::uint64_t ticks() const noexcept { return live_.ticks.load(); }
 
@@ -55,6 +58,7 @@ class Daemon {
   Service::Settings service_settings() const;
   Loop::Settings loop_settings() const;
   void follow_named_model();
+  std::optional<Stopped> stopped(std::uint64_t number) const noexcept;
   void record();
 
   const BenchConfig& config_;

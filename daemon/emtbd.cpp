@@ -14,9 +14,11 @@
 #include <optional>
 
 #include "daemon/daemon.h"
+#include "daemon/guardian.h"
 #include "daemon/lock.h"
 #include "daemon/make_safe.h"
 #include "daemon/options.h"
+#include "daemon/repairs.h"
 #include "drivers/registry.h"
 #include "drivers/replay/open.h"
 #include "drivers/simulated/paced_clock.h"
@@ -54,16 +56,10 @@ void prepare_data(const std::filesystem::path& data) {
   unlink(probe.c_str());
 }
 
-void repair_sessions(const std::filesystem::path& data) {
-  for (const auto& entry : std::filesystem::directory_iterator(data)) {
-    if (entry.path().extension() != ".h5") continue;
-    try {
-      if (repair_session(entry.path()))
-        spdlog::warn("{}: its recording had ended abruptly; repaired", entry.path().string());
-    } catch (const Error& e) {
-      spdlog::warn("{}", e.what());
-    }
-  }
+/// In a process of its own, which Repairs started.
+int repair(const std::filesystem::path& file) {
+  repair_alone(file);
+  return 0;
 }
 
 /// `--pace` takes the place of simulation.pace. The bench's own text, which sessions keep, stays as it is.
@@ -108,6 +104,7 @@ Bench open_replay(const Options& options, BenchConfig& config, Daemon::Settings&
 }
 
 int serve(const Options& options) {
+  if (!options.repair.empty()) return repair(options.repair);
   if (options.safe) return make_safe(options.config, "emtbd");
   BenchConfig config = read_bench(options.config);
 
@@ -126,14 +123,18 @@ int serve(const Options& options) {
   sigaddset(&ending, SIGTERM);
   sigaddset(&ending, SIGINT);
   sigaddset(&ending, SIGHUP);
+  sigaddset(&ending, SIGCHLD);  // no end of ours, but perhaps the guardian's
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
 
-  repair_sessions(options.data);
   Daemon::Settings settings{.data = std::filesystem::absolute(options.data),
                             .realtime = config.realtime,
                             .log = [](const std::string& line) { spdlog::info("{}", line); }};
+  Guardian guardian(std::filesystem::read_symlink("/proc/self/exe").parent_path() / "emtb-safe", options.config);
+  if (!replays && !guardian.start()) {
+    spdlog::warn("no guardian: emtb-safe is not beside emtbd, or does not start. A kill -9 leaves the reference on");
+  }
   Bench bench = replays ? open_replay(options, config, settings) : open_live(options, config, settings);
   last_resort = bench.reference.get();
   std::set_terminate(die_safely);
@@ -142,6 +143,7 @@ int serve(const Options& options) {
   spdlog::info("{} at {} Hz, sessions in {}; latched until `emtb reset`", config.name, config.rate,
                options.data.string());
   sd_notify(0, "READY=1");
+  const Repairs repairs(options.data, "/proc/self/exe", [](const std::string& line) { spdlog::warn("{}", line); });
 
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -149,7 +151,11 @@ int serve(const Options& options) {
   const timespec wait{static_cast<time_t>(wait_us / 1'000'000), static_cast<long>(wait_us % 1'000'000 * 1000)};
   for (std::uint64_t ticks = 0;;) {
     const int signal = sigtimedwait(&ending, nullptr, &wait);
-    if (signal > 0) {
+    if (guardian.has_died()) {
+      spdlog::error("the guardian has died");
+      daemon.guardian_lost(guardian.start());
+    }
+    if (signal > 0 && signal != SIGCHLD) {
       spdlog::info("{}: ending", strsignal(signal));
       break;
     }
@@ -179,7 +185,7 @@ int main(int argc, char** argv) {
     }
     spdlog::set_default_logger(
         std::make_shared<spdlog::logger>("emtbd", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
-    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e %l: %v");
+    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l: %v", spdlog::pattern_time_type::utc);
     return serve(options);
   } catch (const std::exception& e) {
     last_resort = nullptr;

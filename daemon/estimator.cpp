@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <ctime>
+#include <exception>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -21,6 +25,37 @@ constexpr auto pause = std::chrono::milliseconds(5);
 std::size_t feed_size(const Estimator::Settings& settings) {
   const double per_second = readings_per_second(settings.channels, settings.loop_rate);
   return static_cast<std::size_t>(std::clamp(per_second * feed_seconds, 4096.0, 1e6));
+}
+
+/// [s] of this thread's processor time.
+double worked() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Lets an estimator of the model follow a motor at rest for a while.
+/// @throws ModelError where that takes longer than it lasts
+void refuse_too_slow(const Model& model, const Estimator::Settings& settings) {
+  constexpr double enough = 0.3;  // [s] of processor time
+  const double period = 1 / settings.loop_rate;
+  LiveEstimator trial(model, settings.channels, settings.loop_rate);
+  trial.start_run();
+  const double begin = worked();
+  int ticks = 0;
+  for (; worked() - begin < enough && ticks * period < enough; ++ticks) {
+    const double t = ticks * period;
+    for (const Channel& channel : settings.channels) {
+      const int every = std::max(1, static_cast<int>(channel.period / period));
+      if (ticks % every == 0) trial.take(channel.signal, t, 0);
+    }
+    trial.take(Signal::u_ref, t, 0);
+  }
+  const double step = (worked() - begin) / std::max(ticks, 1);
+  if (step <= settings.share * period) return;
+  throw ModelError(model.name + ": a step of it takes " + std::to_string(std::llround(step * 1e6)) +
+                   " us here, but the loop makes one every " + std::to_string(std::llround(period * 1e6)) +
+                   " us. Send a smaller model");
 }
 
 json to_json(const std::vector<LiveSuspect>& suspects) {
@@ -114,6 +149,48 @@ void Estimator::follow(const Model& model) {
   latest_ = std::make_unique<json>(std::move(empty));
 }
 
+struct Estimator::Proposal {
+  Model model;
+  json first{};              // what is answered
+  std::exception_ptr why{};  // it is refused
+  std::atomic<bool> done{false};
+};
+
+std::function<json()> Estimator::propose(Model model) {
+  auto proposal = std::make_shared<Proposal>();
+  proposal->model = std::move(model);
+  const std::lock_guard lock(mutex_);
+  if (proposal_) throw ModelError("another model is being measured. Ask again in a second");
+  proposal_ = proposal;
+  return [proposal]() -> json {
+    if (!proposal->done.load(std::memory_order_acquire)) return nullptr;
+    if (proposal->why) std::rethrow_exception(proposal->why);
+    return proposal->first;
+  };
+}
+
+/// On the estimator's thread: what a model costs is nobody else's time.
+void Estimator::consider() {
+  std::shared_ptr<Proposal> proposal;
+  {
+    const std::lock_guard lock(mutex_);
+    proposal = proposal_;
+  }
+  if (!proposal) return;
+  try {
+    refuse_too_slow(proposal->model, settings_);
+    follow(proposal->model);
+    proposal->first = estimates();
+  } catch (const Error&) {
+    proposal->why = std::current_exception();
+  } catch (const std::exception&) {  // no memory
+    proposal->why = std::make_exception_ptr(ModelError(proposal->model.name + ": needs more memory than there is"));
+  }
+  proposal->done.store(true, std::memory_order_release);
+  const std::lock_guard lock(mutex_);
+  proposal_.reset();
+}
+
 void Estimator::explain(std::string why) {
   const std::lock_guard lock(mutex_);
   why_not_ = std::move(why);
@@ -152,41 +229,54 @@ void Estimator::publish() {
 }
 
 void Estimator::work() {
-  constexpr std::size_t at_once = 1000;
-  const std::chrono::duration<double> period(1 / settings_.rate);
   auto due = std::chrono::steady_clock::now();
   bool news = false;
   while (!quit_) {
-    {
-      std::unique_ptr<LiveEstimator> before;  // ends outside of the lock
+    try {
+      follow_on(news, due);
+    } catch (const std::bad_alloc&) {  // the estimates end, nothing else
+      estimator_.reset();
+      explain("the memory that is free is not enough");
       const std::lock_guard lock(mutex_);
-      if (next_) {
-        before = std::exchange(estimator_, std::move(next_));
-        name_ = next_name_;
-        followed_run_ = run_none;
-      }
+      latest_.reset();
     }
-    std::size_t count = 0;
-    EstimatorFeed::Sample sample;
-    while (count < at_once && feed_.pop(sample)) {
-      ++count;
-      if (!estimator_) continue;
-      if (sample.run != followed_run_) {
-        estimator_->start_run(sample.field_on);
-        followed_run_ = sample.run;
-      }
-      estimator_->take(sample.signal, sample.t, sample.value);
-    }
-    if (estimator_ && count > 0) remark();
-    news = news || count > 0;
-    const auto now = std::chrono::steady_clock::now();
-    if (estimator_ && news && now >= due) {
-      publish();
-      news = false;
-      due = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(period);
-    }
-    if (count < at_once) std::this_thread::sleep_for(pause);
   }
+}
+
+/// What waits now.
+void Estimator::follow_on(bool& news, std::chrono::steady_clock::time_point& due) {
+  constexpr std::size_t at_once = 1000;
+  const std::chrono::duration<double> period(1 / settings_.rate);
+  consider();
+  {
+    std::unique_ptr<LiveEstimator> before;  // ends outside of the lock
+    const std::lock_guard lock(mutex_);
+    if (next_) {
+      before = std::exchange(estimator_, std::move(next_));
+      name_ = next_name_;
+      followed_run_ = run_none;
+    }
+  }
+  std::size_t count = 0;
+  EstimatorFeed::Sample sample;
+  while (count < at_once && feed_.pop(sample)) {
+    ++count;
+    if (!estimator_) continue;
+    if (sample.run != followed_run_) {
+      estimator_->start_run(sample.field_on);
+      followed_run_ = sample.run;
+    }
+    estimator_->take(sample.signal, sample.t, sample.value);
+  }
+  if (estimator_ && count > 0) remark();
+  news = news || count > 0;
+  const auto now = std::chrono::steady_clock::now();
+  if (estimator_ && news && now >= due) {
+    publish();
+    news = false;
+    due = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(period);
+  }
+  if (count < at_once) std::this_thread::sleep_for(pause);
 }
 
 }  // namespace emtb

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
@@ -30,6 +32,7 @@ class Estimator {
     std::vector<Channel> channels;  ///< what the bench measures
     double loop_rate = 1000;        ///< [Hz]
     double rate = 10;               ///< [Hz] of new estimates
+    double share = 1;               ///< of the loop's period that a step of a model that is sent may take
   };
 
   explicit Estimator(Settings settings);
@@ -43,6 +46,12 @@ class Estimator {
   /// Follows the bench with this model from now on, in the place of any other. From any thread but the loop's.
   /// @throws ModelError where the bench does not measure what the model needs.
   void follow(const Model& model);
+
+  /// The same with a model that somebody sent: if a step of it is found to cost less than the loop's period, as
+  /// measured on the estimator's own thread. Never waits.
+  /// @return asked until it gives estimates(), null before; it throws ModelError where the model is refused
+  /// @throws ModelError where another such model is being measured
+  std::function<nlohmann::json()> propose(Model model);
 
   /// What the session of a run should tell: changes of the motor that were noticed since the last call. Never waits:
   /// what cannot be had now comes with the next call.
@@ -62,7 +71,11 @@ class Estimator {
     Event event;
   };
 
+  struct Proposal;
+
   void work();
+  void follow_on(bool& news, std::chrono::steady_clock::time_point& due);
+  void consider();
   void publish();
   void remark();
 
@@ -71,6 +84,7 @@ class Estimator {
 
   mutable std::mutex mutex_;  // between follow(), estimates() and the thread
   std::unique_ptr<LiveEstimator> next_;
+  std::shared_ptr<Proposal> proposal_;
   std::string next_name_;
   std::unique_ptr<nlohmann::json> latest_;
   std::string why_not_ =

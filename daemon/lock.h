@@ -5,8 +5,10 @@
 
 namespace emtb {
 
-/// Holds a file or folder for this process alone (flock); gone with the process, however it dies, and leaves nothing
-/// behind.
+/// Holds a file or folder for this process alone; given up with the process, however it dies.
+///
+/// What is locked (flock) is a file of our own in lock_folder(), which nobody else may open: a lock on the thing itself
+/// could be taken, and kept, by whoever may read it.
 class PathLock {
  public:
   /// @param what for the message: `bench`
@@ -19,5 +21,9 @@ class PathLock {
  private:
   int file_ = -1;
 };
+
+/// Ours alone: in $XDG_RUNTIME_DIR, or in /run/emtb or /tmp, with our user's number in its name. Made where missing.
+/// @throws Error where somebody else has made it
+std::filesystem::path lock_folder();
 
 }  // namespace emtb

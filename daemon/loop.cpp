@@ -104,7 +104,8 @@ bool Loop::wanted() const noexcept {
 void Loop::prepare() noexcept {
   if (const auto asked = mailbox_.resets.load(); asked != resets_) {
     resets_ = asked;
-    if (state_ == LoopState::latched) {
+    reset_stops_ = mailbox_.reset_stops.load();
+    if (state_ == LoopState::latched && reset_stops_ == mailbox_.stops.load()) {
       safety_.clear();
       late_ = 0;
       enter(LoopState::arming);
@@ -131,6 +132,7 @@ void Loop::begin(const Order& order) noexcept {
     end(Outcome::fault, cause);
     return;
   }
+  if (order.stops != mailbox_.stops.load()) return end(Outcome::stopped, Fault::none);
   enter(LoopState::running);
   pause_ = 0;
   waiting_ = false;
@@ -159,6 +161,11 @@ void Loop::check(double now, std::uint64_t missed) noexcept {
   live_.missed.store(live_.missed.load(std::memory_order_relaxed) + missed, std::memory_order_relaxed);
   if (mailbox_.terminate.load(std::memory_order_relaxed)) trip({Fault::terminated, {}, 0});
   if (mailbox_.recorder_failed.load(std::memory_order_relaxed)) trip({Fault::recorder_failed, {}, 0});
+  const std::uint64_t guardians_lost = mailbox_.guardians_lost.load(std::memory_order_relaxed);
+  if (guardians_lost != guardians_lost_ || mailbox_.unguarded.load(std::memory_order_relaxed)) {
+    guardians_lost_ = guardians_lost;
+    trip({Fault::guardian_lost, {}, 0});
+  }
 
   late_ = late_ * std::max(0.0, 1 - settings_.period / late_memory) + static_cast<double>(missed) * settings_.period;
   if (missed > 0 && state_ == LoopState::running && settings_.real_time) {
@@ -170,11 +177,27 @@ void Loop::check(double now, std::uint64_t missed) noexcept {
   }
   if (settings_.real_time && late_ > settings_.late_limit) trip({Fault::overrun, {}, static_cast<double>(missed)});
 
+  obey_stop();
   if (state_ != LoopState::running) return;
   if (mailbox_.disk_low.load(std::memory_order_relaxed)) return trip({Fault::disk_nearly_full, {}, 0});
   if (mailbox_.lost.load(std::memory_order_relaxed) == order_->id) return trip({Fault::client_lost, {}, 0});
-  if (mailbox_.stop.load(std::memory_order_relaxed) == order_->id) return end(Outcome::stopped, Fault::none);
   trip(safety_.judge_run_time(now - t0_));
+}
+
+/// A stop is of all that was asked for before it: a run, an arming.
+void Loop::obey_stop() noexcept {
+  const std::uint64_t stops = mailbox_.stops.load(std::memory_order_relaxed);
+  if (stops == stops_) return;
+  stops_ = stops;
+  stopped_run_ = 0;
+  if (state_ == LoopState::arming && reset_stops_ != stops) {
+    enter(LoopState::latched);
+    if (const Fault fault = make_safe(); fault != Fault::none) trip({fault, {}, 0});
+  }
+  if (state_ == LoopState::running && order_->stops != stops) {
+    stopped_run_ = order_->id;
+    end(Outcome::stopped, Fault::none);
+  }
 }
 
 void Loop::read(double now) noexcept {
@@ -429,6 +452,8 @@ void Loop::publish() noexcept {
   live_.ticks.store(live_.ticks.load(relaxed) + 1, relaxed);
   live_.state.store(state_, std::memory_order_release);
   if (state_ != LoopState::arming) live_.resets.store(resets_, std::memory_order_release);
+  live_.stopped_run.store(stopped_run_, relaxed);
+  live_.stops.store(stops_, std::memory_order_release);
 }
 
 }  // namespace emtb

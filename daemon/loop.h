@@ -22,18 +22,28 @@ struct Order {
   std::uint64_t id = 0;  ///< > 0, never used twice
   Profile profile;
   std::vector<Pause> pauses{};
+  std::uint64_t stops = 0;  ///< Mailbox::stops when it was asked for: it never begins, or ends, once there are more
 };
 
 /// What other threads ask of the loop. Each field is one wish; the loop looks once a tick.
 struct Mailbox {
   std::atomic<const Order*> run{nullptr};
-  std::atomic<std::uint64_t> stop{0};       ///< id of the run that shall end: a late wish cannot hit the next run
-  std::atomic<std::uint64_t> lost{0};       ///< id of the run whose client is gone
-  std::atomic<std::uint64_t> confirmed{0};  ///< confirmation() of the pause that may end
-  std::atomic<std::uint64_t> resets{0};     ///< counts wishes to arm; answered in Live::resets
-  std::atomic<bool> terminate{false};       ///< the process ends; never taken back
+  std::atomic<std::uint64_t> stops{0};        ///< counts stops, of all that was asked before; answered in Live::stops
+  std::atomic<std::uint64_t> lost{0};         ///< id of the run whose client is gone
+  std::atomic<std::uint64_t> confirmed{0};    ///< confirmation() of the pause that may end
+  std::atomic<std::uint64_t> resets{0};       ///< counts wishes to arm; answered in Live::resets
+  std::atomic<std::uint64_t> reset_stops{0};  ///< stops when the last of them was asked for
+  std::atomic<bool> terminate{false};         ///< the process ends; never taken back
+  std::atomic<std::uint64_t> guardians_lost{0};  ///< counts
+  std::atomic<bool> unguarded{false};            ///< there is no new one
   std::atomic<bool> recorder_failed{false};
   std::atomic<bool> disk_low{false};  ///< the recorder still writes, but not for long
+
+  /// Asks to arm. @return the number of this wish
+  std::uint64_t reset() noexcept {
+    reset_stops = stops.load();
+    return ++resets;
+  }
 };
 
 /// Of one pause of one run: a late one cannot end the next.
@@ -55,6 +65,8 @@ struct Live {
   std::atomic<std::uint64_t> ticks{0};
   std::atomic<std::uint64_t> missed{0};  ///< deadlines, since the start of the daemon
   std::atomic<std::uint64_t> resets{0};  ///< the last wish to arm that is decided
+  std::atomic<std::uint64_t> stops{0};   ///< the last stop that is obeyed: the reference is safe, unless output_broken
+  std::atomic<std::uint64_t> stopped_run{0};  ///< the run that it ended, or 0
   std::array<std::atomic<double>, signal_count> value{};
   std::array<std::atomic<double>, signal_count> time{};  ///< [s] on the loop's clock; `never`: no reading yet
   Lateness lateness;                                     ///< of waking, after the deadline
@@ -127,6 +139,7 @@ class Loop {
   void take(Port& port, const Reading& reading) noexcept;
   void watch(const Watched& watched, const Reading& reading) noexcept;
   void check(double now, std::uint64_t missed) noexcept;
+  void obey_stop() noexcept;
   void arm_if_all_is_well() noexcept;
   void drive(double now) noexcept;
   double profile_time(double t) noexcept;
@@ -165,6 +178,10 @@ class Loop {
   std::optional<double> field_since_;  // [s] when the field was seen to come on; not watched: when the bench was armed
   double safe_again_ = 0;              // [s] when make_safe() is repeated while latched
   std::uint64_t resets_ = 0;
+  std::uint64_t reset_stops_ = 0;  // when the arming that is on was asked for
+  std::uint64_t stops_ = 0;
+  std::uint64_t guardians_lost_ = 0;
+  std::uint64_t stopped_run_ = 0;
 
   const Order* order_ = nullptr;
   bool ended_ = false;

@@ -24,6 +24,9 @@ const char* const options_help =
     "none\n"
     "                     of which is touched: `emtb run replay` records it anew, judged by the bench's limits\n"
     "  --safe             only makes the reference output safe, and ends\n"
+    "  --repair SESSION   only repairs a session whose recording ended abruptly, and ends; a daemon does so by itself "
+    "for\n"
+    "                     those in its folder, once the bench is in service\n"
     "  --help, --version\n"
     "\n"
     "It starts latched: `emtb reset` arms it. Software alone does not make a bench safe: the driver's enable belongs "
@@ -45,16 +48,13 @@ double parse_pace(const std::string& text) {
 }  // namespace
 
 Options parse_options(int argc, char** argv) {
-  enum { config = 1, socket, data, replay, safe, pace, help, tell_version };
-  const option known[] = {{"config", required_argument, nullptr, config},
-                          {"socket", required_argument, nullptr, socket},
-                          {"data", required_argument, nullptr, data},
-                          {"replay", required_argument, nullptr, replay},
-                          {"safe", no_argument, nullptr, safe},
-                          {"pace", required_argument, nullptr, pace},
-                          {"help", no_argument, nullptr, help},
-                          {"version", no_argument, nullptr, tell_version},
-                          {nullptr, 0, nullptr, 0}};
+  enum { config = 1, socket, data, replay, repair, safe, pace, help, tell_version };
+  const option known[] = {
+      {"config", required_argument, nullptr, config},  {"socket", required_argument, nullptr, socket},
+      {"data", required_argument, nullptr, data},      {"replay", required_argument, nullptr, replay},
+      {"repair", required_argument, nullptr, repair},  {"safe", no_argument, nullptr, safe},
+      {"pace", required_argument, nullptr, pace},      {"help", no_argument, nullptr, help},
+      {"version", no_argument, nullptr, tell_version}, {nullptr, 0, nullptr, 0}};
   Options options;
   optind = 1;
   opterr = 0;  // our own message, one line like all others
@@ -75,6 +75,9 @@ Options parse_options(int argc, char** argv) {
       case replay:
         options.replay = optarg;
         break;
+      case repair:
+        options.repair = optarg;
+        break;
       case safe:
         options.safe = true;
         break;
@@ -94,7 +97,7 @@ Options parse_options(int argc, char** argv) {
     }
   }
   if (optind < argc) throw Error(std::string(argv[optind]) + ": unexpected. See emtbd --help");
-  if (options.config.empty()) throw Error("--config BENCH.yaml is missing. See emtbd --help");
+  if (options.config.empty() && options.repair.empty()) throw Error("--config BENCH.yaml is missing. See emtbd --help");
   return options;
 }
 

@@ -11,6 +11,7 @@ struct Options {
   std::filesystem::path socket;  ///< empty: the default place
   std::filesystem::path data = "sessions";
   std::filesystem::path replay;  ///< empty: the bench itself
+  std::filesystem::path repair;  ///< only repair this session: what emtbd starts itself
   bool safe = false;             ///< only make the reference safe
   std::optional<double> pace;    ///< times real time; infinity: as fast as it goes; absent: as the bench says
   bool help = false;

@@ -23,7 +23,9 @@ std::string reason(int error) { return std::generic_category().message(error); }
 
 RealtimeStep lock_memory() {
   RealtimeStep step{.what = "memory locked"};
-  step.ok = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  // What is there now is what the loop needs: it takes nothing more. What others take later (a model, a request) is no
+  // business of the memory that cannot be swapped.
+  step.ok = mlockall(MCL_CURRENT) == 0;
   if (!step.ok) step.why = reason(errno) + "; needs LimitMEMLOCK=infinity or root";
   // A page of the stack that is touched here does not fault in the loop.
   std::array<volatile char, 64 * 1024> stack{};

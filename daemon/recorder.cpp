@@ -204,6 +204,14 @@ void Recorder::take(const Record& record) {
   }
 }
 
+void Recorder::give_up(const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  if (open_run_ && problem_.empty()) problem_ = why;
+  failed_ = open_run_;
+  sink_.reset();
+  batches_.clear();  // and with them the memory that they hold
+}
+
 void Recorder::take_remarks() {
   if (!listeners_.remarks) return;
   for (const Event& event : listeners_.remarks(runs_)) {

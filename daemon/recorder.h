@@ -95,6 +95,9 @@ class Recorder {
 
   bool recording() const;
 
+  /// Work failed for a reason that is not the file's (no memory): the session that is on cannot be gone on with.
+  void give_up(const std::string& why);
+
  private:
   struct Batch {
     std::vector<double> t;

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
-#include <thread>
 
-#include "config/model.h"
 #include "daemon/finite_or_null.h"
+#include "daemon/sent_model.h"
 #include "daemon/status_json.h"
 #include "emtb/version.h"
 
@@ -52,10 +51,13 @@ Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, 
   plain("status", [this](const Peer& peer) { return status(peer); });
   plain("stop", [this](const Peer&) { return stop(); });
   plain("confirm", [this](const Peer& peer) { return confirm(peer); });
-  plain("reset", [this](const Peer& peer) { return reset(peer); });
+  methods_.add_slow("reset", [this](const Params& params, const Peer& peer) {
+    params.only({});
+    return reset(peer);
+  });
   plain("config", [this](const Peer&) { return config(); });
   methods_.add("run", [this](const Params& params, const Peer& peer) { return run(params, peer); });
-  methods_.add("estimates", [this](const Params& params, const Peer&) { return estimates(params); });
+  methods_.add_slow("estimates", [this](const Params& params, const Peer&) { return estimates(params); });
   methods_.add("subscribe", [this](const Params& params, const Peer& peer) { return subscribe(params, peer); });
 }
 
@@ -210,6 +212,7 @@ SessionWriter::Description Service::session_of(const Order& order, const rpc::Pa
 
 json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   params.only({"profile", "note", "operator", "brake"});
+  const std::uint64_t stops = mailbox_.stops.load();  // one that comes while we prepare is of this run, too
   refuse_if_busy("a run", peer);
   const double now = utc_now();
   Experiment experiment = admission_.find(params.text("profile"));
@@ -221,8 +224,8 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
   }
 
   admission_.refuse_unless_ready(experiment);
-  auto order =
-      std::make_unique<const Order>(Order{next_run_, std::move(experiment.profile), std::move(experiment.pauses)});
+  auto order = std::make_unique<const Order>(
+      Order{next_run_, std::move(experiment.profile), std::move(experiment.pauses), stops});
 
   const SessionWriter::Description description = session_of(*order, params, peer, now);
   const auto path = session_path(settings_.data, static_cast<std::int64_t>(now), order->profile.name());
@@ -268,8 +271,8 @@ void Service::dumped(const std::filesystem::path& path) {
 
 json Service::stop() {
   const std::lock_guard lock(mutex_);
+  ++mailbox_.stops;  // anybody may stop: safety asks for no owner
   if (!current_) return {{"stopped", nullptr}};
-  mailbox_.stop = current_->order->id;  // anybody may stop: safety asks for no owner
   return {{"stopped", current_->order->id}};
 }
 
@@ -286,21 +289,21 @@ json Service::confirm(const rpc::Peer& peer) {
   return {{"confirmed", waiting + 1}};
 }
 
-json Service::reset(const rpc::Peer& peer) {
+rpc::Later Service::reset(const rpc::Peer& peer) {
   refuse_if_busy("reset", peer);
-  const std::uint64_t asked = ++mailbox_.resets;
+  const std::uint64_t asked = mailbox_.reset();
   const auto until = std::chrono::steady_clock::now() + reset_within;
-  while (live_.resets.load() < asked && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  const LoopState state = live_.state.load();
-  if (state != LoopState::armed) {
+  return [this, asked, until]() -> json {
+    if (live_.resets.load() < asked && std::chrono::steady_clock::now() < until) return nullptr;
+    const LoopState state = live_.state.load();
+    if (state == LoopState::armed) return {{"state", word(state)}};
     const json cause = fault();
-    throw Refusal(rpc::code::cause_stands,
-                  "not armed: " + (cause.is_null() ? std::string(word(state)) : cause["text"].get<std::string>()),
-                  {{"fault", cause}});
-  }
-  return {{"state", word(state)}};
+    const std::string why = !cause.is_null() ? cause["text"].get<std::string>()
+                            : state == LoopState::latched
+                                ? "a stop came meanwhile. See that it is safe, then reset again"
+                                : std::string(word(state));
+    throw Refusal(rpc::code::cause_stands, "not armed: " + why, {{"fault", cause}});
+  };
 }
 
 json Service::subscribe(const rpc::Params& params, const rpc::Peer& peer) {
@@ -315,16 +318,19 @@ json Service::subscribe(const rpc::Params& params, const rpc::Peer& peer) {
 }
 
 /// @param params `model`: the text of a model file to follow from now on; it moves nothing, so that anybody may
-json Service::estimates(const rpc::Params& params) {
+rpc::Later Service::estimates(const rpc::Params& params) {
   params.only({"model"});
-  try {
-    if (const std::string text = params.text_or("model", ""); !text.empty()) {
-      estimator_.follow(read_model(YamlMap::parse(text, "model")));
+  const auto or_refusal = [](const auto& ask) {
+    try {
+      return ask();
+    } catch (const Error& e) {
+      throw Refusal(rpc::code::not_available, e.what());
     }
-    return estimator_.estimates();
-  } catch (const Error& e) {
-    throw Refusal(rpc::code::not_available, e.what());
-  }
+  };
+  const std::string text = params.text_or("model", "");
+  if (text.empty()) return [this, or_refusal] { return or_refusal([this] { return estimator_.estimates(); }); };
+  const auto there = or_refusal([&] { return estimator_.propose(read_sent_model(text)); });
+  return [or_refusal, there] { return or_refusal(there); };
 }
 
 json Service::config() const {
@@ -368,6 +374,7 @@ void Service::closed(const Closed& closed) {
            {"complete", closed.complete}};
     last_ = std::make_unique<json>(how);
     current_.reset();
+    admission_.run_ended();
   }
   if (socket_.publish) socket_.publish(rpc::notification("ended", how));
 }

@@ -51,7 +51,7 @@ class Service {
   void connect(Socket socket) { socket_ = std::move(socket); }
   void set_realtime(std::vector<RealtimeStep> steps) { realtime_ = std::move(steps); }
 
-  std::string answer(std::string_view line, const rpc::Peer& peer) const { return methods_.answer(line, peer); }
+  rpc::Reply answer(std::string_view line, const rpc::Peer& peer) const { return methods_.answer(line, peer); }
 
   /// The line that this subscriber is sent at its rate: `live`, with the estimates where it asked for them.
   std::string live_line(std::uint64_t peer) const;
@@ -84,9 +84,9 @@ class Service {
   nlohmann::json run(const rpc::Params& params, const rpc::Peer& peer);
   nlohmann::json stop();
   nlohmann::json confirm(const rpc::Peer& peer);
-  nlohmann::json reset(const rpc::Peer& peer);
+  rpc::Later reset(const rpc::Peer& peer);
   nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer);
-  nlohmann::json estimates(const rpc::Params& params);
+  rpc::Later estimates(const rpc::Params& params);
   nlohmann::json config() const;
 
   SessionWriter::Description session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
@@ -103,7 +103,7 @@ class Service {
   Live& live_;
   Recorder& recorder_;
   Estimator& estimator_;
-  const Admission admission_;
+  Admission admission_;
   Socket socket_;
   std::vector<RealtimeStep> realtime_;
   rpc::Methods methods_;

@@ -50,6 +50,8 @@ std::string_view text(Fault fault) noexcept {
       return "client_lost: the client that controlled the run is gone";
     case Fault::terminated:
       return "terminated: the process was asked to end";
+    case Fault::guardian_lost:
+      return "guardian_lost: the process that makes safe when the daemon dies is gone";
   }
   return "unknown fault";
 }

@@ -33,6 +33,7 @@ enum class Fault : std::uint16_t {
   disk_nearly_full = 503,  ///< the session still ends well, the next one might not
   client_lost = 601,       ///< the client that controls the run is gone
   terminated = 701,        ///< the process was asked to end
+  guardian_lost = 702,     ///< the process that makes safe after our death is gone
 };
 
 /// Every fault but none, by number.
@@ -41,7 +42,7 @@ inline constexpr std::array all_faults{
     Fault::non_finite,  Fault::stale_signal,  Fault::over_range,      Fault::dead_tacho,      Fault::reversed_tacho,
     Fault::device_lost, Fault::output_failed, Fault::wrong_function,  Fault::device_clock,    Fault::samples_lost,
     Fault::scan_broken, Fault::overrun,       Fault::recorder_failed, Fault::recorder_behind, Fault::disk_nearly_full,
-    Fault::client_lost, Fault::terminated};
+    Fault::client_lost, Fault::terminated,    Fault::guardian_lost};
 
 /// What the fault means, for a person: `over_speed: the speed exceeds limits.omega`.
 std::string_view text(Fault fault) noexcept;

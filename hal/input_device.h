@@ -37,6 +37,7 @@ struct Channel {
   double low = -std::numeric_limits<double>::infinity();  ///< the least that it can read, in the signal's unit
   double high = std::numeric_limits<double>::infinity();  ///< and the most; infinite: not known
   Conversion conversion{};
+  bool endless = false;  ///< no range bounds it, as of an encoder that counts
 };
 
 /// One reading in SI units.

@@ -27,9 +27,31 @@ std::string pretty(double value, double std_error, const std::string& unit) {
   return pretty(value, digits) + " +- " + pretty(std_error, 2) + (unit.empty() ? "" : " " + unit);
 }
 
-Table::Table(std::vector<std::string> heading) { rows_.push_back(std::move(heading)); }
+std::string printable(std::string_view text) {
+  std::string out(text);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto c = static_cast<unsigned char>(out[i]);
+    const auto next = i + 1 < out.size() ? static_cast<unsigned char>(out[i + 1]) : 0U;
+    if (c < 0x20 || c == 0x7f) out[i] = '?';
+    if (c == 0xC2 && next >= 0x80 && next < 0xA0) out[i] = out[i + 1] = '?';  // control characters above ASCII
+  }
+  return out;
+}
 
-void Table::row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+std::string one_message(std::string_view text) {
+  constexpr std::size_t longest = 1000;
+  if (text.size() <= longest) return printable(text);
+  std::size_t end = longest;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;  // not within a character
+  return printable(text.substr(0, end)) + " ...";
+}
+
+Table::Table(std::vector<std::string> heading) { row(std::move(heading)); }
+
+void Table::row(std::vector<std::string> cells) {
+  for (std::string& cell : cells) cell = printable(cell);
+  rows_.push_back(std::move(cells));
+}
 
 std::string Table::text(const std::string& indent) const {
   std::vector<std::size_t> widths;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace emtb {
@@ -21,6 +22,12 @@ class Table {
  private:
   std::vector<std::vector<std::string>> rows_;
 };
+
+/// Foreign text for a terminal, in one line: what would move the cursor, colour or end the line is shown as `?`.
+std::string printable(std::string_view text);
+
+/// The same of a message, cut where it is longer than a person reads.
+std::string one_message(std::string_view text);
 
 /// A word as a shell takes it.
 std::string shell_quoted(const std::string& word);

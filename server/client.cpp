@@ -12,6 +12,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "server/stop_socket.h"
+
 namespace emtb {
 namespace {
 
@@ -27,21 +29,42 @@ std::filesystem::path users_socket() {
   return std::filesystem::path(runtime) / "emtb.sock";
 }
 
-}  // namespace
-
-Client::Client(const std::filesystem::path& socket) : path_(socket) {
+/// @return the descriptor; below 0 where nobody answers: errno
+int connected(const std::filesystem::path& socket) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string name = socket.string();
   if (name.size() >= sizeof address.sun_path) throw ProtocolError(name + ": too long for a socket's path");
   std::memcpy(address.sun_path, name.c_str(), name.size() + 1);
-  socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    const std::string why = std::strerror(errno);
-    if (socket_ >= 0) close(socket_);
-    throw ProtocolError(name + ": no daemon answers (" + why +
-                        "). Start `emtbd --config BENCH.yaml`, or give its --socket");
+  const int made = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (made < 0 || connect(made, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return made;
+  const int why = errno;
+  close(made);
+  errno = why;
+  return -1;
+}
+
+/// Up to its first line's end, or as much as came; nothing where the time is over.
+std::string line_of(int socket, double timeout) {
+  timeval patience{.tv_sec = static_cast<time_t>(timeout), .tv_usec = 0};
+  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  std::string text;
+  std::array<char, 256> chunk;
+  while (text.find('\n') == std::string::npos) {
+    const ssize_t n = recv(socket, chunk.data(), chunk.size(), 0);
+    if (n < 0 && errno == EINTR) continue;  // a second Ctrl-C
+    if (n <= 0) break;
+    text.append(chunk.data(), static_cast<std::size_t>(n));
   }
+  return text;
+}
+
+}  // namespace
+
+Client::Client(const std::filesystem::path& socket) : path_(socket), socket_(connected(socket)) {
+  if (socket_ >= 0) return;
+  throw ProtocolError(socket.string() + ": no daemon answers (" + std::strerror(errno) +
+                      "). Start `emtbd --config BENCH.yaml`, or give its --socket");
 }
 
 Client::~Client() { close(socket_); }
@@ -108,6 +131,16 @@ std::optional<json> Client::notification(double timeout) {
   json message = json::parse(*text, nullptr, false);
   if (!message.is_object() || !message.contains("method")) return std::nullopt;
   return message;
+}
+
+json stop_now(const std::filesystem::path& socket) {
+  const int stop = connected(stop_path(socket));  // to connect is to stop
+  if (stop < 0) return Client(socket).call("stop", json::object());
+  const std::string answer = line_of(stop, 2 * StopSocket::patience);
+  close(stop);
+  json said = json::parse(answer, nullptr, false);
+  if (said.is_object() && said.contains("stopped")) return said;
+  throw ProtocolError(stop_path(socket).string() + ": the stop is not answered. Use the emergency stop");
 }
 
 std::filesystem::path socket_to_listen() {

@@ -22,6 +22,8 @@ class Client {
   /// @return the result. @throws rpc::Refusal with the daemon's code and message; ProtocolError where it is gone.
   nlohmann::json call(const std::string& method, const nlohmann::json& params);
 
+  const std::filesystem::path& path() const noexcept { return path_; }
+
   /// The next notification: `{"method": ..., "params": ...}`, or nothing within `timeout` [s] or at a signal.
   /// @throws ProtocolError where the daemon is gone.
   std::optional<nlohmann::json> notification(double timeout);
@@ -38,6 +40,11 @@ class Client {
   std::string kept_;  // notifications that came before an answer, one a line
   int id_ = 0;
 };
+
+/// Stops what is on, by the socket that is there for nothing else; a daemon that has none is asked by its method.
+/// @return `stopped`: the run that ended, or null; `reference_safe`
+/// @throws ProtocolError where nobody answers
+nlohmann::json stop_now(const std::filesystem::path& socket);
 
 /// Where the daemon listens unless told otherwise: $XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock where that can be
 /// made.

@@ -32,6 +32,61 @@ std::string failure(const json& id, int code, std::string_view message, const js
   return dump({{"jsonrpc", "2.0"}, {"id", id}, {"error", std::move(error)}});
 }
 
+/// What somebody sent, short enough to be sent back.
+std::string shown(const std::string& text) {
+  constexpr std::size_t longest = 60;
+  return text.size() <= longest ? text : text.substr(0, longest) + "...";
+}
+
+/// The line that `work` gives, or the one that says why not.
+template <class Work>
+std::string or_failure(const json& id, Work work) {
+  try {
+    return work();
+  } catch (const Refusal& refusal) {
+    return failure(id, refusal.code(), refusal.what(), refusal.data());
+  } catch (const std::exception& e) {
+    return failure(id, code::internal_error, e.what());
+  }
+}
+
+/// Looks for the member `method` of a request, and no further.
+class MethodFinder : public nlohmann::json_sax<json> {
+ public:
+  explicit MethodFinder(std::string_view wanted) : wanted_(wanted) {}
+  bool found() const { return found_; }
+
+  bool null() override { return other(); }
+  bool boolean(bool) override { return other(); }
+  bool number_integer(number_integer_t) override { return other(); }
+  bool number_unsigned(number_unsigned_t) override { return other(); }
+  bool number_float(number_float_t, const string_t&) override { return other(); }
+  bool binary(binary_t&) override { return other(); }
+  bool string(string_t& text) override {
+    if (!is_method_) return true;
+    found_ = text == wanted_;
+    return false;
+  }
+  bool start_object(std::size_t) override { return ++depth_ <= deepest && other(); }
+  bool start_array(std::size_t) override { return ++depth_ <= deepest && other(); }
+  bool end_object() override { return --depth_ > 0; }
+  bool end_array() override { return --depth_ > 0; }
+  bool key(string_t& name) override {
+    is_method_ = depth_ == 1 && name == "method";
+    return true;
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override { return false; }
+
+ private:
+  static constexpr int deepest = 16;
+  bool other() const { return !is_method_; }
+
+  std::string_view wanted_;
+  int depth_ = 0;
+  bool is_method_ = false;
+  bool found_ = false;
+};
+
 /// What is wrong with a request by JSON-RPC's own rules; empty: nothing.
 std::string complaint(const json& request) {
   if (!request.is_object()) return "a request must be an object, one a line";
@@ -48,7 +103,7 @@ std::string complaint(const json& request) {
     return "params must be an object";
   }
   for (const auto& [key, value] : request.items()) {
-    if (key != "jsonrpc" && key != "method" && key != "id" && key != "params") return "unknown member " + key;
+    if (key != "jsonrpc" && key != "method" && key != "id" && key != "params") return "unknown member " + shown(key);
   }
   return {};
 }
@@ -70,7 +125,7 @@ void Params::only(std::initializer_list<std::string_view> known) const {
     if (std::ranges::find(known, key) != known.end()) continue;
     std::string list;
     for (const auto name : known) list += (list.empty() ? "" : ", ") + std::string(name);
-    throw Refusal(code::invalid_params, key + " is not known here. Known: " + (list.empty() ? "none" : list));
+    throw Refusal(code::invalid_params, shown(key) + " is not known here. Known: " + (list.empty() ? "none" : list));
   }
 }
 
@@ -111,7 +166,7 @@ std::string Methods::known() const {
   return list;
 }
 
-std::string Methods::answer(std::string_view line, const Peer& peer) const noexcept {
+Reply Methods::answer(std::string_view line, const Peer& peer) const noexcept {
   try {
     json request;
     try {
@@ -126,22 +181,34 @@ std::string Methods::answer(std::string_view line, const Peer& peer) const noexc
     const json id = request.value("id", json());
     const std::string& name = request["method"].get_ref<const std::string&>();
     const json params = request.value("params", json::object());
-    std::string answer;
-    try {
-      const auto method = methods_.find(name);
-      if (method == methods_.end()) throw Refusal(code::method_not_found, "there is no method " + name + known());
+    Reply reply;
+    const std::string now = or_failure(id, [&] {
+      const auto found = methods_.find(name);
+      if (found == methods_.end()) throw Refusal(code::method_not_found, "there is no method " + shown(name) + known());
       if (params.is_array() && !params.empty()) throw Refusal(code::invalid_params, "params must be named, not a list");
       const json none = json::object();
-      answer = result(id, method->second(Params(params.is_array() ? none : params), peer));
-    } catch (const Refusal& refusal) {
-      answer = failure(id, refusal.code(), refusal.what(), refusal.data());
-    } catch (const std::exception& e) {
-      answer = failure(id, code::internal_error, e.what());
-    }
-    return wants_answer ? answer : std::string();
+      const Params named(params.is_array() ? none : params);
+      if (const auto* at_once = std::get_if<Method>(&found->second)) return result(id, (*at_once)(named, peer));
+      reply.later = [id, later = std::get<SlowMethod>(found->second)(named, peer)] {
+        return or_failure(id, [&] {
+          json there = later();
+          return there.is_null() ? std::string() : result(id, std::move(there));
+        });
+      };
+      return std::string();
+    });
+    if (!wants_answer) return {};
+    reply.line = now;
+    return reply;
   } catch (const std::exception&) {  // out of memory
-    return R"({"jsonrpc":"2.0","id":null,"error":{"code":-32603,"message":"internal error"}})";
+    return std::string(R"({"jsonrpc":"2.0","id":null,"error":{"code":-32603,"message":"internal error"}})");
   }
+}
+
+bool begins_request(std::string_view line, std::string_view method) {
+  MethodFinder finder(method);
+  json::sax_parse(line, &finder);
+  return finder.found();
 }
 
 std::string notification(std::string_view method, const json& params) {

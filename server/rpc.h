@@ -7,10 +7,10 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 
 #include "hal/error.h"
 
@@ -78,20 +78,36 @@ class Params {
 
 using Method = std::function<nlohmann::json(const Params&, const Peer&)>;
 
+/// A result that takes its time: asked again and again, without ever waiting; null until it is there. May throw Refusal.
+using Later = std::function<nlohmann::json()>;
+using SlowMethod = std::function<Later(const Params&, const Peer&)>;
+
+/// What is sent back: at once or by and by.
+struct Reply {
+  Reply() = default;
+  Reply(std::string text) : line(std::move(text)) {}  // NOLINT: a line is a reply
+
+  std::string line;                      ///< without its newline; empty: nothing, as for a notification
+  std::function<std::string()> later{};  ///< where set: asked until it gives a line that is not empty
+};
+
 /// JSON-RPC 2.0 without a socket: a line in, a line out.
 class Methods {
  public:
   void add(std::string name, Method method) { methods_[std::move(name)] = std::move(method); }
+  void add_slow(std::string name, SlowMethod method) { methods_[std::move(name)] = std::move(method); }
 
   /// Answers one line, whatever is in it. Batches are refused: one object a line.
-  /// @return the answer without its newline; empty for a notification
-  std::string answer(std::string_view line, const Peer& peer) const noexcept;
+  Reply answer(std::string_view line, const Peer& peer) const noexcept;
 
  private:
   std::string known() const;
 
-  std::map<std::string, Method, std::less<>> methods_;
+  std::map<std::string, std::variant<Method, SlowMethod>, std::less<>> methods_;
 };
+
+/// Whether the beginning of a line, cut anywhere, is that of a request for this method.
+bool begins_request(std::string_view line, std::string_view method);
 
 /// A line that is no answer: `{"jsonrpc": "2.0", "method": ..., "params": ...}`.
 std::string notification(std::string_view method, const nlohmann::json& params);

@@ -1,9 +1,8 @@
 #include "server/unix_socket.h"
 
-#include <grp.h>
+#include <fcntl.h>
+#include <poll.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,7 +16,10 @@
 #include <chrono>
 #include <deque>
 #include <map>
+#include <new>
 #include <thread>
+
+#include "server/listening.h"
 
 namespace emtb {
 namespace {
@@ -33,13 +35,10 @@ rpc::Peer credentials(Protocol::socket& socket, std::uint64_t id) {
   return {.id = id, .pid = who.pid, .uid = who.uid, .gid = who.gid};
 }
 
-/// Binds with mode 0660 from the first moment: chmod afterwards would leave a gap.
-void bind(Protocol::acceptor& acceptor, const Protocol::endpoint& endpoint) {
-  const mode_t before = umask(0117);
-  error_code error;
-  acceptor.bind(endpoint, error);
-  umask(before);
-  if (error) throw ProtocolError(endpoint.path() + ": the socket cannot be made: " + error.message());
+/// Whether nobody is at the other end any more, though what he sent may wait here yet.
+bool has_ended(Protocol::socket& socket) {
+  pollfd state{.fd = socket.native_handle(), .events = 0, .revents = 0};
+  return poll(&state, 1, 0) > 0 && (state.revents & (POLLHUP | POLLERR)) != 0;
 }
 
 }  // namespace
@@ -53,8 +52,26 @@ struct UnixSocketServer::Impl {
           timer(server.context),
           rest(server.context) {}
 
+    /// The end of the connection is told even while we rest from the client's requests.
+    void watch_end() {
+      socket.async_wait(Protocol::socket::wait_error, [self = shared_from_this()](const error_code& error) {
+        if (error || self->closed) return;
+        if (!has_ended(self->socket)) return self->close();  // data out of band: not this protocol
+        self->ended();
+      });
+    }
+
+    /// Nobody is there any more. What was asked with the last breath still counts; a flood does not.
+    void ended() {
+      if (over) return;
+      over = true;
+      queue.resize(std::min<std::size_t>(queue.size(), 1));  // what is being written must stand until it has failed
+      if (!reading) close();
+    }
+
     /// Reads on, once the client has a request left to spend.
     void read_on() {
+      if (over) return last_breath-- > 0 ? read() : close();
       const auto now = std::chrono::steady_clock::now();
       left = std::min(most_requests, left + most_requests * std::chrono::duration<double>(now - counted).count()) - 1;
       counted = now;
@@ -66,31 +83,53 @@ struct UnixSocketServer::Impl {
     }
 
     void read() {
+      reading = true;
       asio::async_read_until(
-          socket, asio::dynamic_buffer(input, longest_line + 1), '\n',
+          socket, asio::dynamic_buffer(input, longest + 1), '\n',
           [self = shared_from_this()](const error_code& error, std::size_t size) { self->received(error, size); });
     }
 
     void received(const error_code& error, std::size_t size) {
+      reading = false;
       if (closed) return;
-      if (error == asio::error::not_found) {  // the buffer is full without a newline
-        send(rpc::error_line(rpc::code::invalid_request,
-                             "a line is longer than " + std::to_string(longest_line) + " bytes"));
-        last = true;
-        return;
-      }
+      if (error == asio::error::not_found) return too_long();
       if (error) return close();
       std::string_view line(input.data(), size - 1);
       if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-      std::string answer = line.empty() ? std::string() : owner.handlers.line(line, peer);
+      rpc::Reply reply = line.empty() ? rpc::Reply() : owner.handlers.line(line, peer);
       input.erase(0, size);
+      longest = longest_line;
       asked = true;
-      if (!answer.empty()) send(std::move(answer));
+      if (reply.later) return wait_for(std::move(reply.later));
+      if (!reply.line.empty()) send(std::move(reply.line));
       if (!closed) read_on();
     }
 
+    /// The buffer is full without a newline.
+    void too_long() {
+      if (longest < longest_run && rpc::begins_request(input, "run")) {
+        longest = longest_run;
+        return read();
+      }
+      send(rpc::error_line(rpc::code::invalid_request, "a line is longer than " + std::to_string(longest) + " bytes"));
+      last = true;
+      if (over) close();
+    }
+
+    /// An answer that is not there yet keeps back this client's further requests, and nobody else's.
+    void wait_for(std::function<std::string()> later) {
+      rest.expires_after(std::chrono::milliseconds(1));
+      rest.async_wait([self = shared_from_this(), later = std::move(later)](const error_code& error) mutable {
+        if (error || self->closed) return;
+        std::string answer = later();
+        if (answer.empty()) return self->wait_for(std::move(later));
+        self->send(std::move(answer));
+        if (!self->closed) self->read_on();
+      });
+    }
+
     void send(std::string line) {
-      if (closed || last) return;
+      if (closed || last || over) return;
       line += '\n';
       queued += line.size();
       if (queued > longest_queue) return close();  // it does not read
@@ -102,6 +141,8 @@ struct UnixSocketServer::Impl {
       asio::async_write(socket, asio::buffer(queue.front()),
                         [self = shared_from_this()](const error_code& error, std::size_t) {
                           if (self->closed) return;
+                          if (self->over) return self->queue.clear();
+                          if (error && has_ended(self->socket)) return self->ended();
                           if (error) return self->close();
                           self->queued -= self->queue.front().size();
                           self->queue.pop_front();
@@ -143,8 +184,12 @@ struct UnixSocketServer::Impl {
     std::chrono::duration<double> period{0};  // 0: not subscribed
     std::string input;
     std::deque<std::string> queue;
-    std::size_t queued = 0;  // [byte]
-    bool last = false;       // closes once the queue is sent
+    std::size_t queued = 0;              // [byte]
+    std::size_t longest = longest_line;  // [byte] that the line which comes may have
+    bool reading = false;
+    bool last = false;     // closes once the queue is sent
+    bool over = false;     // nobody is at the other end
+    int last_breath = 16;  // lines that still count then
     bool closed = false;
   };
 
@@ -162,7 +207,8 @@ struct UnixSocketServer::Impl {
       if (clients.size() < most_clients) {
         const auto client = std::make_shared<Client>(*this, std::move(socket), next_id++);
         clients[client->peer.id] = client;
-        client->read();
+        client->watch_end();
+        if (!client->closed) client->read();
       }
       accept();
     });
@@ -174,7 +220,13 @@ struct UnixSocketServer::Impl {
     }
   }
 
-  std::filesystem::path path;
+  explicit Impl(const std::filesystem::path& path) : listening(path), stop(stop_path(path)) {
+    // A descriptor of its own for the acceptor, which closes it; the file goes with `listening`.
+    acceptor.assign(Protocol(), fcntl(listening.descriptor(), F_DUPFD_CLOEXEC, 0));
+  }
+
+  const Listening listening;
+  StopSocket stop;
   asio::io_context context{1};
   Protocol::acceptor acceptor{context};
   asio::steady_timer retry{context};
@@ -184,42 +236,12 @@ struct UnixSocketServer::Impl {
   std::thread thread;
 };
 
-UnixSocketServer::UnixSocketServer(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
-  impl_->path = path;
-  const std::string name = path.string();
-  if (name.size() >= sizeof(sockaddr_un::sun_path)) {
-    throw ProtocolError(name + ": a socket's path has at most " + std::to_string(sizeof(sockaddr_un::sun_path) - 1) +
-                        " bytes. Give a shorter --socket");
-  }
-  const Protocol::endpoint endpoint(name);
-  std::error_code ignored;
-  if (const auto status = std::filesystem::symlink_status(path, ignored); std::filesystem::exists(status)) {
-    if (!std::filesystem::is_socket(status)) throw ProtocolError(name + ": is there already and is not a socket");
-    Protocol::socket probe(impl_->context);
-    error_code error;
-    probe.connect(endpoint, error);
-    if (!error) throw ProtocolError(name + ": another daemon answers there. Stop it, or give another --socket");
-    if (error != asio::error::connection_refused) {
-      throw ProtocolError(name + ": is there already: " + error.message());
-    }
-    std::filesystem::remove(path, ignored);  // its daemon is dead
-  }
-  impl_->acceptor.open();
-  bind(impl_->acceptor, endpoint);
-  if (const group* ours = getgrnam("emtb"); ours != nullptr && geteuid() == 0) {
-    if (chown(name.c_str(), static_cast<uid_t>(-1), ours->gr_gid) != 0) { /* then it stays root's */
-    }
-  }
-  impl_->acceptor.listen();
-}
+UnixSocketServer::UnixSocketServer(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {}
 
-UnixSocketServer::~UnixSocketServer() {
-  stop();
-  std::error_code ignored;
-  std::filesystem::remove(impl_->path, ignored);
-}
+UnixSocketServer::~UnixSocketServer() { stop(); }
 
 void UnixSocketServer::stop() {
+  impl_->stop.stop();
   if (impl_->thread.joinable()) {
     impl_->context.stop();
     impl_->thread.join();
@@ -230,8 +252,17 @@ void UnixSocketServer::stop() {
 
 void UnixSocketServer::start(Handlers handlers) {
   impl_->handlers = std::move(handlers);
+  if (impl_->handlers.stop.stop) impl_->stop.start(impl_->handlers.stop);
   impl_->accept();
-  impl_->thread = std::thread([impl = impl_.get()] { impl->context.run(); });
+  impl_->thread = std::thread([impl = impl_.get()] {
+    while (true) {
+      try {
+        impl->context.run();
+        return;
+      } catch (const std::bad_alloc&) {  // one request is not answered; its connection ends with its client
+      }
+    }
+  });
 }
 
 void UnixSocketServer::subscribe(std::uint64_t peer, double period) {

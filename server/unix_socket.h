@@ -7,34 +7,39 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/rpc.h"
+#include "server/stop_socket.h"
 
 namespace emtb {
 
-/// Lines over a Unix socket, many clients, on a thread of its own.
+/// Lines over a Unix socket, many clients, on a thread of its own; and beside it SOCKET.stop (server/stop_socket.h).
 ///
-/// A client that sends a line of more than 64 KiB, or does not read what it is sent, is dropped; nobody waits for it.
+/// A client that sends a line of more than 64 KiB (1 MiB for `run`), or does not read what it is sent, is dropped;
+/// nobody waits for it. The end of a connection is seen at once, whatever was sent before and is not yet answered.
 /// One that asks faster than most_requests is answered at that rate. Where all places are taken, a newcomer gets that
 /// of the oldest client who has never asked anything; where there is none such, it is refused.
 class UnixSocketServer {
  public:
   static constexpr std::size_t longest_line = 64 * 1024;    // [byte]
+  static constexpr std::size_t longest_run = 1024 * 1024;   // [byte] of a request for `run`, with its profile's points
   static constexpr std::size_t longest_queue = 256 * 1024;  // [byte] unsent to one client; beyond: dropped
   static constexpr std::size_t most_clients = 64;
   static constexpr double most_requests = 1000;  // [1/s] of one client, which may save up a second's
 
-  /// All called on the server's thread.
+  /// All but `stop` called on the server's thread.
   struct Handlers {
-    std::function<std::string(std::string_view line, const rpc::Peer&)> line;  ///< the answer; empty: none
-    std::function<void(const rpc::Peer&)> gone;                                ///< a client's connection ended
-    std::function<std::string(std::uint64_t peer)> live;                       ///< what this subscriber is sent
+    std::function<rpc::Reply(std::string_view line, const rpc::Peer&)> line;
+    std::function<void(const rpc::Peer&)> gone;           ///< a client's connection ended
+    std::function<std::string(std::uint64_t peer)> live;  ///< what this subscriber is sent
+    StopSocket::Handlers stop{};                          ///< on a thread of their own; empty: to connect does nothing
   };
 
   /// Takes the path (mode 0660, group emtb where there is one); the socket file of a dead daemon is replaced.
   /// @throws ProtocolError where a living daemon answers there, or the path cannot be had.
   explicit UnixSocketServer(const std::filesystem::path& path);
-  ~UnixSocketServer();  ///< stops, and removes the socket file
+  ~UnixSocketServer();  ///< stops, and removes the socket files
 
   void start(Handlers handlers);
 

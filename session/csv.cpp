@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/regular_file.h"
 #include "session/csv_header.h"
 #include "session/csv_table.h"
 #include "session/names.h"
@@ -22,23 +24,14 @@
 namespace emtb {
 namespace {
 
+constexpr std::uint64_t longest_file = std::uint64_t{2} << 30;  // [byte]
+
 std::string read_whole(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw SessionError(path.string() + ": no such file. Give the path of a .csv");
-  if (std::filesystem::is_directory(status))
-    throw SessionError(path.string() + ": is a folder. Give the path of a .csv");
-  std::ifstream in(path, std::ios::binary);
-  std::string text;
-  if (const auto size = std::filesystem::file_size(path, error); !error) {
-    text.resize(size);
-    in.read(text.data(), static_cast<std::streamsize>(size));
-    text.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  } else {  // a pipe
-    text.assign(std::istreambuf_iterator<char>(in), {});
+  try {
+    return read_regular_file(path, longest_file, "the path of a .csv");
+  } catch (const Error& e) {
+    throw SessionError(e.what());
   }
-  if (!in && !in.eof()) throw SessionError(path.string() + ": cannot be read. Is it yours to read?");
-  return text;
 }
 
 /// The mapping with delimiter and decimal sign as the file shows them, where they are not given: a header with

@@ -112,7 +112,8 @@ std::size_t time_position(const CsvTable& table, const std::vector<std::string>&
   table.fail("no column `" + shown(time) + "` for the time in s." + hint + " " + columns_here(names));
 }
 
-/// The columns that are called as the contract says, then those in other units.
+/// The columns that are called as the contract says, then those in other units: the same signal in SI is no loss, but
+/// of two in other units neither is more to be believed.
 std::vector<CsvColumn> columns_by_name(const CsvTable& table, const std::vector<std::string>& names) {
   std::vector<CsvColumn> columns;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -121,7 +122,13 @@ std::vector<CsvColumn> columns_by_name(const CsvTable& table, const std::vector<
   }
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto known = in_other_unit(names[i]);
-    if (!known || std::ranges::find(columns, known->signal, &CsvColumn::signal) != columns.end()) continue;
+    if (!known) continue;
+    if (const auto same = std::ranges::find(columns, known->signal, &CsvColumn::signal); same != columns.end()) {
+      if (same->name == info(known->signal).column) continue;
+      table.fail("columns `" + shown(same->name) + "` and `" + shown(names[i]) + "` are both " +
+                 std::string(info(known->signal).name) +
+                 ". Rename the one that shall not count, or name the other with --map");
+    }
     if (position(table, names, names[i])) columns.push_back({i, known->signal, known->scale, known->offset, names[i]});
   }
   refuse_near_misses(table, names, columns);

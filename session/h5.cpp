@@ -1,9 +1,12 @@
 #include "session/h5.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <fstream>
+#include <mutex>
 
 #include "hal/error.h"
 #include "session/text.h"
@@ -83,9 +86,27 @@ Id select(hid_t file_space, hsize_t first, hsize_t count) {
   return Id(check(H5Screate_simple(1, &count, nullptr)));
 }
 
+/// Held by the outermost Quiet of a thread. Not recursive: a child process gives back what its parent's thread held.
+std::mutex within;
+thread_local int depth = 0;  // of Quiets of this thread
+
 }  // namespace
 
+pid_t fork_between_calls() {
+  const bool alone = depth > 0;
+  if (!alone) within.lock();
+  const pid_t child = fork();
+  if (!alone) within.unlock();
+  return child;
+}
+
+Quiet::~Quiet() {
+  H5Eset_auto2(H5E_DEFAULT, print_, data_);
+  if (--depth == 0) within.unlock();
+}
+
 Quiet::Quiet() {
+  if (depth++ == 0) within.lock();
   // Left to itself HDF5 closes at exit what is still open: also the file of a failed recording, which must not be
   // touched any more (SessionWriter).
   [[maybe_unused]] static const herr_t stays_open_at_exit = H5dont_atexit();
@@ -111,6 +132,8 @@ std::string reason() {
   return text.empty() ? "" : " (" + text.substr(0, 160) + ")";
 }
 
+bool is_open_for_writing(const path& file) { return (consistency_flags(file) & open_for_writing) != 0; }
+
 Opened open(const path& file) {
   const auto fail = [&](const std::string& what) { throw SessionError(file.string() + ": " + what); };
   std::error_code error;
@@ -133,9 +156,19 @@ Opened open(const path& file) {
   return opened;
 }
 
+Id within_file(hid_t kind) {
+  Id access(check(H5Pcreate(kind)));
+  const auto refuse = [](const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) -> herr_t {
+    return -1;
+  };
+  check(H5Pset_elink_cb(access, refuse, nullptr));
+  return access;
+}
+
 bool exists(hid_t at, const std::string& name) {
+  const Id access = within_file(H5P_LINK_ACCESS);
   for (std::size_t end = name.find('/', 1); true; end = name.find('/', end + 1)) {
-    if (H5Lexists(at, name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (H5Lexists(at, name.substr(0, end).c_str(), access) <= 0) return false;
     if (end == std::string::npos) return true;
   }
 }
@@ -170,7 +203,11 @@ std::optional<double> number_attribute(hid_t object, const char* name) {
 
 Column column(hid_t at, const std::string& name) {
   if (!exists(at, name)) throw Failure(" (no such dataset)");
-  Column out{.id = Id(check(H5Dopen2(at, name.c_str(), H5P_DEFAULT))), .rows = 0};
+  Column out{.id = Id(check(H5Dopen2(at, name.c_str(), within_file(H5P_DATASET_ACCESS)))), .rows = 0};
+  const Id properties(check(H5Dget_create_plist(out.id)));
+  if (H5Pget_layout(properties) == H5D_VIRTUAL || H5Pget_external_count(properties) != 0) {
+    throw Failure(" (its numbers are in another file, which is not followed)");
+  }
   const Id space(check(H5Dget_space(out.id)));
   std::array<hsize_t, H5S_MAX_RANK> extent{};
   const int rank = check(H5Sget_simple_extent_dims(space, extent.data(), nullptr));

@@ -4,6 +4,7 @@
 // session/.
 
 #include <hdf5.h>
+#include <sys/types.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -39,12 +40,12 @@ class Id {
   hid_t id_ = H5I_INVALID_HID;
 };
 
-/// Keeps HDF5 from printing its error stack while it lives. The setting is each thread's own, so every entry point
-/// makes one.
+/// Keeps HDF5 from printing its error stack while it lives, and other threads out of HDF5. The setting is each thread's
+/// own, so every entry point makes one.
 class Quiet {
  public:
   Quiet();
-  ~Quiet() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+  ~Quiet();
   Quiet(const Quiet&) = delete;
   Quiet& operator=(const Quiet&) = delete;
 
@@ -52,6 +53,9 @@ class Quiet {
   H5E_auto2_t print_ = nullptr;
   void* data_ = nullptr;
 };
+
+/// fork(), while no thread is within HDF5: the child could never enter it otherwise. @return as fork() does
+pid_t fork_between_calls();
 
 /// An HDF5 call failed; what() is HDF5's innermost reason in brackets, ` (No space left on device)`, to be put behind
 /// file and object.
@@ -75,10 +79,17 @@ struct Opened {
   bool abrupt = false;  ///< its writer died, or still writes: read in SWMR mode, up to the last flush
 };
 
-/// Opens a session for reading, whether its writer has closed it or not. @throws SessionError
+/// Opens a session for reading, whether its writer has closed it or not. What is not in this file (external links,
+/// external data, virtual datasets) is not followed. @throws SessionError
 Opened open(const std::filesystem::path& path);
 
+/// Whether the file says so, without HDF5. Where nothing writes it, its writer died.
+bool is_open_for_writing(const std::filesystem::path& file);
+
 bool exists(hid_t at, const std::string& path);
+
+/// How objects are opened: no link is followed out of the file. @param kind H5P_GROUP_ACCESS, say
+Id within_file(hid_t kind);
 
 /// The attributes of an object that hold one text; numbers are told as text.
 std::vector<std::pair<std::string, std::string>> attributes(hid_t object);

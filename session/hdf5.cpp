@@ -6,6 +6,7 @@
 #include <new>
 
 #include "hal/error.h"
+#include "session/child.h"
 #include "session/field.h"
 #include "session/names.h"
 #include "session/replace.h"
@@ -174,7 +175,10 @@ void write_to(const std::filesystem::path& path, const Session& session) {
 
 }  // namespace
 
-Session read_hdf5(const std::filesystem::path& path) {
+namespace {
+
+/// In a process that may die of it.
+Session read_here(const std::filesystem::path& path) {
   const h5::Quiet quiet;
   try {
     const StoredSession stored = open_stored(path);
@@ -195,6 +199,10 @@ Session read_hdf5(const std::filesystem::path& path) {
                        ": is damaged, or larger than this machine's memory. Copy it again, or cut it in parts");
   }
 }
+
+}  // namespace
+
+Session read_hdf5(const std::filesystem::path& path) { return read_in_child(path, read_here); }
 
 void write_hdf5(const std::filesystem::path& path, const Session& session) {
   replace_file(path, [&](const std::filesystem::path& draft) { write_to(draft, session); });

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "hal/error.h"
+#include "session/child.h"
 #include "session/h5.h"
 #include "session/replace.h"
 #include "session/stored.h"
@@ -72,6 +73,16 @@ hsize_t write_repaired(const StoredSession& broken, const std::filesystem::path&
 }
 
 }  // namespace
+
+bool ended_abruptly(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error) && h5::is_open_for_writing(path) && !is_being_recorded(path);
+}
+
+bool repair_alone(const std::filesystem::path& path) {
+  bound_this_process(path);
+  return repair_session(path);
+}
 
 bool repair_session(const std::filesystem::path& path) {
   const h5::Quiet quiet;

@@ -47,7 +47,7 @@ StoredSession::StoredSignal read_signal(const StoredSession& session, Signal sig
     stored.rows -= stored.lost;
   }
   // The attributes stand at the group or at its values, whichever the file's maker found natural.
-  const h5::Id group(H5Gopen2(session.opened.file, object.c_str(), H5P_DEFAULT));
+  const h5::Id group(H5Gopen2(session.opened.file, object.c_str(), h5::within_file(H5P_GROUP_ACCESS)));
   for (const hid_t at : {static_cast<hid_t>(group), static_cast<hid_t>(stored.value.id)}) {
     const std::string unit = h5::attribute(at, "unit").value_or("");
     if (!unit.empty() && unit != info(signal).unit) {

@@ -1,6 +1,7 @@
 #include "session/writer.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -115,6 +116,14 @@ class AliveMark {
   AliveMark(const AliveMark&) = delete;
   AliveMark& operator=(const AliveMark&) = delete;
 
+  /// Whether the file is still the one at this path: nobody has deleted it, moved it, or put another in its place.
+  bool stands_at(const std::filesystem::path& path) const {
+    struct stat ours {
+    }, there{};
+    return fd_ < 0 || (fstat(fd_, &ours) == 0 && stat(path.c_str(), &there) == 0 && ours.st_dev == there.st_dev &&
+                       ours.st_ino == there.st_ino);
+  }
+
   static bool on(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
     struct flock lock = whole_file(F_WRLCK);
@@ -160,6 +169,7 @@ struct SessionWriter::Impl {
   void add_channel(hid_t signals, const Channel& channel);
   static void write_rows(Column& column);
   void flush();
+  void need_file() const;
   void close();
   void abandon();
 
@@ -294,6 +304,14 @@ void SessionWriter::Impl::flush() {
   h5::check(H5Fflush(file, H5F_SCOPE_GLOBAL));  // the datasets' flush alone leaves the file's end unsaid
 }
 
+/// What is written to a file that nobody can find again is lost, however well it was written.
+void SessionWriter::Impl::need_file() const {
+  if (!alive || alive->stands_at(path)) return;
+  throw SessionError(path.string() +
+                     ": is not there any more: deleted, moved or its disk gone while it was recorded. Leave the data "
+                     "folder alone during a run");
+}
+
 /// After a failed write (a full disk) the file is left as it is, for readers and repair_session(): closing it would
 /// mark it as whole while what it refers to was never written. It stays open within HDF5, for good.
 void SessionWriter::Impl::abandon() {
@@ -353,12 +371,16 @@ void SessionWriter::append(const Event& event) {
 }
 
 void SessionWriter::flush() {
-  impl_->change([&] { impl_->flush(); });
+  impl_->change([&] {
+    impl_->flush();
+    impl_->need_file();
+  });
 }
 
 void SessionWriter::finish() {
   impl_->change([&] {
     impl_->flush();
+    impl_->need_file();
     const int complete = 1;  // SWMR forbids new attributes, not new values
     h5::Id attribute(h5::check(H5Aopen(impl_->file, "complete", H5P_DEFAULT)));
     h5::check(H5Awrite(attribute, H5T_NATIVE_INT, &complete));

@@ -50,6 +50,14 @@ class SessionWriter {
 /// Whether a process that lives has the session open for recording.
 bool is_being_recorded(const std::filesystem::path& path);
 
+/// Whether a file looks as if the writer of a session had died: repair_session() may have something to do. Reads a few
+/// bytes only, and trusts nothing that they say.
+bool ended_abruptly(const std::filesystem::path& path);
+
+/// What the process does that is there for one repair alone (a damaged file may be the end of it): bounds its time and
+/// memory, then repair_session().
+bool repair_alone(const std::filesystem::path& path);
+
 /// Makes a session whose writer died readable again; marks it incomplete and notes the repair as an event.
 /// @return true where there was something to repair.
 /// The file is replaced by a copy of all that can be read; it stands as it was until the copy is whole

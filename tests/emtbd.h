@@ -20,6 +20,28 @@ inline std::vector<std::string> emtbd_words(const std::filesystem::path& bench, 
   return words;
 }
 
+/// The process that makes safe when this one dies; 0 where there is none.
+inline int guardian_of(const Process& emtbd) {
+  const std::string process = std::to_string(emtbd.pid());
+  std::ifstream children("/proc/" + process + "/task/" + process + "/children");
+  for (int child = 0; children >> child;) {
+    std::ifstream comm("/proc/" + std::to_string(child) + "/comm");
+    std::string name;
+    if (comm >> name && name == "emtb-safe") return child;
+  }
+  return 0;
+}
+
+/// Kills both, the guardian seeing nothing. @return whether there was one
+inline bool kill_with_guardian(Process& emtbd) {
+  const int guardian = guardian_of(emtbd);
+  if (guardian > 0) kill(guardian, SIGSTOP);
+  emtbd.signal(SIGKILL);
+  emtbd.wait();
+  if (guardian > 0) kill(guardian, SIGKILL);
+  return guardian > 0;
+}
+
 /// A client as soon as the daemon answers; null where it ends, or never does.
 inline std::unique_ptr<Client> client_of(Process& emtbd, const std::filesystem::path& socket) {
   std::unique_ptr<Client> daemon;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "config/guards.h"
 #include "report/text.h"
 #include "tools/bench_inputs.h"
 
@@ -109,6 +110,12 @@ int check_bench(const std::string& file) {
     }
   }
   if (!seen_all.empty()) std::cout << table.text("  ");
+  std::vector<Channel> channels;
+  for (const ChannelSeen& seen : seen_all) channels.push_back(seen.channel);
+  for (const Guard& guard : guards_of(bench, channels)) {
+    lines.push_back((guard.wrong.empty() ? "guard: " : "WRONG: ") + guard.text);
+    wrong = wrong || !guard.wrong.empty();
+  }
   for (const std::string& line : lines) std::cout << "  " << line << "\n";
   if (!wrong) {
     std::cout << "Every signal reads. Signs and scales are seen when it turns: emtb bench spin\n";

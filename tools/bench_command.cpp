@@ -23,7 +23,7 @@ struct BenchOptions {
   std::string what;
   CalibrateOptions calibrate;  // its file is check's, too
   std::shared_ptr<const std::string> socket;
-  bool reset = false;
+  bool reset = false, yes = false;
 };
 
 /// One level, held. @return the session's path
@@ -36,9 +36,14 @@ std::string turn(Client& daemon, const BenchConfig& bench, double level) {
   throw Error("the spin ended early: " + why_it_ended(ended));
 }
 
-int spin(Client& daemon) {
+int spin(Client& daemon, const BenchOptions& options) {
   const json config = daemon.call("config", json::object());
   const BenchConfig bench = parse_bench(config["text"], config["file"].get<std::string>());
+  const std::string question = bench.name + ": the motor turns, at " + json(first * bench.spin.u_ref).dump() +
+                               " V and at " + json(bench.spin.u_ref).dump() + " V of the reference, for " +
+                               json(bench.spin.hold).dump() + " s each. Is it safe?";
+  if (!motor_may_move(question, options.yes)) return 1;
+  if (options.reset) daemon.call("reset", json::object());
   daemon.call("subscribe", {{"rate", 10}});
   catch_interrupt();
   for (const double share : {first, 1.0}) {
@@ -76,8 +81,7 @@ int bench_command(const BenchOptions& options) {
     return calibrate_channel(options.calibrate);
   }
   Client daemon(socket_to_call(*options.socket));
-  if (options.reset) daemon.call("reset", json::object());
-  return spin(daemon);
+  return spin(daemon, options);
 }
 
 }  // namespace
@@ -96,6 +100,7 @@ void add_bench_command(CommandLine& line, const std::shared_ptr<const std::strin
       .option("--arm", options->calibrate.arm, "calibrate torque: [m] the lever of weights, for references in kg")
       .option("--tolerance", options->calibrate.share, "calibrate: share of the span that a point may be off the line")
       .flag("--reset", options->reset, "arms the bench first; see that it is safe")
+      .flag("--yes", options->yes, "spin: moves the motor without asking")
       .action([options] { return bench_command(*options); });
 }
 

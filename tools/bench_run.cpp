@@ -8,6 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "hal/error.h"
 #include "hal/signal.h"
 #include "report/progress.h"
 #include "report/text.h"
@@ -55,6 +56,21 @@ void catch_interrupt() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
+bool motor_may_move(const std::string& question, bool yes) {
+  std::cout << question << " [y/N] " << std::flush;
+  if (yes) {
+    std::cout << "yes (--yes)" << std::endl;
+    return true;
+  }
+  if (isatty(STDIN_FILENO) != 1) {
+    std::cout << std::endl;
+    throw Error("nobody can be asked whether the motor may move: add --yes, or call it from a terminal");
+  }
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
 bool interrupted() { return interrupt_seen != 0; }
 
 std::string signals_in_words(const json& signals) {
@@ -82,7 +98,7 @@ json run_on_bench(Client& daemon, const json& wish) {
   while (true) {
     if (interrupted() && !stopping) {
       stopping = true;
-      daemon.call("stop", json::object());
+      stop_now(daemon.path());
     }
     if (paused != 0 && enter_pressed()) daemon.call("confirm", json::object());
     const auto message = daemon.notification(0.2);

@@ -12,6 +12,10 @@ namespace emtb {
 void catch_interrupt();
 bool interrupted();
 
+/// Asks whoever sits at the terminal whether the motor may move. @param yes `--yes`: he has said so already
+/// @return the answer. @throws Error where nobody can be asked
+bool motor_may_move(const std::string& question, bool yes);
+
 /// `omega 102.3 rad/s  i_a 0.41 A` of what the daemon tells of its signals.
 std::string signals_in_words(const nlohmann::json& signals);
 

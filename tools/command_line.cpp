@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <new>
 
 #include "hal/error.h"
 #include "report/text.h"
@@ -81,10 +82,12 @@ int CommandLine::run(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& e) {
     const auto rest = impl_->app->remaining();
     const bool unknown = impl_->app->get_subcommands().empty() && !rest.empty();
-    std::cerr << "emtb: " << (unknown ? rest.front() + ": no such command or option" : e.what())
+    std::cerr << "emtb: " << (unknown ? printable(rest.front()) + ": no such command or option" : one_message(e.what()))
               << ". See emtb --help\n";
+  } catch (const std::bad_alloc&) {
+    std::cerr << "emtb: the memory that is free is not enough. Give fewer sessions, or spans of them: PATH@T0:T1\n";
   } catch (const std::exception& e) {
-    std::cerr << "emtb: " << e.what() << "\n";
+    std::cerr << "emtb: " << one_message(e.what()) << "\n";
   }
   return 2;
 }

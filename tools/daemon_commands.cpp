@@ -5,13 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "config/model.h"
 #include "config/profile.h"
+#include "config/profile_path.h"
 #include "hal/error.h"
 #include "hal/signal.h"
 #include "report/estimates_table.h"
@@ -19,6 +18,7 @@
 #include "report/result_json.h"
 #include "report/text.h"
 #include "server/client.h"
+#include "server/unix_socket.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 
@@ -120,17 +120,21 @@ int watch(const DaemonOptions& options) {
   return 0;
 }
 
-/// What the daemon is told: the text of a file that we can read, else the name for it to look up.
+/// What the daemon is told: the text of a file, read with our user's rights; else the name, for it to look up.
 std::string profile_parameter(const std::string& profile) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(profile, ignored)) return profile;
-  std::ifstream in(profile);
-  std::stringstream text;
-  if (!(text << in.rdbuf())) throw ConfigError(profile + ": cannot be read");
-  const YamlMap yaml = YamlMap::parse(text.str(), profile);
-  if (yaml.text_or("kind", "") == "from_csv") return self_contained(YamlMap::load(profile));
-  if (text.str().find('\n') == std::string::npos) text << "\n";  // marks it as a text
-  return text.str();
+  if (is_profile_name(profile) && !std::filesystem::is_regular_file(profile, ignored)) return profile;
+  std::string text = YamlMap::read_text(profile);
+  const YamlMap yaml = YamlMap::parse(text, profile);
+  if (yaml.text_or("kind", "") == "from_csv") text = self_contained(YamlMap::load(profile));
+  constexpr std::size_t rest = 4096;  // of the request: note, operator
+  if (text.size() + rest > UnixSocketServer::longest_run) {
+    throw ConfigError(profile + ": is " + std::to_string(text.size() / 1024) +
+                      " KiB with its points, but a daemon takes " +
+                      std::to_string((UnixSocketServer::longest_run - rest) / 1024) + ". Give fewer points");
+  }
+  if (text.find('\n') == std::string::npos) text += "\n";  // marks it as a text
+  return text;
 }
 
 int run(const DaemonOptions& options) {
@@ -155,9 +159,11 @@ int run(const DaemonOptions& options) {
 }
 
 int stop(const DaemonOptions& options) {
-  const json stopped = options.connect().call("stop", json::object());
+  const json stopped = stop_now(socket_to_call(*options.socket));
   if (stopped["stopped"].is_null()) std::cerr << "emtb: no run is on\n";
-  return 0;
+  if (stopped.value("reference_safe", true)) return 0;
+  std::cerr << "emtb: THE REFERENCE MAY NOT BE SAFE: switch the driver off\n";
+  return 1;
 }
 
 int reset(const DaemonOptions& options) {

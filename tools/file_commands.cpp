@@ -125,7 +125,8 @@ int info_command(const FileOptions& o) {
     const Session session = read_session(spec.path, o.mapping());
     json one{{"session", text}, {"complete", session.complete}, {"attributes", session.attributes}};
     std::cout << text << (session.complete ? "" : "  (incomplete: the recording ended abruptly)") << "\n";
-    for (const auto& [key, value] : session.attributes) std::cout << "  " << key << ": " << value << "\n";
+    for (const auto& [key, value] : session.attributes)
+      std::cout << "  " << printable(key) << ": " << printable(value) << "\n";
     one["runs"] = json::array();
     for (const Run& run : read_runs(text, o.mapping())) {
       Table table(
@@ -145,7 +146,7 @@ int info_command(const FileOptions& o) {
     }
     one["events"] = json::array();
     for (const Event& e : session.events) {
-      std::cout << "  event " << e.code << " at " << pretty(e.t, 6) << " s: " << e.text << "\n";
+      std::cout << "  event " << e.code << " at " << pretty(e.t, 6) << " s: " << printable(e.text) << "\n";
       one["events"].push_back({{"t", e.t}, {"code", e.code}, {"text", e.text}});
     }
     all.push_back(std::move(one));

@@ -68,20 +68,7 @@ class DaemonBench : public ExperimentBench {
   bool measures(Signal signal) const override { return std::ranges::find(signals_, signal) != signals_.end(); }
   bool stop_wanted() const override { return interrupted(); }
 
-  bool agrees(const PlannedRuns& plan) override {
-    std::cout << question(plan) << " [y/N] " << std::flush;
-    if (yes_) {
-      std::cout << "yes (--yes)" << std::endl;
-      return true;
-    }
-    if (isatty(STDIN_FILENO) != 1) {
-      std::cout << std::endl;
-      throw Error("nobody can be asked whether the motor may move: add --yes, or call it from a terminal");
-    }
-    std::string answer;
-    std::getline(std::cin, answer);
-    return answer == "y" || answer == "Y" || answer == "yes";
-  }
+  bool agrees(const PlannedRuns& plan) override { return motor_may_move(question(plan), yes_); }
 
   Recording run(const Profile& profile, const std::string& purpose) override {
     const nlohmann::json ended = run_on_bench(daemon_, {{"profile", to_yaml(profile)}, {"note", purpose}});

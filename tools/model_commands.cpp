@@ -194,6 +194,8 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   Calibration c = calibrate(data, start, o.calibration());
   HistoryEntry entry{action, error_on(data.train, c.model), {}, o.sessions};
   if (!data.held_out.empty()) entry.held_out = error_on(data.held_out, c.model);
+  const bool blows_up = entry.held_out && !std::isfinite(*entry.held_out);
+  if (blows_up) entry.held_out.reset();  // it is no number, so it stands nowhere as one
   c.model.history.push_back(entry);
 
   json out = std::move(extra);
@@ -212,7 +214,11 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
       std::vector<double>(c.identifiability.singular_values.begin(), c.identifiability.singular_values.end());
   out["signals"] = to_json(fit_of(data.held_out.empty() ? data.train : data.held_out, c.model, data.noise));
   write_json(o.json_file, out);
-  if (o.json_file == "-") return c.converged ? 0 : 1;
+  if (blows_up) {
+    std::cerr << "emtb: with the fitted parameters the simulation of a held-out run leaves all bounds: its error is no "
+                 "number. The model does not hold there: add sessions like it to the training, or another effect\n";
+  }
+  if (o.json_file == "-") return c.converged && !blows_up ? 0 : 1;
 
   print_parameters(c.model, c.at_bound, c.identifiability.undetermined, data.train, intervals);
   std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out "
@@ -220,7 +226,7 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   finish_model(o, c.model);
   if (!c.converged)
     std::cerr << "emtb: the fit did not converge: start nearer, or fix what the data do not determine\n";
-  return c.converged ? 0 : 1;
+  return c.converged && !blows_up ? 0 : 1;
 }
 
 int calibrate_command(const ModelOptions& o) {

@@ -64,7 +64,7 @@ InputSettings read_settings(const YamlMap& device, double rate) {
 }
 
 OutputSettings read_output(const BenchConfig::Reference& reference, const CardSettings& card) {
-  reference.yaml.only({"device", "min", "max", "safe", "rate", "channel", "read_back"});
+  reference.yaml.only({"device", "min", "max", "safe", "safe_because", "rate", "channel", "read_back"});
   return {.card = card,
           .channel = channel_number(reference.yaml),
           .limits = reference.limits,

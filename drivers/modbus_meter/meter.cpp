@@ -28,6 +28,7 @@ std::vector<Channel> described(const std::string& name, const MeterSettings& set
                                        .from_file = true,
                                        .file_unit = entry.unit,
                                        .file_zero = entry.zero}});
+    if (entry.range > 0) channels.back().low = -(channels.back().high = entry.range);
   }
   return channels;
 }

@@ -29,6 +29,7 @@ struct Register {
   std::optional<double> overload;  ///< the number by which the meter says that its range is exceeded
   double window = 0;               ///< [s] that a reading averages
   double digit = 0;                ///< SI; 0: unknown
+  double range = 0;                ///< SI, the largest that the meter shows, of either sign; 0: not said
 };
 
 struct MeterSettings {

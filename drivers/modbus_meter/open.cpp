@@ -33,7 +33,8 @@ Address read_address(const YamlMap& device) {
 }
 
 Register read_register(Signal signal, const YamlMap& yaml) {
-  yaml.only({"address", "function", "type", "order", "scale", "offset", "unit", "overload", "window", "resolution"});
+  yaml.only(
+      {"address", "function", "type", "order", "scale", "offset", "unit", "overload", "window", "resolution", "range"});
   Register entry;
   entry.signal = signal;
   if (!yaml.has("address")) yaml.fail("address", "is missing");
@@ -57,6 +58,7 @@ Register read_register(Signal signal, const YamlMap& yaml) {
   entry.window = yaml.within_or("window", 0, unbounded, 0);
   const double step = entry.type == Type::f32 ? 0 : std::abs(entry.scale);
   entry.digit = yaml.has("resolution") ? std::abs(conversion->scale) * yaml.positive("resolution") : step;
+  if (yaml.has("range")) entry.range = std::abs(conversion->scale) * yaml.positive("range");
   return entry;
 }
 

@@ -37,6 +37,7 @@ std::vector<Channel> describe(const std::string& name, const BoardSettings& sett
       one.lsb = std::abs(encoder->per_count) / (speed ? period : 1);
       one.window = speed ? period : 0;
       one.source += " encoder";
+      one.endless = true;
     } else {
       const auto* volts = std::get_if<double>(&settings.bus);
       one.lsb = (volts != nullptr ? *volts : std::abs(std::get<Analog>(settings.bus).scale)) / usual_top;

@@ -110,7 +110,7 @@ BoardSettings read_settings(const YamlMap& device, const BenchConfig::Reference*
   if (settings.channels.empty()) device.fail("channels", "is empty. Give at least one signal");
   if (bus_matters || device.has("bus")) settings.bus = read_bus(device);
   if (reference != nullptr) {
-    reference->yaml.only({"device", "min", "max", "safe", "rate", "full_duty"});
+    reference->yaml.only({"device", "min", "max", "safe", "safe_because", "rate", "full_duty"});
     settings.limits = reference->limits;
     settings.full_duty = reference->yaml.positive("full_duty");
   }

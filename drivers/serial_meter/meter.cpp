@@ -29,6 +29,10 @@ Meter::Meter(const std::string& name, std::shared_ptr<Clock> clock, const MeterS
                          .unit = settings.function.unit,
                          .from_file = true}},
       handover_(std::span(&description_, 1)) {
+  if (settings_.reach > 0) {
+    description_.low = settings_.offset - settings_.reach;
+    description_.high = settings_.offset + settings_.reach;
+  }
   auto port = std::make_unique<SerialPort>(settings_.port, settings_.line);
   thread_ = std::thread([this, open = std::move(port)]() mutable { run(std::move(open)); });
 }

@@ -23,6 +23,7 @@ struct MeterSettings {
   double scale = 1;      ///< of the signal's unit in the function's: reading = scale * measurement + offset
   double offset = 0;     ///< in the signal's unit
   double range = 0;      ///< full scale in the function's unit; 0: the meter chooses
+  double reach = 0;      ///< the largest that it shows, in the signal's unit, without the offset; 0: unknown
   double digit = 0;      ///< in the signal's unit; 0: unknown
   double period = 0.4;   ///< [s] between readings
   double window = 0.4;   ///< [s] that a reading averages

@@ -88,6 +88,15 @@ double digit_in_range(const YamlMap& device, const Model& model, const Function&
   return fitting == nullptr ? 0 : fitting->digit;
 }
 
+/// In the function's unit; 0: unknown.
+double largest_range(const Model& model, const Function& function) {
+  double largest = 0;
+  for (const Range& one : model.ranges) {
+    if (one.quantity == function.quantity) largest = std::max(largest, one.full_scale);
+  }
+  return largest;
+}
+
 LineSettings read_line_settings(const YamlMap& device, const Model& model) {
   LineSettings line = read_line_key(device, model.line, "9600 8N1");
   line.dtr = device.flag_or("dtr", line.dtr);
@@ -110,6 +119,8 @@ MeterSettings read_settings(const YamlMap& device) {
     settings.range = device.positive("range");
     settings.digit = std::abs(settings.scale) * digit_in_range(device, model, settings.function, settings.range);
   }
+  const double full_scale = device.has("range") ? settings.range : largest_range(model, settings.function);
+  settings.reach = std::abs(settings.scale) * full_scale;
   settings.digit = device.within_or("resolution", 0, unbounded, settings.digit);
   settings.period = device.has("period") ? device.positive("period") : model.period;
   settings.window = device.within_or("window", 0, settings.period, std::min(model.window, settings.period));

@@ -17,7 +17,8 @@ Meter::Meter(std::string name, std::shared_ptr<World> world, const MeterSettings
                   .period = settings_.period,
                   .window = settings_.window,
                   .lsb = settings_.resolution,
-                  .source = name_ + " i_a (simulated)"};
+                  .source = name_ + " i_a (simulated)",
+                  .endless = true};
   world_->attach(this);
 }
 

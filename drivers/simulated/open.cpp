@@ -303,7 +303,8 @@ MeterSettings read_meter(const YamlMap& device) {
 
 OpenedDevice open_daq(const OpenRequest& request) {
   OpenedDevice opened;
-  if (request.drives_reference()) request.bench.reference.yaml.only({"device", "min", "max", "safe", "rate"});
+  if (request.drives_reference())
+    request.bench.reference.yaml.only({"device", "min", "max", "safe", "safe_because", "rate"});
   if (const auto process = process_of(request)) {
     read_clock(request.device.yaml);  // complains of what the plant would complain of
     std::vector<Signal> signals;

@@ -20,7 +20,7 @@ namespace emtb::simulated {
 /// trace. The reference is one number that stays as it was written last: as a real card holds its output when its
 /// program is gone.
 struct PlantPort {
-  static constexpr std::uint64_t format = 0x656d7462'706c6e32;  // "emtb" "pln2": another layout gets another number
+  static constexpr std::uint64_t format = 0x656d7462'706c6e33;  // "emtb" "pln3": another layout gets another number
   static constexpr std::size_t most_devices = 4;
   static constexpr std::size_t most_name = 96;
   static constexpr std::size_t ring_size = 1 << 15;  // readings: 0.65 s of five channels at 10 kHz
@@ -36,7 +36,8 @@ struct PlantPort {
 
   struct ChannelText {
     std::uint64_t signal;
-    double period, window, lsb;
+    double period, window, lsb, low, high;
+    std::uint64_t endless;
     std::array<char, most_name> source;
   };
 

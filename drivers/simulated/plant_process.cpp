@@ -67,6 +67,9 @@ void PlantProcess::describe(const std::string& name, Instrument& instrument, Pla
             .period = channel.period,
             .window = channel.window,
             .lsb = channel.lsb,
+            .low = channel.low,
+            .high = channel.high,
+            .endless = channel.endless ? 1U : 0U,
             .source = {}};
     copy(channel.source, text.source);
     instrument.every_step = instrument.every_step || (channel.period <= period_ && !has_clock);

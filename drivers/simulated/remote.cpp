@@ -20,7 +20,10 @@ RemoteInput::RemoteInput(const std::string& process, std::string name, const std
                            .period = text.period,
                            .window = text.window,
                            .lsb = text.lsb,
-                           .source = text.source.data()});
+                           .source = text.source.data(),
+                           .low = text.low,
+                           .high = text.high,
+                           .endless = text.endless != 0});
     }
   }
   if (!std::ranges::equal(channels_, wanted, {}, &Channel::signal)) {

@@ -57,7 +57,7 @@ InputSettings read_settings(const YamlMap& device, double rate) {
 }
 
 OutputSettings read_output(const BenchConfig::Reference& reference, const CardSettings& card) {
-  reference.yaml.only({"device", "min", "max", "safe", "rate", "channel", "read_back"});
+  reference.yaml.only({"device", "min", "max", "safe", "safe_because", "rate", "channel", "read_back"});
   reference.yaml.within("min", -output_full_scale, output_full_scale);
   reference.yaml.within("max", -output_full_scale, output_full_scale);
   return {.card = card,

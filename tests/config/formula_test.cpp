@@ -25,6 +25,11 @@ double formula_value(const std::string& text, const TermInput& x = somewhere) {
   return term->evaluate(x, {}, by, {});
 }
 
+TEST(Formula, ANulEndsNoFormulaEarly) {
+  const std::vector<std::string> none;
+  EXPECT_THROW(parse_formula(std::string("-omega\0^3", 9), none), ModelError);
+}
+
 TEST(Formula, SpeaksTheLanguageThatItPromises) {
   const auto& [omega, i_a, theta, u_ref, t] = somewhere;
   EXPECT_DOUBLE_EQ(formula_value("omega + i_a*theta - u_ref/t"), omega + i_a * theta - u_ref / t);

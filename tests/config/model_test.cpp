@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "model/catalogue.h"
@@ -107,6 +108,14 @@ TEST(ModelFile, ComplaintsNameFileLineAndKeyAndWhatWouldBeRight) {
   EXPECT_THAT(complaint_about("noise: {omega: 0.15}", "noise: {omega: 0}"), HasSubstr("noise.omega"));
   EXPECT_THAT(complaint_about("rise: 22.5", "rise: -1"), HasSubstr("driver.rise"));
   EXPECT_THAT(complaint_about("min: 5, max: 100, unit: ohm, ", ""), HasSubstr("needs min and max (or fixed: true)"));
+}
+
+TEST(ModelFile, WhatIsNoNumberIsNeverWrittenAsOne) {
+  Model model = model_of(fh2);
+  model.history.push_back({"added backlash", 1.5, std::nan(""), {"a.h5"}});
+  const Model back = model_of(to_yaml(model));
+  EXPECT_EQ(back.history.back().train, 1.5);
+  EXPECT_FALSE(back.history.back().held_out);
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST(Yaml, WhatIsNotYaml) {
 
 TEST(Yaml, FilesThatCannotBeRead) {
   EXPECT_EQ(complaint([] { YamlMap::load("no/such.yaml"); }),
-            "no/such.yaml: cannot be read. Give the path of a YAML file");
+            "no/such.yaml: cannot be read: no such file. Give the path of a YAML file");
   EXPECT_THAT(complaint([] { YamlMap::load("."); }), HasSubstr("cannot be read"));
 }
 

@@ -61,14 +61,13 @@ TEST_F(StudentsDesk, RunsAStepThroughTheSketch) {
   EXPECT_NEAR(static_cast<double>(run.at(Signal::theta).t.size()), 600, 60) << "3 s of 200 Hz";
 }
 
-TEST_F(StudentsDesk, StopsByItsOwnWatchdogWhenTheDaemonIsKilled) {
+TEST_F(StudentsDesk, StopsByItsOwnWatchdogWhenDaemonAndGuardianAreKilled) {
   ASSERT_TRUE(daemon) << emtbd->err();
   begin("60");
   ASSERT_TRUE(eventually([&] { return desk.duty() > 0.4; }, 20));
-  emtbd->signal(SIGKILL);
+  ASSERT_TRUE(kill_with_guardian(*emtbd));
   EXPECT_TRUE(eventually([&] { return desk.duty() == 0; }, 20));
   EXPECT_TRUE(desk.dropped());
-  emtbd->wait();
   Process safe({EMTBD, "--config", config.string(), "--safe"}, path("safe"));
   EXPECT_EQ(safe.wait(), 0) << safe.err();
 }

@@ -9,6 +9,7 @@
 #include "tests/analysis/live/live_bench.h"
 #include "tests/daemon/heap_guard.h"
 #include "tests/process.h"
+#include "tests/session/scratch.h"
 
 namespace emtb {
 namespace {
@@ -54,6 +55,19 @@ class EstimatorTest : public testing::Test {
   const emtb::Run rubbing = live_bench::changed_run(bench, live_bench::rubbing(0.02), 1);
   Estimator estimator;
 };
+
+TEST_F(EstimatorTest, AModelThatIsSentIsMeasuredBeforeItIsFollowed) {
+  const auto answer = [](Estimator& of, const Model& model) {
+    const auto later = of.propose(model);
+    nlohmann::json first;
+    EXPECT_TRUE(eventually([&] { return !(first = later()).is_null(); }));
+    return first;
+  };
+  EXPECT_EQ(answer(estimator, bench.model)["model"], bench.model.name);
+  Estimator hasty({.channels = bench.channels(), .loop_rate = bench.setup.rate, .share = 1e-4});
+  EXPECT_THAT(message_of<ModelError>([&] { answer(hasty, bench.model); }), HasSubstr("a step of it takes"));
+  EXPECT_THROW(hasty.estimates(), ModelError) << "and is not followed";
+}
 
 TEST_F(EstimatorTest, RemarksAChangeForTheSessionOfItsRun) {
   hand_over(rubbing);

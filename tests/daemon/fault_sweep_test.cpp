@@ -117,7 +117,7 @@ TEST_P(EveryCallFails, LatchedSafeNamedAndReadableWithinOnePeriod) {
   }
   if (in_run) run();
   if (moment != Moment::start) failing.fail(faulty);
-  if (moment == Moment::stopping) mailbox.stop = order.id;
+  if (moment == Moment::stopping) ++mailbox.stops;
   tick(sweep_period + failing.patience);
   if (idle) {  // what is not called while it is latched shows when somebody wants to arm
     EXPECT_EQ(live.state, LoopState::latched);

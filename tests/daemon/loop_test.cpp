@@ -151,16 +151,51 @@ TEST_F(LoopTest, ClampsBelowEveryCaller) {
   EXPECT_EQ(faulty.output->highest, 6);
 }
 
-TEST_F(LoopTest, StopEndsOnlyTheRunThatWasMeant) {
+TEST_F(LoopTest, StopEndsWhatWasAskedForBeforeIt) {
   run();
-  mailbox.stop = 99;
-  tick();
-  EXPECT_EQ(live.state, LoopState::running);
-  mailbox.stop = 1;
+  ++mailbox.stops;
   tick();
   EXPECT_EQ(faulty.output->volts, 0);
   EXPECT_EQ(live.state, LoopState::armed);
+  EXPECT_EQ(live.stops, 1u);
+  EXPECT_EQ(live.stopped_run, 1u);
   expect_ended(Outcome::stopped, Fault::none);
+}
+
+TEST_F(LoopTest, ARunThatWasAskedForBeforeAStopNeverBegins) {
+  reset();
+  const Order stale{1, Profile("level", {{0, 3}, {1, 3}}), {}, mailbox.stops};
+  ++mailbox.stops;
+  tick();
+  mailbox.run = &stale;
+  tick(10);
+  EXPECT_EQ(faulty.output->highest, 0);
+  expect_ended(Outcome::stopped, Fault::none);
+}
+
+TEST_F(LoopTest, AStopHitsNoRunThatWasAskedForAfterIt) {
+  reset();
+  ++mailbox.stops;
+  const Order order{1, Profile("level", {{0, 3}, {1, 3}}), {}, mailbox.stops};
+  mailbox.run = &order;
+  tick(10);
+  EXPECT_EQ(live.state, LoopState::running);
+  EXPECT_EQ(live.stopped_run, 0u);
+}
+
+TEST_F(LoopTest, StopEndsAnArming) {
+  faulty.card->failure = Failure::stall;
+  mailbox.reset();
+  tick(2);
+  ASSERT_EQ(live.state, LoopState::arming);
+  ++mailbox.stops;
+  tick();
+  EXPECT_EQ(live.state, LoopState::latched);
+  EXPECT_EQ(live.fault, Fault::none);
+  EXPECT_EQ(live.resets, 1u) << "whoever waits for it is told";
+  mailbox.reset();
+  tick(2);
+  EXPECT_EQ(live.state, LoopState::arming) << "a person may arm again";
 }
 
 TEST_F(LoopTest, ALostClientEndsItsRun) {

@@ -65,15 +65,44 @@ class DaemonAndPlant : public Scratch {
   int launched_ = 0;
 };
 
-TEST_F(DaemonAndPlant, AKilledDaemonLeavesTheReferenceWhereItWasAndSafeMakesItSafe) {
+TEST_F(DaemonAndPlant, AKilledDaemonsGuardianMakesTheReferenceSafe) {
+  const auto emtbd = launch();
+  auto daemon = client(*emtbd);
+  ASSERT_TRUE(daemon) << emtbd->err();
+  run(*daemon);
+  ASSERT_EQ(reference(), 3);
+  emtbd->signal(SIGKILL);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_TRUE(eventually([this] { return reference() == 0; }, 5));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  RecordProperty("milliseconds", static_cast<int>(took.count() * 1e3));
+}
+
+TEST_F(DaemonAndPlant, WhoeverKillsTheGuardianLatchesTheDaemonWhichStartsAnother) {
+  const auto emtbd = launch();
+  auto daemon = client(*emtbd);
+  ASSERT_TRUE(daemon) << emtbd->err();
+  run(*daemon);
+  const int first = guardian_of(*emtbd);
+  ASSERT_GT(first, 0);
+  kill(first, SIGKILL);
+  EXPECT_TRUE(eventually([this] { return reference() == 0; }, 5));
+  EXPECT_TRUE(eventually([&] { return daemon->call("status", {})["fault"]["code"] == 702; }));
+  EXPECT_TRUE(eventually([&] { return guardian_of(*emtbd) > 0 && guardian_of(*emtbd) != first; }));
+  run(*daemon);  // a person may go on
+  emtbd->signal(SIGTERM);
+  EXPECT_EQ(emtbd->wait(), 0) << "and an orderly end is none of the guardian's business";
+  EXPECT_EQ(emtbd->err().find("MAY NOT BE SAFE"), std::string::npos) << emtbd->err();
+}
+
+TEST_F(DaemonAndPlant, WhereBothAreGoneTheReferenceStaysAndSafeMakesItSafe) {
   for (const std::vector<std::string>& program :
        {std::vector<std::string>{EMTBD, "--config", bench_, "--safe"}, {EMTB_SAFE, "--config", bench_}}) {
     auto emtbd = launch();
     auto daemon = client(*emtbd);
     ASSERT_TRUE(daemon) << emtbd->err();
     run(*daemon);
-    emtbd->signal(SIGKILL);
-    emtbd->wait();
+    ASSERT_TRUE(kill_with_guardian(*emtbd));
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     EXPECT_EQ(reference(), 3) << "this is why there is ExecStopPost";
     Process safe(program, path("safe"));
@@ -110,8 +139,7 @@ TEST_F(DaemonAndPlant, ARestartAloneMakesItSafe) {
     auto daemon = client(*emtbd);
     ASSERT_TRUE(daemon) << emtbd->err();
     run(*daemon);
-    emtbd->signal(SIGKILL);
-    emtbd->wait();
+    ASSERT_TRUE(kill_with_guardian(*emtbd));
   }
   const auto emtbd = launch();
   ASSERT_TRUE(client(*emtbd)) << emtbd->err();

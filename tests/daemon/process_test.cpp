@@ -3,12 +3,14 @@
 #include <sched.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "session/session.h"
 #include "session/spec.h"
@@ -109,14 +111,60 @@ TEST_F(ProcessTest, KilledInMidRunItLeavesAllButTheLastQuarterOfASecond) {
   emtbd = launch();
   daemon = client(*emtbd);  // on the socket that the dead one left behind
   ASSERT_TRUE(daemon) << emtbd->err();
-  const Session session = read_session(last["run"]["session"].get<std::string>());
+  Session session;
+  EXPECT_TRUE(eventually([&] {  // it is repaired while the bench is in service already
+    session = read_session(last["run"]["session"].get<std::string>());
+    return std::ranges::any_of(session.events, [](const Event& e) { return e.code == event_code::repaired; });
+  }));
   EXPECT_FALSE(session.complete);
-  EXPECT_TRUE(std::ranges::any_of(session.events, [](const Event& e) { return e.code == event_code::repaired; }));
   ASSERT_EQ(session.runs.size(), 1u);
   const Series& omega = session.runs[0].at(Signal::omega);
   EXPECT_GT(omega.t.back(), last["run"]["t"].get<double>() - 0.25);
   EXPECT_GT(static_cast<double>(omega.t.size()), 0.8 * omega.t.back() * 1000);
   EXPECT_EQ(daemon->call("status", {})["state"], "latched") << "it never goes on by itself";
+}
+
+/// HDF5 crashes on about one in six of these: bytes of what it keeps of the file's texts.
+TEST_F(ProcessTest, WhatDamagedSessionsDoToTheirRepairKeepsNoDaemonFromService) {
+  auto emtbd = launch();
+  auto daemon = client(*emtbd);
+  ASSERT_TRUE(daemon) << emtbd->err();
+  const std::filesystem::path file = run_for(*daemon, 0.2);
+  emtbd->signal(SIGKILL);
+  emtbd->wait();
+  daemon.reset();
+  const std::string whole = read(file);
+  constexpr int copies = 60;
+  std::mt19937 random(21);
+  for (int i = 0; i < copies; ++i) {
+    std::string changed = whole;
+    changed[4096 + random() % 1000] = static_cast<char>(random());
+    write("data/damaged" + std::to_string(i) + ".h5", changed);
+  }
+  ASSERT_EQ(mkfifo(path("data/a.h5").c_str(), 0600), 0);
+  write("data/b.h5", "");
+
+  emtbd = launch();
+  daemon = client(*emtbd);
+  ASSERT_TRUE(daemon) << emtbd->err();
+  EXPECT_EQ(run_to_its_end(*daemon, "name: short\nkind: step\nlevel: 3\nbefore: 0\nhold: 0.2\nafter: 0\n")["outcome"],
+            "done")
+      << "the bench is in service meanwhile";
+  EXPECT_TRUE(eventually([&] {
+    return emtbd->err().find(file.string() + ": its recording had") != std::string::npos ||
+           read_session(file).events.back().code == event_code::repaired;
+  }));
+  const auto aside = [&] {
+    int count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(path("data"))) {
+      count += entry.path().extension() == ".unreadable";
+    }
+    return count;
+  };
+  EXPECT_TRUE(eventually([&] { return aside() > 0; }));
+  EXPECT_THAT(emtbd->err(), HasSubstr(".h5.unreadable now"));
+  emtbd->signal(SIGTERM);
+  EXPECT_EQ(emtbd->wait(), 0);
 }
 
 TEST_F(ProcessTest, SigtermInMidRunMakesSafeAndCompletesTheSession) {

@@ -130,7 +130,8 @@ TEST_F(ProtocolPage, ListsEveryCodeAndLimit) {
   }
   for (const auto& [number, name] : rpc::code::names) real[number] = name;
   EXPECT_EQ(documented, real);
-  EXPECT_THAT(page(), HasSubstr("| a line | " + std::to_string(UnixSocketServer::longest_line) + " bytes |"));
+  EXPECT_THAT(page(), HasSubstr("| a line | " + std::to_string(UnixSocketServer::longest_line) + " bytes; of `run` " +
+                                std::to_string(UnixSocketServer::longest_run) + " "));
   EXPECT_THAT(page(), HasSubstr("| " + std::to_string(UnixSocketServer::longest_queue) + " bytes |"));
   EXPECT_THAT(page(), HasSubstr("| clients | " + std::to_string(UnixSocketServer::most_clients) + " |"));
   EXPECT_THAT(page(),

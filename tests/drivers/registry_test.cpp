@@ -71,7 +71,7 @@ TEST(Registry, EachMistakeHasItsLine) {
             "simulated_meter, usb1608g");
   EXPECT_EQ(bad("device: daq", "device: meter"), "b.yaml:2: reference.device is `meter`, which has no analog output");
   EXPECT_EQ(bad("safe: 0", "safe: 0, channel: 1"),
-            "b.yaml:2: reference.channel is not known here. Known: device, min, max, safe, rate");
+            "b.yaml:2: reference.channel is not known here. Known: device, min, max, safe, safe_because, rate");
   EXPECT_THAT(bad("      omega: {range: [-600, 600], noise: 0.3, correlation: 0.5}\n",
                   "      omega: {range: [-600, 600]}\n      i_a: {range: [-5, 5]}\n"),
               HasSubstr("b.yaml:9: devices.meter measures i_a, but so does daq i_a"));

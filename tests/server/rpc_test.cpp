@@ -25,7 +25,7 @@ Methods methods() {
 }
 
 json ask(const std::string& line) {
-  return json::parse(methods().answer(line, {.id = 1, .pid = 42, .uid = 0, .gid = 0}));
+  return json::parse(methods().answer(line, {.id = 1, .pid = 42, .uid = 0, .gid = 0}).line);
 }
 int code_of(const std::string& line) { return ask(line)["error"]["code"]; }
 
@@ -63,8 +63,8 @@ TEST(Rpc, CarriesARefusalsData) {
 }
 
 TEST(Rpc, ANotificationHasNoAnswer) {
-  EXPECT_EQ(methods().answer(R"({"jsonrpc":"2.0","method":"echo","params":{"text":"a"}})", {}), "");
-  EXPECT_EQ(methods().answer(R"({"jsonrpc":"2.0","method":"none"})", {}), "");
+  EXPECT_EQ(methods().answer(R"({"jsonrpc":"2.0","method":"echo","params":{"text":"a"}})", {}).line, "");
+  EXPECT_EQ(methods().answer(R"({"jsonrpc":"2.0","method":"none"})", {}).line, "");
 }
 
 TEST(Rpc, AnswersOneValidLineToWhateverIsSent) {
@@ -72,7 +72,7 @@ TEST(Rpc, AnswersOneValidLineToWhateverIsSent) {
   std::mt19937 random(2011);
   const std::string valid = R"({"jsonrpc":"2.0","id":1,"method":"echo","params":{"text":"a","number":3}})";
   const auto check = [&](const std::string& line) {
-    const std::string answer = table.answer(line, {});
+    const std::string answer = table.answer(line, {}).line;
     if (answer.empty()) return;  // by chance a notification
     EXPECT_EQ(answer.find('\n'), std::string::npos);
     const json parsed = json::parse(answer, nullptr, false);
@@ -108,6 +108,37 @@ TEST(Rpc, ALineOfBracketsDoesNotEndTheStack) {
   const std::string request = R"({"jsonrpc":"2.0","id":1,"method":"echo","params":{"text":)";
   EXPECT_EQ(code_of(request + std::string(30'000, '[') + std::string(30'000, ']') + "}}"), code::parse_error);
   EXPECT_EQ(code_of(request + "[[[[1]]]]}}"), code::invalid_params);
+}
+
+TEST(Rpc, AnAnswerMayComeByAndBy) {
+  Methods slow;
+  int left = 2;
+  slow.add_slow("wait", [&](const Params& params, const Peer&) -> Later {
+    params.only({"in_vain"});
+    return [&left, in_vain = params.flag_or("in_vain", false)]() -> json {
+      if (in_vain) throw Refusal(code::not_ready, "never");
+      return --left > 0 ? json() : json{{"left", left}};
+    };
+  });
+  const Reply reply = slow.answer(R"({"jsonrpc":"2.0","id":4,"method":"wait"})", {});
+  EXPECT_EQ(reply.line, "");
+  ASSERT_TRUE(reply.later);
+  EXPECT_EQ(reply.later(), "");
+  EXPECT_EQ(json::parse(reply.later()), json::parse(R"({"jsonrpc":"2.0","id":4,"result":{"left":0}})"));
+  const Reply refused = slow.answer(R"({"jsonrpc":"2.0","id":4,"method":"wait","params":{"in_vain":true}})", {});
+  EXPECT_EQ(json::parse(refused.later())["error"]["code"], code::not_ready);
+  EXPECT_EQ(json::parse(
+                slow.answer(R"({"jsonrpc":"2.0","id":4,"method":"wait","params":{"x":1}})", {}).line)["error"]["code"],
+            code::invalid_params);
+}
+
+TEST(Rpc, KnowsTheMethodOfALineThatHasOnlyBegun) {
+  EXPECT_TRUE(begins_request(R"({"jsonrpc": "2.0", "id": 1, "method": "run", "params": {"profile": "name)", "run"));
+  EXPECT_FALSE(begins_request(R"({"jsonrpc": "2.0", "id": 1, "method": "stop", "params": {"method": "run)", "run"));
+  EXPECT_FALSE(begins_request(R"({"params": {"method": "run", "x": ")", "run"));
+  EXPECT_FALSE(begins_request(R"({"params": ["method", "run", "x)", "run"));
+  EXPECT_FALSE(begins_request(std::string(70'000, '['), "run"));
+  EXPECT_FALSE(begins_request("", "run"));
 }
 
 }  // namespace

@@ -29,19 +29,28 @@ class UnixSocketTest : public Scratch {
  protected:
   void start() {
     server = std::make_unique<UnixSocketServer>(path("s"));
-    server->start({.line =
-                       [this](std::string_view line, const rpc::Peer& peer) {
-                         if (line == "subscribe") server->subscribe(peer.id, 0.01);
-                         if (line == "clients") return std::to_string(server->clients().size());
-                         if (line == "who") return std::to_string(peer.pid) + " " + std::to_string(peer.uid);
-                         if (line == "flood") return std::string(100'000, 'x');
-                         return "<" + std::string(line) + ">";
-                       },
+    server->start({.line = [this](std::string_view line, const rpc::Peer& peer) -> rpc::Reply {
+                     if (line == "count") ++counted;
+                     if (line == "wait") {
+                       rpc::Reply reply;
+                       reply.later = [this] { return std::string(waits ? "" : "waited"); };
+                       return reply;
+                     }
+                     if (line == "subscribe") server->subscribe(peer.id, 0.01);
+                     if (line == "clients") return std::to_string(server->clients().size());
+                     if (line == "who") return std::to_string(peer.pid) + " " + std::to_string(peer.uid);
+                     if (line == "flood") return std::string(100'000, 'x');
+                     return "<" + std::string(line) + ">";
+                   },
                    .gone = [this](const rpc::Peer&) { ++gone; },
-                   .live = [](std::uint64_t) { return std::string("live"); }});
+                   .live = [](std::uint64_t) { return std::string("live"); },
+                   .stop = {.stop = [this] { return ++stops; },
+                            .stopped = [](std::uint64_t) { return Stopped{.run = 0, .safe = true}; }}});
   }
   std::unique_ptr<UnixSocketServer> server;
-  std::atomic<int> gone{0};
+  std::atomic<int> gone{0}, counted{0};
+  std::atomic<bool> waits{true};
+  std::atomic<std::uint64_t> stops{0};
 };
 
 TEST_F(UnixSocketTest, AnswersLineByLineHoweverTheyArrive) {
@@ -182,6 +191,61 @@ TEST_F(UnixSocketTest, TakesTheSocketOfADeadDaemonButNotOfALivingOne) {
   Raw client(path("s"));
   client.send("x\n");
   EXPECT_EQ(client.line(), "<x>");
+}
+
+TEST_F(UnixSocketTest, SeesTheEndOfAClientWhateverItSentBefore) {
+  start();
+  {
+    Raw client(path("s"));
+    client.send("x\n");
+    EXPECT_EQ(client.line(), "<x>");
+    client.send_what_fits(std::string(200'000, '\n'));  // minutes of lines, at the rate that is answered
+  }
+  EXPECT_TRUE(eventually([&] { return gone == 1; }, 10));
+}
+
+TEST_F(UnixSocketTest, WhatWasAskedWithTheLastBreathCounts) {
+  start();
+  { Raw(path("s")).send("count\ncount\n"); }
+  EXPECT_TRUE(eventually([&] { return gone == 1; }));
+  EXPECT_EQ(counted, 2);
+}
+
+TEST_F(UnixSocketTest, AnAnswerThatTakesItsTimeKeepsOnlyItsOwnClientWaiting) {
+  start();
+  Raw patient(path("s"));
+  Raw other(path("s"));
+  patient.send("wait\nx\n");
+  other.send("y\n");
+  EXPECT_EQ(other.line(), "<y>");
+  waits = false;
+  EXPECT_EQ(patient.line(), "waited");
+  EXPECT_EQ(patient.line(), "<x>") << "in the order of the questions";
+}
+
+TEST_F(UnixSocketTest, LeavesTheSocketOfAnotherAtItsPathAlone) {
+  start();
+  std::filesystem::remove(path("s"));
+  std::filesystem::remove(path("s.stop"));
+  auto first = std::move(server);
+  start();
+  first.reset();
+  EXPECT_TRUE(std::filesystem::exists(path("s")));
+  EXPECT_TRUE(std::filesystem::exists(path("s.stop")));
+  Raw client(path("s"));
+  client.send("x\n");
+  EXPECT_EQ(client.line(), "<x>");
+}
+
+TEST_F(UnixSocketTest, EveryCallerOfTheStopIsAnsweredOnceItIsObeyed) {
+  start();
+  std::vector<std::unique_ptr<Raw>> callers;
+  for (int i = 0; i < 100; ++i) callers.push_back(std::make_unique<Raw>(path("s.stop")));
+  for (auto& caller : callers) EXPECT_EQ(caller->line(), R"({"stopped": null, "reference_safe": true})");
+  EXPECT_GE(stops, 1u);
+  struct stat info {};
+  ASSERT_EQ(stat(path("s.stop").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0660u);
 }
 
 TEST_F(UnixSocketTest, DoesNotReplaceWhatIsNoSocket) {

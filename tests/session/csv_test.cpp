@@ -104,6 +104,11 @@ TEST_F(Csv, ColumnsNamedLikeTheContractsMayBeInAnotherUnit) {
   EXPECT_NEAR(run.at(Signal::temperature).value[0], 20, 1e-9);
 }
 
+TEST_F(Csv, OfTwoColumnsOfOneSignalNoneIsDroppedInSilence) {
+  EXPECT_THAT(message_of<SessionError>([&] { session("t_s,omega_rpm,omega_deg_s\n0,1,2\n"); }),
+              HasSubstr("columns `omega_rpm` and `omega_deg_s` are both omega. Rename the one that shall not count"));
+}
+
 TEST_F(Csv, ARunColumnSplitsTheFileAndEachRunStartsAtZero) {
   const Session s = session("run,t_s,omega_rad_s\nb,10,1\nb,10.1,2\na,3.1,3\nb,10.2,4\na,3.2,5\n");
   ASSERT_EQ(s.runs.size(), 2u);
@@ -203,7 +208,8 @@ TEST_F(Csv, AMappingThatDoesNotFitIsToldSo) {
 }
 
 TEST_F(Csv, AFileThatIsNotThereIsToldSo) {
-  EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("none.csv")); }), HasSubstr("none.csv: no such file"));
+  EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("none.csv")); }),
+              HasSubstr("none.csv: cannot be read: no such file"));
   EXPECT_THAT(message_of<SessionError>([&] { read_csv(path("")); }), HasSubstr("is a folder"));
 }
 

@@ -2,10 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
+#include <random>
 
+#include "session/child.h"
 #include "session/field.h"
 #include "session/spec.h"
 #include "tests/session/foreign_readers.h"
@@ -264,6 +268,77 @@ TEST_F(Hdf5, AnExportReplacesWhatStoodThereOnlyWhenItIsWhole) {
   EXPECT_THAT(message_of<SessionError>([&] { write_hdf5(path("s.h5"), bad); }), HasSubstr("exists already"));
   expect_same(read_hdf5(path("s.h5")), sample());
   EXPECT_THAT(message_of<SessionError>([&] { write_hdf5(path("no/folder.h5"), bad); }), HasSubstr("cannot be created"));
+}
+
+TEST_F(Hdf5, WhatIsInAnotherFileIsNotFollowed) {
+  python("import h5py, numpy as np\nf = h5py.File('" + path("other.h5").string() +
+         "', 'w')\nf['t'] = np.arange(3.0)\nf.close()\n");
+  const std::string other = path("other.h5").string();
+  EXPECT_THAT(complaint(made_by("g = f.create_group('signals/omega')\ng['value'] = np.arange(3.0)\n"
+                                "g['t'] = h5py.ExternalLink('" +
+                                other + "', '/t')")),
+              HasSubstr("/signals/omega/t"));
+  EXPECT_THAT(
+      complaint(made_by("f.create_group('signals')\nf['signals/omega'] = h5py.ExternalLink('" + other + "', '/')")),
+      HasSubstr("/signals/omega"));
+  EXPECT_THAT(complaint(made_by("g = f.create_group('signals/omega')\ng['value'] = np.arange(3.0)\n"
+                                "g.create_dataset('t', (3,), 'f8', external=[('" +
+                                other + "', 0, 24)])")),
+              HasSubstr("in another file, which is not followed"));
+  EXPECT_THAT(complaint(made_by("g = f.create_group('signals/omega')\ng['value'] = np.arange(3.0)\n"
+                                "l = h5py.VirtualLayout((3,), 'f8')\nl[:] = h5py.VirtualSource('" +
+                                other + "', 't', (3,))\ng.create_virtual_dataset('t', l)")),
+              HasSubstr("in another file, which is not followed"));
+  EXPECT_EQ(read_hdf5(made_by("g = f.create_group('signals/omega')\ng['value'] = np.arange(3.0)\n"
+                              "f['t'] = np.arange(3.0)\ng['t'] = h5py.SoftLink('/t')"))
+                .runs.at(0)
+                .at(Signal::omega)
+                .t.size(),
+            3u)
+      << "a link within the file is as good as what it leads to";
+}
+
+/// The library that reads HDF5 crashes on some of these; a reader of sessions does not.
+TEST_F(Hdf5, NoChangedByteCrashesTheReader) {
+  write_hdf5(path("s.h5"), sample());
+  made_by(
+      "f.attrs['note'] = 'x' * 100\ng = f.create_group('signals/omega')\ng['value'] = np.arange(3.0)\n"
+      "g['t'] = np.arange(3.0)\ng['value'].attrs['unit'] = 'rad/s'");
+  std::mt19937 random(20);
+  int read = 0, refused = 0, died = 0;
+  for (const char* name : {"s.h5", "made.h5"}) {
+    const std::string whole = Scratch::read(path(name));
+    for (int i = 0; i < 400; ++i) {
+      std::string changed = whole;
+      for (int bytes = 1 + i % 2; bytes > 0; --bytes) changed[random() % whole.size()] = static_cast<char>(random());
+      const auto file = write("changed.h5", changed);
+      try {
+        read_hdf5(file);
+        ++read;
+      } catch (const SessionError& e) {
+        ++refused;
+        died += std::string(e.what()).find("is damaged: reading it") != std::string::npos;
+      }
+    }
+  }
+  EXPECT_EQ(read + refused, 800);
+  RecordProperty("children_that_died", died);
+}
+
+TEST_F(Hdf5, AReaderThatCrashesOrNeverEndsIsAMessage) {
+  const auto file = write("s.h5", "x");
+  const auto why = [&](const std::function<void()>& work) {
+    return message_of<SessionError>([&] {
+      read_in_child(file, [&](const auto&) {
+        work();
+        return Session();
+      });
+    });
+  };
+  EXPECT_THAT(why([] { raise(SIGSEGV); }), HasSubstr("s.h5: is damaged: reading it fails (SIGSEGV)"));
+  EXPECT_THAT(why([] { abort(); }), HasSubstr("s.h5: is damaged"));
+  EXPECT_THAT(why([] { _exit(0); }), HasSubstr("s.h5: is damaged: reading it fails"));
+  EXPECT_EQ(why([] { throw SessionError("as it was said"); }), "as it was said");
 }
 
 }  // namespace

@@ -26,12 +26,15 @@ class BenchCommands : public Scratch {
     last = std::make_unique<Process>(words, path("emtb" + std::to_string(++called_)));
     return last->wait(120);
   }
-  int spin(const std::string& file) {
+  void start(const std::string& file) {
     emtbd = std::make_unique<Process>(std::vector<std::string>{EMTBD, "--config", file, "--socket", path("s"), "--data",
                                                                path("data"), "--pace", "max"},
                                       path("emtbd"));
     EXPECT_TRUE(eventually([&] { return call({"status"}) == 0; })) << emtbd->err();
-    return call({"bench", "spin", "--reset"});
+  }
+  int spin(const std::string& file) {
+    start(file);
+    return call({"bench", "spin", "--reset", "--yes"});
   }
 
   std::unique_ptr<Process> emtbd;
@@ -40,6 +43,13 @@ class BenchCommands : public Scratch {
  private:
   int called_ = 0;
 };
+
+TEST_F(BenchCommands, SpinAsksBeforeItMovesTheMotor) {
+  start(bench());
+  EXPECT_EQ(call({"bench", "spin", "--reset"}), 2);
+  EXPECT_THAT(last->out(), HasSubstr("the motor turns, at 0.5 V and at 1.0 V"));
+  EXPECT_THAT(last->err(), HasSubstr("add --yes"));
+}
 
 TEST_F(BenchCommands, SpinPassesAHealthyBench) {
   EXPECT_EQ(spin(bench()), 0) << last->out() << last->err();

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <map>
@@ -90,6 +91,33 @@ TEST_F(DaemonCommands, RunByNameFindsTheShippedProfiles) {
   EXPECT_EQ(call({"run", "no_such_profile"}), 2);
   EXPECT_THAT(last->err(), HasSubstr("no_such_profile"));
   EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1);
+}
+
+TEST_F(DaemonCommands, WhatIsNoRegularFileIsRefusedAtOnceWhereverAFileIsRead) {
+  ASSERT_EQ(mkfifo(path("pipe.csv").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("pipe.h5").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("pipe.yaml").c_str(), 0600), 0);
+  const auto model = (std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml").string();
+  const auto pipe = path("pipe.yaml").string();
+  start();
+  const std::vector<std::vector<std::string>> calls{{"run", pipe},
+                                                    {"run", "/dev/zero"},
+                                                    {"calibrate", pipe, path("pipe.csv")},
+                                                    {"info", path("pipe.csv")},
+                                                    {"info", path("pipe.h5")},
+                                                    {"compare", model, path("pipe.csv"), "--map", pipe},
+                                                    {"simulate", model, pipe},
+                                                    {"simulate", "/dev/zero", pipe}};
+  for (const auto& words : calls) {
+    EXPECT_EQ(call(words), 2) << words[0] << " " << words[1];
+    EXPECT_EQ(std::ranges::count(last->err(), '\n'), 1) << last->err();
+  }
+}
+
+TEST_F(DaemonCommands, StopSaysWhetherARunWasOn) {
+  start();
+  EXPECT_EQ(call({"stop"}), 0);
+  EXPECT_EQ(last->err(), "emtb: no run is on\n");
 }
 
 TEST_F(DaemonCommands, RunSaysWhatToDoWhileLatched) {
