@@ -32,6 +32,7 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
                .angle_pull = {},
                .angle_integrated = x.angle_integrated};
   if (!angle.empty()) in.angle_end = angle[0];
+  in.armature_open = !x.armature_open.empty() && x.armature_open[0] != 0;
   machine.start(x.initial, in);
   read(0);
   // A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on h alone is computed once.

@@ -75,8 +75,9 @@ class Machine : public Motion<Scalar> {
     late_.start();
     omega = omega_before = Scalar(initial.omega);
     angle_.start(initial.theta, shortest_period(), in);
-    i_a = i_a_before = Scalar(initial.i_a);
-    driver_.start(in.u_ref, initial.e_driver, equations_);
+    driver_.start(in.u_ref, initial, equations_);
+    i_a = i_a_before = first_current(initial, in);
+    if (initial.e_driver && initial.as_read) driver_.stand_behind_terminals(equations_.terms, i_a);
     e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
     equations_.middle = {
         .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
@@ -87,7 +88,7 @@ class Machine : public Motion<Scalar> {
     read_sensors(0, 0, in);
     if (!initial.as_read) return;
     if (initial.omega != 0) omega = omega_before = initial.omega - (omega_reading - omega);
-    if (initial.i_a != 0) i_a = i_a_before = initial.i_a - (i_a_reading - i_a);
+    if (initial.i_a && *initial.i_a != 0) i_a = i_a_before = *initial.i_a - (i_a_reading - i_a);
     read_sensors(0, 0, in);
   }
 
@@ -147,6 +148,15 @@ class Machine : public Motion<Scalar> {
     open,    ///< the armature's terminals are open
     blocked  ///< the driver takes no current back
   };
+
+  Scalar first_current(const InitialState& initial, const StepInput& in) const {
+    if (initial.i_a) return Scalar(*initial.i_a);
+    if (structure_.input == Signal::i_a) return Scalar(in.i_a);
+    const Scalar e = structure_.measured_voltage ? Scalar(in.e_a_end) : driver_.voltage();
+    const Scalar current = (e - equations_.p[base::K_b] * omega) / equations_.p[base::R_a];
+    const bool blocked = in.armature_open || (equations_.terms.one_quadrant && value_of(current) < 0);
+    return blocked ? Scalar(0.0) : current;
+  }
 
   /// The state in the middle of the step, extrapolated from the last one: what the effects see.
   void look_at_middle(const StepInput& in, double t, double h) {

@@ -77,8 +77,9 @@ struct ModelStructure {
 struct InitialState {
   double omega = 0;                ///< [rad/s]
   double theta = 0;                ///< [rad]
-  double i_a = 0;                  ///< [A]
-  std::optional<double> e_driver;  ///< [V]; absent: settled at the first reference
+  std::optional<double> i_a;       ///< [A]; absent: what voltage and speed leave for it
+  std::optional<double> e_driver;  ///< [V] at its terminals; absent: settled at the first reference
+  double e_driver_slope = 0;       ///< [V/s] with which it moves: what a lag of the driver has yet to follow
   bool as_read = false;            ///< omega and i_a, where they are not 0, are readings, with all that sensors err
   double field_on = 0;             ///< [s] for which the field has been on
 };

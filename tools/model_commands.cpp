@@ -14,6 +14,7 @@
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/profile_likelihood.h"
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "config/formula_effect.h"
 #include "config/mapping.h"
@@ -265,6 +266,7 @@ int add_command(const ModelOptions& o) {
 void plot_worst(std::span<const Run> runs, const Model& model) {
   Dataset data = prepare(runs, {}, model);
   settle_timing(data, model);
+  settle_starts(data, model);
   std::optional<Overlay> worst;
   std::string name;
   const auto off = [](const Overlay& o) {

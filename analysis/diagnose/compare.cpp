@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
 
@@ -56,6 +57,7 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   Comparison result;
   Dataset staged = prepare(runs, {}, judge, Chaining::staged);
   settle_timing(staged, judge);
+  settle_starts(staged, judge);
   const auto staged_squares = mean_squares(residuals(staged.train, model, model.values(), {}));
   result.error = error_of(staged_squares);
   result.signals = fit_of(staged.train, model, staged.noise);

@@ -7,6 +7,7 @@
 #include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/remainder.h"
+#include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
 
@@ -178,9 +179,14 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   FittedTrials trials(data, given, criterion, options.score, options.refits);
   Trial first = first_fit(trials, data, given);
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
+  // Starts bend the fit and the fit the starts.
+  for (int again = 0; again < 3 && settle_starts(*prepared, first.model()); ++again) {
+    first = trials.fit(first.model(), nullptr).value_or(std::move(first));
+  }
   Finding found = search_from(first, trials, criterion, options, progress);
-  // What the model lacked may have looked like another timing.
-  if (settle_timing(*prepared, found.current.model())) {
+  // What the model lacked may have looked like another timing, or another start.
+  const bool other_starts = settle_starts(*prepared, found.current.model());
+  if (settle_timing(*prepared, found.current.model()) || other_starts) {
     first = trials.fit(first.model(), nullptr).value_or(std::move(first));
     found = search_from(first, trials, criterion, options, progress);
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/starts.h"
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "model/effect.h"
@@ -200,7 +201,8 @@ bool settle_timing(Dataset& data, const Model& fitted) {
 
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {
   Calibration fit = calibrate(std::span<const Record>(data.train), model, options);
-  if (!settle_timing(data, fit.model)) return fit;
+  const bool other_timing = settle_timing(data, fit.model), other_starts = settle_starts(data, fit.model);
+  if (!other_timing && !other_starts) return fit;
   return calibrate(std::span<const Record>(data.train), fit.model, options);
 }
 

@@ -24,7 +24,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted);
 /// Finds the timing and sets it. @return whether it is another than before
 bool settle_timing(Dataset& data, const Model& fitted);
 
-/// Calibrates on the training runs, and once more where that tells another timing.
+/// Calibrates on the training runs, and once more where that tells another timing or another start.
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options = {});
 
 }  // namespace emtb

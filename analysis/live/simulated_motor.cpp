@@ -7,28 +7,7 @@ namespace emtb {
 namespace {
 
 constexpr double longest_bridge = 5;  ///< [s] of a gap that is simulated through: the slowest driver's full travel
-constexpr double first_speed_within = 0.03;    ///< [s] in which the speed that a run begins with is read; by hand
 constexpr std::size_t longest_unmeasured = 6;  ///< ticks without a voltage: what it was meanwhile is not known; by hand
-
-/// The speed with which the readings begin: zero unless they say otherwise.
-struct FirstSpeed {
-  double value = 0;
-  bool moves = false;
-};
-FirstSpeed first_speed(std::span<const LiveTick> ahead) {
-  double sum = 0, squares = 0, n = 0;
-  for (const LiveTick& tick : ahead) {
-    if (!std::isfinite(tick.omega)) continue;
-    sum += tick.omega;
-    squares += tick.omega * tick.omega;
-    ++n;
-  }
-  if (n < 3) return {};
-  const double mean = sum / n;
-  const double scatter = std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1));
-  if (std::abs(mean) <= 6 * scatter + 1e-9) return {};  // coloured noise: more than the scatter of the mean tells
-  return {mean, true};
-}
 
 }  // namespace
 
@@ -53,12 +32,12 @@ void SimulatedMotor::renew() {
 }
 
 std::size_t SimulatedMotor::look_ahead() const {
-  return static_cast<std::size_t>(std::lround(first_speed_within / plan_.period)) + 3;
+  return static_cast<std::size_t>(std::lround(first_value_within / plan_.period)) + 3;
 }
 
 void SimulatedMotor::start_run(std::span<const LiveTick> ahead) {
   const LiveTick& now = ahead.front();
-  const FirstSpeed speed = first_speed(ahead);
+  const auto speed = first_speed(ahead);
   renew();
   e_a_ = std::isfinite(now.drive) ? now.drive : 0;
   unmeasured_ = 0;
@@ -66,13 +45,48 @@ void SimulatedMotor::start_run(std::span<const LiveTick> ahead) {
       .u_ref = now.u_ref, .e_a_mean = e_a_, .e_a_end = e_a_, .angle_middle = {}, .angle_end = {}, .angle_pull = {}};
   in.i_a = std::isfinite(now.i_a) ? now.i_a : 0;
   in.load = now.load;
-  in.omega = in.omega_end = speed.value;
-  InitialState initial{
-      .omega = speed.value, .theta = 0, .i_a = in.i_a, .e_driver = {}, .as_read = true, .field_on = now.field_on};
-  if (plan_.structure.input == Signal::u_ref && plan_.structure.measured_voltage) initial.e_driver = e_a_;
+  in.omega = in.omega_end = speed.value_or(0);
+  InitialState initial;
+  initial.omega = in.omega;
+  if (std::isfinite(now.i_a)) initial.i_a = now.i_a;
+  initial.as_read = true;
+  initial.field_on = now.field_on;
   for (auto& machine : machines_) machine.start(initial, in);
-  valid_from_ = now.t + (speed.moves ? plan_.settling : 0);
+  if (plan_.structure.input == Signal::u_ref && begins_elsewhere(ahead, initial)) {
+    for (auto& machine : machines_) machine.start(initial, in);
+  }
+  valid_from_ = now.t + (speed ? plan_.settling : 0);
   before_ = now;
+}
+
+double SimulatedMotor::lsb_of(Signal signal) const {
+  const auto output = std::ranges::find(plan_.outputs, signal, &LivePlan::Output::signal);
+  return output == plan_.outputs.end() ? 0 : output->lsb;
+}
+
+std::optional<FirstValue> SimulatedMotor::first_value_of(std::span<const LiveTick> ahead, Signal signal) const {
+  std::vector<double> t, value;
+  for (const LiveTick& tick : ahead) {
+    if (!std::isfinite(tick.at(signal))) continue;
+    t.push_back(tick.t);
+    value.push_back(tick.at(signal));
+  }
+  return first_value(t, value, ahead.front().t, lsb_of(signal));
+}
+
+std::optional<double> SimulatedMotor::first_speed(std::span<const LiveTick> ahead) const {
+  const auto first = first_value_of(ahead, Signal::omega);
+  return first && first->is_other_than(0) ? std::optional(first->value) : std::nullopt;
+}
+
+bool SimulatedMotor::begins_elsewhere(std::span<const LiveTick> ahead, InitialState& initial) const {
+  std::vector<double> u_ref;
+  for (const LiveTick& tick : ahead) u_ref.push_back(tick.u_ref);
+  const auto first = first_value_of(ahead.first(end_of_first_hold(u_ref)), Signal::e_a);
+  if (!first || !first->is_other_than(reading(Signal::e_a))) return false;
+  initial.e_driver = first->value;
+  if (first->moves()) initial.e_driver_slope = first->slope;
+  return true;
 }
 
 void SimulatedMotor::resume(const std::vector<Machine<WideSensitive>>& machines, std::span<const LiveTick> ahead) {
@@ -92,8 +106,8 @@ void SimulatedMotor::bridge_gap(std::span<const LiveTick> ahead) {
   before_.t = std::max(before_.t, now.t - longest_bridge);
   held.t = now.t;
   if (now.t > before_.t) step_to(held);
-  const FirstSpeed speed = first_speed(ahead);
-  for (auto& machine : machines_) machine.omega = machine.omega_reading = WideSensitive(speed.value);
+  const double speed = first_speed(ahead).value_or(0);
+  for (auto& machine : machines_) machine.omega = machine.omega_reading = WideSensitive(speed);
   e_a_ = std::isfinite(now.drive) ? now.drive : e_a_;
   valid_from_ = now.t + plan_.settling;
   before_ = now;

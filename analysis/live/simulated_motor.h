@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "analysis/live/history.h"
 #include "analysis/live/plan.h"
+#include "analysis/numerics/first_value.h"
 #include "model/simulation.h"
 #include "model/step.h"
 
@@ -59,6 +61,12 @@ class SimulatedMotor {
 
  private:
   void measure_voltage(const LiveTick& now);
+  double lsb_of(Signal signal) const;
+  std::optional<FirstValue> first_value_of(std::span<const LiveTick> ahead, Signal signal) const;
+  /// [rad/s] With which the readings begin; none: at rest.
+  std::optional<double> first_speed(std::span<const LiveTick> ahead) const;
+  /// Is the driver read to stand elsewhere than where it would be settled, as the machines have it? Then there.
+  bool begins_elsewhere(std::span<const LiveTick> ahead, InitialState& initial) const;
 
   const LivePlan& plan_;
   std::vector<double> values_;

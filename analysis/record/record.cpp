@@ -4,61 +4,13 @@
 #include <cmath>
 #include <span>
 
+#include "analysis/record/first_states.h"
 #include "analysis/record/repeats.h"
 #include "analysis/record/shaft_angle.h"
 #include "hal/error.h"
 
 namespace emtb {
 namespace {
-
-/// The straight line through the first readings of a speed: its value at the start, and how sure that is.
-struct FirstSpeed {
-  double start = 0, error = 0;
-  double scatter = 0;  ///< about the line
-};
-
-/// [rad/s] Of readings by their second differences, which a bend hardly moves; a step of the instrument at the least.
-double scatter_of(std::span<const double> speed, double lsb) {
-  double squares = 0;
-  for (std::size_t i = 2; i < speed.size(); ++i) squares += std::pow(speed[i] - 2 * speed[i - 1] + speed[i - 2], 2);
-  return std::sqrt(squares / 6 / static_cast<double>(speed.size() - 2)) + lsb;
-}
-
-FirstSpeed line_to_the_start(const Observation& omega, std::span<const double> grid, std::size_t n) {
-  double st = 0, sy = 0, stt = 0, sty = 0;
-  const auto time_of = [&](std::size_t i) { return 0.5 * (grid[omega.first[i]] + grid[omega.last[i]]) - grid.front(); };
-  for (std::size_t i = 0; i < n; ++i) {
-    const double t = time_of(i);
-    st += t, sy += omega.value[i], stt += t * t, sty += t * omega.value[i];
-  }
-  const double count = static_cast<double>(n);
-  const double slope = (count * sty - st * sy) / (count * stt - st * st);
-  FirstSpeed first{(sy - slope * st) / count, 0, 0};
-  double squares = 0;
-  for (std::size_t i = 0; i < n; ++i) squares += std::pow(omega.value[i] - first.start - slope * time_of(i), 2);
-  first.scatter = std::sqrt(squares / std::max(1.0, count - 2));
-  first.error = 2 * first.scatter / std::sqrt(count) + omega.lsb;
-  return first;
-}
-
-/// Where the run starts: at rest unless the first readings say otherwise.
-double first_speed(const Observation& omega, std::span<const double> grid) {
-  constexpr std::size_t fewest = 3;
-  constexpr double longest = 0.03;  // [s] in which the speed of most motors hardly bends
-  if (omega.slow) return 0;
-  std::size_t n = 0;
-  while (n < omega.size() && (n < fewest || grid[omega.last[n]] < grid.front() + longest)) ++n;
-  if (n < fewest) return 0;
-  FirstSpeed first = line_to_the_start(omega, grid, n);
-  // A small servo rests and is at full speed within that time: where the readings bend more than they scatter, half as
-  // many tell it better.
-  constexpr double bends = 3;
-  while (n / 2 >= fewest && first.scatter > bends * scatter_of(std::span(omega.value).first(n), omega.lsb)) {
-    n /= 2;
-    first = line_to_the_start(omega, grid, n);
-  }
-  return std::abs(first.start) > 3 * first.error ? first.start : 0;
-}
 
 /// The input, and what else is set from outside.
 void set_inputs(ObservedRun& record, const Run& run, const Model& model) {
@@ -117,35 +69,23 @@ void observe_load(ObservedRun& record, const Run& run) {
   if (run.has(Signal::omega)) x.omega = speed.quiet();
 }
 
-/// The terminal voltage, as a reading and as what drives the motor.
-void observe_voltage(ObservedRun& record, const Run& run, const Model& model, Chaining chaining) {
-  Excitation& x = record.excitation;
-  if (model.input == Signal::e_a) record.measured_voltage = true;
-  if (model.input != Signal::u_ref || !run.has(Signal::e_a)) return;
-  const Series& e_a = run.at(Signal::e_a);
-  add(record, read(run, Signal::e_a, x.t));
-  if (chaining != Chaining::staged || 2 * e_a.t.size() <= x.t.size()) return;
-  MeasuredVoltage voltage = measured_voltage(record.name, e_a, x, model);
-  x.e_a = std::move(voltage.value);
-  x.e_a_bulge = std::move(voltage.bulge);
-  record.voltage_noise = std::move(voltage.noise);
-  record.measured_voltage = true;
-}
-
-/// Steps that are short enough for the motor, and the state in which it starts.
-void set_steps_and_start(ObservedRun& record, const Run& run, const Model& model) {
-  Excitation& x = record.excitation;
+/// Steps that are short enough for the motor.
+void set_steps(Excitation& x, const Model& model) {
   // A step is exact for a linear motor under a steady voltage. At a tenth of the mechanical time constant what the
   // effects add at its middle is good to 1e-3; those with a time constant of their own need a fiftieth.
   const double time_constant = model.mechanical_time_constant();
   x.longest_step = std::clamp(time_constant / 10, 2e-4, 1e-2);
   x.quick_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
-  x.initial.as_read = true;
-  x.initial.field_on = run.field_on;
-  for (const Observation& o : record.observations) {
-    if (o.signal == Signal::omega) x.initial.omega = first_speed(o, x.t);
-    if (o.signal == Signal::i_a && !o.slow) x.initial.i_a = o.value.front();
-  }
+}
+
+/// The terminal voltage as what drives the motor.
+void drive_by_voltage(ObservedRun& record, const Series& e_a, const Model& model) {
+  Excitation& x = record.excitation;
+  MeasuredVoltage voltage = measured_voltage(record.name, e_a, x, model);
+  x.e_a = std::move(voltage.value);
+  x.e_a_bulge = std::move(voltage.bulge);
+  record.voltage_noise = std::move(voltage.noise);
+  record.measured_voltage = true;
 }
 
 }  // namespace
@@ -182,11 +122,18 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, s
   observe_motion(record, run, order);
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(record, read(run, Signal::i_a, record.excitation.t));
   if (run.has(Signal::torque)) observe_load(record, run);
-  observe_voltage(record, run, model, chaining);
+  const bool voltage_is_read = model.input == Signal::u_ref && run.has(Signal::e_a);
+  if (voltage_is_read) add(record, read(run, Signal::e_a, record.excitation.t));
+  record.measured_voltage = model.input == Signal::e_a;
   if (record.observations.empty()) {
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }
-  set_steps_and_start(record, run, model);
+  record.excitation.initial = first_states(record, run, model);
+  record.excitation.initial.field_on = run.field_on;
+  if (voltage_is_read && chaining == Chaining::staged && 2 * run.at(Signal::e_a).t.size() > record.length()) {
+    drive_by_voltage(record, run.at(Signal::e_a), model);
+  }
+  set_steps(record.excitation, model);
   return record;
 }
 

@@ -34,11 +34,22 @@ class Driver {
     terms.one_quadrant = false;
   }
 
-  /// @param e where it stands; absent: settled at the reference
-  void start(double u_ref, const std::optional<double>& e, Equations<Scalar>& equations) {
+  /// Where it stands and how fast it moves; settled at the reference, where that is not known. What a lag has not
+  /// followed yet stands as far before it as it moves in the lag's time.
+  void start(double u_ref, const InitialState& initial, Equations<Scalar>& equations) {
     changes_ = {{-infinity, u_ref}};
     arrived_ = 0;
-    voltage_ = slewed_ = e ? Scalar(*e) : target_of(u_ref, equations);
+    voltage_ = slewed_ = target_of(u_ref, equations);
+    if (!initial.e_driver) return;
+    voltage_ = Scalar(*initial.e_driver);
+    slewed_ = voltage_ + equations.terms.lag * initial.e_driver_slope;
+  }
+
+  /// Where it stands was read at its terminals, where its load takes a part of it.
+  void stand_behind_terminals(const Balance<Scalar>& terms, const Scalar& i_a) {
+    const Scalar taken = voltage_ - terminal_voltage(terms, i_a);
+    voltage_ += taken;
+    slewed_ += taken;
   }
 
   /// Moves the output over a step. @return its mean

@@ -30,7 +30,7 @@ class PlainMachine {
         e_driver(clamped(driver.gain * reference(x.u_ref[0]), Scalar(driver.min), Scalar(driver.max))),
         omega(x.initial.omega),
         theta(x.initial.theta),
-        i_a(x.initial.i_a),
+        i_a(x.initial.i_a.value_or(0)),
         omega_reading(omega),
         omega_before_(omega) {}
 

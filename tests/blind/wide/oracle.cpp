@@ -6,6 +6,7 @@
 
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "analysis/record/dataset.h"
 #include "config/model.h"
@@ -161,6 +162,7 @@ Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std:
   auto true_fit = fit_truth();
   // When the readings of a row are taken, the true structure tells best; all are compared at that.
   if (true_fit && settle_timing(data, true_fit->model)) true_fit = fit_truth();
+  if (true_fit && settle_starts(data, true_fit->model)) true_fit = fit_truth();
   if (!true_fit)
     return {.nats = {}, .rival = {}, .truth_error = 0, .why_not = "the true structure could not be fitted"};
   const Errors true_errors = errors_of(data.held_out, true_fit->model);
@@ -206,6 +208,7 @@ std::map<std::string, double> secret_errors(const WideCase& c, const CaseFiles& 
   const Model final = with_true_noise(read_model(files.folder / model), c);
   Dataset data = prepare(read_all(files, files.train), read_all(files, files.secret), final);
   settle_timing(data, final);
+  settle_starts(data, final);
   std::map<std::string, double> out;
   for (const auto& [signal, errors] : errors_of(data.held_out, final)) {
     if (signal == Signal::torque) continue;  // an input, unless the model has a load

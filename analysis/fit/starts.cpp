@@ -1,0 +1,168 @@
+#include "analysis/fit/starts.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "analysis/fit/residuals.h"
+#include "analysis/numerics/linear_algebra.h"
+#include "analysis/numerics/parallel.h"
+
+namespace emtb {
+namespace {
+
+/// A start as a point: the speed, and where it is free the driver's voltage.
+class Start {
+ public:
+  Start(Record& record, const Model& model) : initial_(record.excitation.initial), model_(model), record_(record) {
+    const DriverModel driver = model.structure().driver;
+    const bool at_once = driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited;
+    drives_ = model.input == Signal::u_ref && !at_once && !record.measured_voltage && !record.find(Signal::e_a);
+    low_ = driver.min, high_ = driver.max;
+    const double u = record.excitation.u_ref.empty() ? 0 : record.excitation.u_ref.front();
+    settled_ = std::clamp(driver.gain * u, low_, high_);
+    see_parameters();
+  }
+
+  Eigen::VectorXd at() const {
+    Eigen::VectorXd x(drives_ ? 2 : 1);
+    x[0] = initial_.omega;
+    if (drives_) x[1] = initial_.e_driver.value_or(settled_);
+    return x;
+  }
+  void set(const Eigen::VectorXd& x) {
+    initial_.omega = x[0];
+    if (drives_) initial_.e_driver = std::clamp(x[1], low_, high_);
+  }
+  /// By how much each is moved to see what that changes.
+  Eigen::VectorXd little() const {
+    constexpr double share = 1e-3;
+    double fastest = std::abs(initial_.omega);
+    if (const Observation* o = record_.find(Signal::omega)) {
+      for (const double v : o->value) fastest = std::max(fastest, std::abs(v));
+    }
+    Eigen::VectorXd d(drives_ ? 2 : 1);
+    d[0] = share * fastest;
+    if (drives_)
+      d[1] = share * std::max({1e-3, std::abs(settled_), std::abs(at()[1]), fastest * model_.at(base::K_b).value});
+    return d;
+  }
+  double cost() const { return 0.5 * residual().squaredNorm(); }
+
+  /// What is left, less what the model's free parameters would take of it: they were fitted to other starts, and bent.
+  Eigen::VectorXd residual() const {
+    Eigen::VectorXd left = joined(residuals(std::span(&record_, 1), model_, model_.values(), {}));
+    if (slopes_.cols() == 0) return left;
+    const Eigen::VectorXd taken = solve_normal(gram_, Eigen::VectorXd(slopes_.transpose() * left)).col(0);
+    return left - slopes_ * taken;
+  }
+
+  /// The driver at places from what the speed induces to where the reference leads: a driver that has arrived stays,
+  /// and no slope leads away from there.
+  void look_around() {
+    constexpr int places = 12;
+    if (!drives_) return;
+    const Eigen::VectorXd x = at();
+    const double induced = model_.at(base::K_b).value * x[0];
+    double best = x[1], least = cost();
+    for (int i = 0; i < places; ++i) {
+      const double e = induced + i * (settled_ - induced) / places;
+      set(Eigen::Vector2d(x[0], e));
+      if (const double there = cost(); there < least) {
+        least = there;
+        best = e;
+      }
+    }
+    set(Eigen::Vector2d(x[0], best));
+  }
+
+ private:
+  static Eigen::VectorXd joined(const std::vector<Residuals>& all) {
+    Eigen::Index n = 0;
+    for (const Residuals& r : all) n += r.value.size();
+    Eigen::VectorXd one(n);
+    n = 0;
+    for (const Residuals& r : all) {
+      one.segment(n, r.value.size()) = r.value;
+      n += r.value.size();
+    }
+    return one;
+  }
+
+  void see_parameters() {
+    const FreeParameters free(model_);
+    const std::vector<Residuals> all = residuals(std::span(&record_, 1), model_, model_.values(), moved_by(free));
+    Eigen::Index n = 0;
+    for (const Residuals& r : all) n += r.value.size();
+    slopes_.setZero(n, static_cast<Eigen::Index>(free.size()));
+    n = 0;
+    for (const Residuals& r : all) {
+      if (r.informed()) slopes_.middleRows(n, r.value.size()) = r.sensitivity;
+      n += r.value.size();
+    }
+    gram_ = slopes_.transpose() * slopes_;
+  }
+
+  InitialState& initial_;
+  const Model& model_;
+  Record& record_;
+  Eigen::MatrixXd slopes_, gram_;  // of the free parameters
+  bool drives_ = false;
+  double low_ = 0, high_ = 0, settled_ = 0;
+};
+
+void descend(Start& start) {
+  constexpr int most_steps = 6;
+  constexpr double done = 1;  // of half the sum of squares
+  Eigen::VectorXd left = start.residual();
+  for (int step = 0; step < most_steps; ++step) {
+    const Eigen::VectorXd x = start.at(), little = start.little();
+    Eigen::MatrixXd slope(left.size(), x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      Eigen::VectorXd beside = x;
+      beside[i] += little[i];
+      start.set(beside);
+      slope.col(i) = (start.residual() - left) / little[i];
+    }
+    const Eigen::MatrixXd normal = slope.transpose() * slope;
+    const Eigen::VectorXd way = -solve_normal(normal, Eigen::VectorXd(slope.transpose() * left)).col(0);
+    const double cost = 0.5 * left.squaredNorm();
+    double gained = 0;
+    for (double share = 1; share > 0.1 && gained <= 0; share /= 2) {
+      start.set(x + share * way);
+      const Eigen::VectorXd there = start.residual();
+      gained = cost - 0.5 * there.squaredNorm();
+      if (gained > 0) left = there;
+    }
+    if (!(gained > 0)) start.set(x);
+    if (!(gained > done)) break;
+  }
+}
+
+bool settle(Record& record, const Model& fitted) {
+  constexpr double clear = 10;  // of half the sum of squares: more than two numbers take by chance
+  if (record.excitation.initial.omega == 0) return false;
+  const InitialState before = record.excitation.initial;
+  Start start(record, fitted);
+  const double cost = start.cost();
+  start.look_around();
+  descend(start);
+  if (cost - start.cost() > clear) return true;
+  record.excitation.initial = before;
+  return false;
+}
+
+}  // namespace
+
+bool settle_starts(Dataset& data, const Model& fitted) {
+  std::vector<char> changed(data.train.size() + data.held_out.size(), 0);
+  parallel_for(changed.size(), [&](std::size_t i) {
+    Record& record = i < data.train.size() ? data.train[i] : data.held_out[i - data.train.size()];
+    changed[i] = settle(record, fitted) ? 1 : 0;
+  });
+  return std::ranges::find(changed, 1) != changed.end();
+}
+
+}  // namespace emtb

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "analysis/record/dataset.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// Sets the states in which those runs begin that do not begin at rest: the speed, which first readings tell as well as
+/// they can, and where nobody reads its terminals, the driver, which may be on its way to a reference set before. Both
+/// are what a descent makes of all the run's readings, and only where that takes away clearly more than chance would.
+/// Those of runs held out, too: they are as little known.
+/// @param fitted to the training runs @return whether any is another than before
+bool settle_starts(Dataset& data, const Model& fitted);
+
+}  // namespace emtb

@@ -1,0 +1,72 @@
+#include "analysis/record/first_states.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "analysis/numerics/first_value.h"
+#include "model/simulation.h"
+
+namespace emtb {
+namespace {
+
+/// Of the readings that lie before a grid point.
+std::optional<FirstValue> first_value_of(const Observation& o, std::span<const double> grid, std::size_t end) {
+  std::vector<double> times;
+  for (std::size_t i = 0; i < o.size() && o.last[i] < end; ++i) {
+    times.push_back(0.5 * (grid[o.first[i]] + grid[o.last[i]]));
+    if (times.size() > 2 && times.back() > grid.front() + first_value_within) break;
+  }
+  return first_value(times, std::span(o.value).first(times.size()), grid.front(), o.lsb);
+}
+
+/// [rad/s] The readings of a speed that is a slope begin in the middle of the first line: a small servo is at full
+/// speed by then. Its angles begin with the run.
+double first_speed(const Observation& speed, const Run& run, std::span<const double> grid) {
+  if (speed.origin == Origin::slope_of_angle) {
+    const Series& theta = run.at(Signal::theta);
+    const auto first = first_value(theta.t, theta.value, grid.front(), theta.lsb);
+    return first && first->moves() ? first->slope : 0;
+  }
+  const auto first = first_value_of(speed, grid, grid.size());
+  return first && first->is_other_than(0) ? first->value : 0;
+}
+
+/// [V] What the driver of the model makes of a reference in the end.
+double settled_driver(double u_ref, const Model& model) {
+  ModelStructure structure = model.structure();
+  structure.measured_voltage = structure.measured_load = false;
+  Excitation x;
+  x.t = {0};
+  x.u_ref = {u_ref};
+  Trajectory<double> y;
+  simulate<double>(structure, model.values(), x, y);
+  return y.e_a.front();
+}
+
+}  // namespace
+
+InitialState first_states(const ObservedRun& observed, const Run& run, const Model& model) {
+  const Excitation& x = observed.excitation;
+  InitialState initial;
+  initial.as_read = true;
+  if (const Observation* speed = observed.find(Signal::omega); speed != nullptr && !speed->slow) {
+    initial.omega = first_speed(*speed, run, x.t);
+  }
+  if (const Observation* current = observed.find(Signal::i_a); current != nullptr && !current->slow) {
+    initial.i_a = current->value.front();
+  }
+  const Observation* voltage = observed.find(Signal::e_a);
+  if (voltage != nullptr && !voltage->slow && !x.u_ref.empty()) {
+    const auto first = first_value_of(*voltage, x.t, end_of_first_hold(x.u_ref));
+    if (first && first->is_other_than(settled_driver(x.u_ref.front(), model))) {
+      initial.e_driver = first->value;
+      if (first->moves()) initial.e_driver_slope = first->slope;
+    }
+  }
+  return initial;
+}
+
+}  // namespace emtb
