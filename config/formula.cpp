@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "config/one_line.h"
 #include "hal/error.h"
 #include "model/expression.h"
 
@@ -253,7 +254,7 @@ std::shared_ptr<const Term> parse_formula(const std::string& text, std::span<con
     }
     return translation.expression;
   } catch (const mu::ParserError& e) {
-    throw ModelError(complaint_of(e, text, parameters));
+    throw ModelError(in_one_line(complaint_of(e, text, parameters)));
   }
 }
 

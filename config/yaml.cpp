@@ -1,10 +1,13 @@
 #include "config/yaml.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 
+#include "config/one_line.h"
 #include "hal/error.h"
 #include "hal/regular_file.h"
 
@@ -26,6 +29,33 @@ std::string words(double value) {
 
 /// A key as it is written. YAML reads the word null as nothing at all; as a key it is a word like any other.
 std::string written_key(const YAML::Node& node) { return node.IsNull() ? "null" : node.Scalar(); }
+
+/// Where what the last document holds begins; the rest of it is passed over.
+class Documents final : public YAML::EventHandler {
+ public:
+  int line = 0;
+
+  void OnDocumentStart(const YAML::Mark& mark) override { at(mark, true); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { at(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { at(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t, const std::string&) override { at(mark); }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    at(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    at(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void at(const YAML::Mark& mark, bool document = false) {
+    if (document || begins_) line = mark.line;
+    begins_ = document;
+  }
+  bool begins_ = false;
+};
 
 }  // namespace
 
@@ -56,15 +86,18 @@ std::string YamlMap::read_text(const std::filesystem::path& path) {
 
 YamlMap YamlMap::parse(const std::string& text, const std::string& name) {
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.empty()) throw ConfigError(name + ":1: is empty. Write `key: value` lines");
-    if (documents.size() > 1) {
-      throw ConfigError(name + ":" + std::to_string(documents[1].Mark().line + 1) +
+    // Not LoadAll(): of `,a: b` it makes documents without end, and takes all memory for them (yaml-cpp 0.7).
+    std::istringstream in(text);
+    YAML::Parser parser(in);
+    Documents documents;
+    if (!parser.HandleNextDocument(documents)) throw ConfigError(name + ":1: is empty. Write `key: value` lines");
+    if (parser.HandleNextDocument(documents)) {
+      throw ConfigError(name + ":" + std::to_string(documents.line + 1) +
                         ": starts a second document. Keep one in a file");
     }
-    return YamlMap(documents.front(), name, "");
+    return YamlMap(YAML::Load(text), name, "");
   } catch (const YAML::Exception& e) {
-    throw ConfigError(name + ":" + std::to_string(std::max(e.mark.line + 1, 1)) + ": not YAML: " + e.msg);
+    throw ConfigError(name + ":" + std::to_string(std::max(e.mark.line + 1, 1)) + ": not YAML: " + in_one_line(e.msg));
   }
 }
 
@@ -207,8 +240,8 @@ void YamlMap::fail(std::string_view key, std::string_view what) const {
 
 void YamlMap::fail_at(const YAML::Mark& mark, std::string_view key, std::string_view what) const {
   const std::string name = path_of(key);
-  throw ConfigError(file_.string() + ":" + std::to_string(std::max(mark.line + 1, 1)) + ": " + name +
-                    (name.empty() ? "" : " ") + std::string(what));
+  throw ConfigError(file_.string() + ":" + std::to_string(std::max(mark.line + 1, 1)) + ": " +
+                    in_one_line(name + (name.empty() ? "" : " ") + std::string(what)));
 }
 
 }  // namespace emtb

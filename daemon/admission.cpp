@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -115,6 +116,7 @@ void Admission::refuse_unless_ready(const Experiment& experiment) const {
   if (needs.field) need_field(experiment);
   if (needs.temperature) need_temperature(experiment, *needs.temperature);
   if (needs.idle) need_idle(experiment, *needs.idle);
+  need_memory();
   need_room(experiment);
 }
 
@@ -162,6 +164,17 @@ void Admission::need_idle(const Experiment& experiment, double minutes) const {
   refuse(experiment, "idle",
          "a cold motor: " + json(minutes).dump() + " min without a run, but the last one ended " +
              json(std::floor(idle * 10) / 10).dump() + " min ago. Wait");
+}
+
+/// HDF5 does not survive in every case that memory runs out in the middle of a recording.
+void Admission::need_memory() const {
+  constexpr std::size_t needed = 48 << 20;    // [bytes] caches and buffers of a session, twice
+  void* volatile held = std::malloc(needed);  // volatile: or the compiler takes it for granted
+  std::free(held);
+  if (held != nullptr) return;
+  throw Refusal(rpc::code::cannot_record,
+                "a recording needs " + std::to_string(needed >> 20) +
+                    " MB of memory, which are not free. End other programs, or give emtbd more");
 }
 
 void Admission::need_room(const Experiment& experiment) const {

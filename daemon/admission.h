@@ -46,6 +46,7 @@ class Admission {
   void need_field(const Experiment& experiment) const;
   void need_temperature(const Experiment& experiment, double highest) const;
   void need_idle(const Experiment& experiment, double minutes) const;
+  void need_memory() const;
   void need_room(const Experiment& experiment) const;
   double reading(Signal signal) const;
 

@@ -78,7 +78,8 @@ class Params {
 
 using Method = std::function<nlohmann::json(const Params&, const Peer&)>;
 
-/// A result that takes its time: asked again and again, without ever waiting; null until it is there. May throw Refusal.
+/// A result that takes its time: asked again and again, without ever waiting; null until it is there. May throw
+/// Refusal.
 using Later = std::function<nlohmann::json()>;
 using SlowMethod = std::function<Later(const Params&, const Peer&)>;
 

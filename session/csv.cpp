@@ -133,6 +133,10 @@ class Rows {
     const std::string_view cell = table_.cells()[column.cell];
     if (cell.empty()) return;
     const double value = column.scale * numbers_.parse(cell, column.name) + column.offset;
+    if (std::abs(value) > largest_reading) {
+      table_.fail("column " + shown(column.name) + ": " + shortest(value) +
+                  " is no reading of a bench. Leave the cell empty where there is none");
+    }
     if (column.signal == Signal::armature_open && value != 0 && value != 1) {
       table_.fail("column " + shown(column.name) + ": armature_open is " + shortest(value) +
                   ". It must be 0 (closed) or 1 (open)");

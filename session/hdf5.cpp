@@ -29,7 +29,8 @@ Series read_series(const StoredSession& session, const StoredSession::StoredSign
   double last = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < series.t.size(); ++i) {
     const bool finite = std::isfinite(series.t[i]) && std::isfinite(series.value[i]);
-    if (finite && series.t[i] > last) {
+    const bool credible = std::abs(series.value[i]) <= largest_reading && std::abs(series.t[i]) <= largest_reading;
+    if (finite && credible && series.t[i] > last) {
       last = series.t[i];
       continue;
     }
@@ -40,6 +41,7 @@ Series read_series(const StoredSession& session, const StoredSession::StoredSign
     }
     const std::string row = "row " + std::to_string(i) + " ";
     if (!finite) session.fail(object, row + "is not finite. Leave out rows without a reading");
+    if (!credible) session.fail(object, row + "is no reading of a bench: " + shortest(series.value[i]));
     session.fail(object + "/t", row + "goes back from " + shortest(last) + " to " + shortest(series.t[i]) +
                                     " s. Time must increase; mark runs with events of code " +
                                     std::to_string(event_code::run));

@@ -18,6 +18,9 @@ struct Series {
   std::string source;         ///< the device and channel, or the file's column
 };
 
+/// No bench reads more, in whatever unit of SI; beyond it sums of squares are no numbers any more.
+inline constexpr double largest_reading = 1e30;
+
 /// Something that happened during a session.
 struct Event {
   double t = 0;  ///< [s]

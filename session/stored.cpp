@@ -92,7 +92,7 @@ std::vector<double> StoredSession::numbers(const std::string& object, const h5::
     return h5::numbers(column, first, count);
   } catch (const h5::Failure& e) {
     fail(object, "cannot be read" + std::string(e.what()) +
-                     (opened.abrupt ? ". Its recording ended abruptly: repair it, as emtbd does at its start" : ""));
+                     (opened.abrupt ? ". Its recording ended abruptly: repair it: emtbd --repair FILE" : ""));
   }
 }
 

@@ -1,11 +1,16 @@
+#include <algorithm>
+#include <cmath>
 #include <iostream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "analysis/check/check.h"
 #include "config/mapping.h"
 #include "config/model.h"
+#include "hal/error.h"
 #include "report/findings.h"
 #include "report/result_json.h"
+#include "report/text.h"
 #include "session/spec.h"
 #include "tools/checked.h"
 #include "tools/commands.h"
@@ -41,6 +46,20 @@ int check_command(const CheckOptions& o) {
 }
 
 }  // namespace
+
+void refuse_slow_readings(std::span<const Run> runs) {
+  constexpr double slowest = 5;  // [s] between readings; a motor's time constants are fractions of a second
+  for (const Run& run : runs) {
+    double fastest = std::numeric_limits<double>::infinity();
+    for (const auto& [signal, series] : run.signals) {
+      if (series.t.size() < 2) continue;
+      fastest = std::min(fastest, (series.t.back() - series.t.front()) / static_cast<double>(series.t.size() - 1));
+    }
+    if (!std::isfinite(fastest) || fastest <= slowest) continue;
+    throw Error(run.name + ": its readings are " + pretty(fastest, 3) +
+                " s apart, too far to see a motor turn. If its times are in ms, say so: --map FILE with time_unit: ms");
+  }
+}
 
 bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, const Model& model, bool unchecked,
                    std::ostream& say) {

@@ -16,6 +16,10 @@ namespace emtb {
 bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, const Model& model, bool unchecked,
                    std::ostream& say);
 
+/// Readings that are far apart are those of other times than the file says, and a simulation from one to the next would
+/// take all memory. @throws Error
+void refuse_slow_readings(std::span<const Run> runs);
+
 /// What `--only`, `--without`, `--explain` and `--unchecked` do, for help.
 inline constexpr const char* only_help =
     "tries these effects alone, and what they need: ids, with commas or one by one";

@@ -54,7 +54,9 @@ struct ModelOptions {
   bool fit = false, plot = false, intervals = false, unchecked = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
-    return read_runs(specs, map.empty() ? Mapping{} : read_mapping(map));
+    auto all = read_runs(specs, map.empty() ? Mapping{} : read_mapping(map));
+    refuse_slow_readings(all);
+    return all;
   }
 
   /// Those that fit and those that judge; nothing where a finding stops it.
@@ -361,7 +363,10 @@ int compare_command(const ModelOptions& o) {
   print_where(c.where, c.signals);
   if (o.plot || isatty(STDOUT_FILENO) == 1) plot_worst(runs, model);
   finish_model(o, model);
-  return 0;
+  if (std::isfinite(c.error)) return 0;
+  std::cerr
+      << "emtb: the error is no number: the simulation leaves all bounds. Calibrate the model, or see emtb check\n";
+  return 1;
 }
 
 /// The error from step to step, as bars.

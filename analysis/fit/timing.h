@@ -16,8 +16,9 @@ namespace emtb {
 /// sensitivities projected off. Within one sample only: what is later is a delay of the driver, an effect, and where
 /// the model has an effect that shapes the driver's edges, that alone says how late they come.
 ///
-/// A card reads one channel after the other, and some loggers a sensor from the row before: by which part of a sample an
-/// instrument is behind the others is found likewise, but for those of which an effect of the model says how they read.
+/// A card reads one channel after the other, and some loggers a sensor from the row before: by which part of a sample
+/// an instrument is behind the others is found likewise, but for those of which an effect of the model says how they
+/// read.
 /// @param fitted to these records
 Timing fitted_timing(std::span<const Record> records, const Model& fitted);
 

@@ -110,5 +110,11 @@ TEST(Yaml, AnEmptyFileIsEmptyNotUnreadable) {
   EXPECT_THAT(complaint([&] { YamlMap::load(file.path()); }), HasSubstr(":1: is empty"));
 }
 
+TEST(Yaml, NoTextMakesDocumentsWithoutEnd) {
+  for (const char* text : {",a: b\n", "]", "}\n", "a: 1\n]\n", ", , ,"}) {
+    EXPECT_THROW(YamlMap::parse(text, "f.yaml"), ConfigError) << text;
+  }
+}
+
 }  // namespace
 }  // namespace emtb

@@ -241,5 +241,21 @@ TEST_F(BenchInService, ManyRunsInARowEachHaveTheirOwnFile) {
   EXPECT_EQ(files.size(), 5u);
 }
 
+TEST_F(BenchInService, IdleIsCountedByAClockThatNobodySets) {
+  const auto file = write("before.h5", "");
+  std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() + std::chrono::hours(1));
+  start();
+  Client client(path("sock"));
+  client.call("reset", {});
+  const auto why = [&] {
+    return message_of<rpc::Refusal>([&] {
+      client.call("run", {{"profile", level + std::string("needs: {idle: 20}\n")}});
+    });
+  };
+  EXPECT_THAT(why(), HasSubstr("ended 0.0 min ago")) << "a session of the future says only that the clock was set";
+  std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  EXPECT_THAT(why(), HasSubstr("ended 0.0 min ago")) << "whatever the files say later";
+}
+
 }  // namespace
 }  // namespace emtb

@@ -168,6 +168,21 @@ TEST_F(RecorderTest, ADiskThatFillsAtTheVeryEndIsToldToo) {
   EXPECT_FALSE(closed[0].complete);
 }
 
+TEST_F(RecorderTest, WhatIsNotTheFilesFaultEndsTheRunNamedToo) {
+  open();
+  sample(Signal::omega, 0);
+  recorder.give_up("the memory that is free is not enough");
+  EXPECT_TRUE(failed);
+  end(Outcome::fault, Fault::recorder_failed);
+  recorder.work(0);
+  ASSERT_EQ(closed.size(), 1u);
+  EXPECT_FALSE(closed[0].complete);
+  EXPECT_THAT(closed[0].text, HasSubstr("recorder_failed"));
+  EXPECT_THAT(closed[0].text, HasSubstr("memory"));
+  recorder.give_up("again");
+  EXPECT_FALSE(failed) << "without a run there is none to end";
+}
+
 TEST_F(RecorderTest, FaultsWithoutARunGoToTheLog) {
   ring.push({.kind = Record::Kind::event, .code = 301, .signal = Signal::omega});
   recorder.work(0);

@@ -28,6 +28,7 @@
 #include "hal/error.h"
 #include "server/client.h"
 #include "session/spec.h"
+#include "session/writer.h"
 #include "tests/plant_bench.h"
 #include "tests/process.h"
 
@@ -99,7 +100,8 @@ class Proof {
     Kill kill{.outcome = "readable", .safe_after = at > 0 ? at - killed : never};
     daemon_.reset();
     client_.reset();
-    launch();  // which repairs the session
+    launch();  // which repairs the session, when it is in service
+    eventually([&] { return !ended_abruptly(started["session"].get<std::string>()); }, 20);
     try {
       const Session session = read_session(started["session"].get<std::string>());
       const auto& runs = session.runs;

@@ -109,6 +109,11 @@ TEST_F(Csv, OfTwoColumnsOfOneSignalNoneIsDroppedInSilence) {
               HasSubstr("columns `omega_rpm` and `omega_deg_s` are both omega. Rename the one that shall not count"));
 }
 
+TEST_F(Csv, WhatNoBenchReadsIsRefused) {
+  EXPECT_THAT(message_of<SessionError>([&] { session("t_s,omega_rad_s\n0,1\n1,-1e308\n"); }),
+              HasSubstr(":3: column omega_rad_s: -1e+308 is no reading of a bench"));
+}
+
 TEST_F(Csv, ARunColumnSplitsTheFileAndEachRunStartsAtZero) {
   const Session s = session("run,t_s,omega_rad_s\nb,10,1\nb,10.1,2\na,3.1,3\nb,10.2,4\na,3.2,5\n");
   ASSERT_EQ(s.runs.size(), 2u);

@@ -114,6 +114,17 @@ TEST_F(DaemonCommands, WhatIsNoRegularFileIsRefusedAtOnceWhereverAFileIsRead) {
   }
 }
 
+TEST_F(DaemonCommands, TimesInMillisecondsAreNoticedBeforeTheyTakeAllMemory) {
+  std::string text = "t_s,u_ref_V,e_a_V,omega_rad_s\n";
+  for (int k = 0; k < 3000; ++k) text += std::to_string(20 * k) + ",3,55," + std::to_string(70 + k % 2) + "\n";
+  const auto model = (std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml").string();
+  for (const char* command : {"compare", "calibrate"}) {
+    EXPECT_EQ(call({command, model, write("ms.csv", text)}), 2);
+    EXPECT_THAT(last->err(), HasSubstr("readings are 20 s apart"));
+    EXPECT_THAT(last->err(), HasSubstr("time_unit: ms"));
+  }
+}
+
 TEST_F(DaemonCommands, StopSaysWhetherARunWasOn) {
   start();
   EXPECT_EQ(call({"stop"}), 0);

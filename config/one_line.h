@@ -1,0 +1,17 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+namespace emtb {
+
+/// A message that may hold what stands in a file: in one line, and no longer than a person reads.
+inline std::string in_one_line(std::string message) {
+  constexpr std::size_t longest = 1000;
+  if (message.size() > longest) message = message.substr(0, longest) + " ...";
+  std::ranges::replace_if(
+      message, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
+  return message;
+}
+
+}  // namespace emtb
