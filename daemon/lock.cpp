@@ -42,18 +42,29 @@ std::filesystem::path lock_folder() {
 PathLock::PathLock(const std::filesystem::path& path, const std::string& what) {
   struct stat about {};
   if (stat(path.c_str(), &about) != 0) throw Error(path.string() + ": the " + what + " cannot be opened: " + reason());
-  const auto lock = lock_file(about);
-  file_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (file_ < 0) throw Error(lock.string() + ": the lock of the " + what + " cannot be opened: " + reason());
-  if (flock(file_, LOCK_EX | LOCK_NB) == 0) return;
-  const bool taken = errno == EWOULDBLOCK;
-  const std::string why = reason();
-  close(file_);
-  throw Error(path.string() + ": " +
-              (taken ? "another emtbd uses this " + what + ". Stop it first, or give another"
-                     : "the " + what + " cannot be locked: " + why));
+  lock_ = lock_file(about);
+  while (true) {
+    file_ = open(lock_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (file_ < 0) throw Error(lock_.string() + ": the lock of the " + what + " cannot be opened: " + reason());
+    if (flock(file_, LOCK_EX | LOCK_NB) != 0) {
+      const bool taken = errno == EWOULDBLOCK;
+      const std::string why = reason();
+      close(file_);
+      throw Error(path.string() + ": " +
+                  (taken ? "another emtbd uses this " + what + ". Stop it first, or give another"
+                         : "the " + what + " cannot be locked: " + why));
+    }
+    // Whoever held it may have removed it between our two calls: then it is locked, but nobody would find it.
+    struct stat ours {
+    }, there{};
+    if (fstat(file_, &ours) == 0 && stat(lock_.c_str(), &there) == 0 && ours.st_ino == there.st_ino) return;
+    close(file_);
+  }
 }
 
-PathLock::~PathLock() { close(file_); }
+PathLock::~PathLock() {
+  unlink(lock_.c_str());
+  close(file_);
+}
 
 }  // namespace emtb

@@ -19,6 +19,7 @@ class PathLock {
   PathLock& operator=(const PathLock&) = delete;
 
  private:
+  std::filesystem::path lock_;
   int file_ = -1;
 };
 

@@ -24,6 +24,12 @@ TEST_F(LockTest, IsHeldByOneAndFreeAfterwards) {
   EXPECT_THAT(message_of<Error>([&] { PathLock(file, "bench"); }), HasSubstr("another emtbd uses this bench"));
   first.reset();
   EXPECT_NO_THROW(PathLock(file, "bench"));
+  struct stat about {};
+  ASSERT_EQ(stat(file.c_str(), &about), 0);
+  for (const auto& entry : std::filesystem::directory_iterator(lock_folder())) {
+    EXPECT_EQ(entry.path().string().find("-" + std::to_string(about.st_ino) + ".lock"), std::string::npos)
+        << "an orderly end leaves nothing behind";
+  }
 }
 
 TEST_F(LockTest, LocksFoldersAndLeavesNothingInThem) {
