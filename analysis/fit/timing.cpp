@@ -123,8 +123,8 @@ class TimingSearch {
       without_a.row(c).setZero();
       without_a.col(c).setZero();
       const auto left = [&](const Eigen::VectorXd& x) { return 0.5 * x.dot(a * x) - b.dot(x); };
-      const double gained = left(least_within_one(without_a, b)) - left(least_within_one(a, b));
-      if (gained < clear || least_within_one(a, b)[c] < least) {
+      const Eigen::VectorXd with = least_within_one(a, b);
+      if (left(least_within_one(without_a, b)) - left(with) < clear || with[c] < least) {
         a = without_a;
         b[c] = 0;
       }

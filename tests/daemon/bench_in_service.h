@@ -11,6 +11,7 @@
 
 #include "daemon/daemon.h"
 #include "server/client.h"
+#include "tests/emtbd.h"
 #include "tests/faulty_device.h"
 #include "tests/process.h"
 #include "tests/session/scratch.h"
@@ -95,15 +96,6 @@ class BenchInService : public Scratch {
                                                         .room = [this] { return room.load(); }});
   }
 
-  static nlohmann::json ended(Client& client) {
-    nlohmann::json end;
-    eventually([&] {
-      const auto message = client.notification(1);
-      if (message && (*message)["method"] == "ended") end = (*message)["params"];
-      return !end.is_null();
-    });
-    return end;
-  }
   static int refusal(Client& client, const std::string& method,
                      const nlohmann::json& params = nlohmann::json::object()) {
     try {

@@ -30,7 +30,7 @@ TEST_F(BenchInService, WhatAProfileNeedsIsAskedBeforeTheRun) {
   ASSERT_TRUE(eventually([&] { return client.call("status", {})["signals"]["omega"]["value"] == 0.5; }));
   client.call("subscribe", {{"rate", 50}});
   client.call("run", {{"profile", level + std::string("needs: {at_rest: true, idle: 10}\n")}});
-  EXPECT_EQ(ended(client)["outcome"], "done") << "no run before: cold";
+  EXPECT_EQ(end_of_run(client)["outcome"], "done") << "no run before: cold";
   EXPECT_THAT(why("needs: {idle: 10}\n"), HasSubstr("10.0 min without a run"));
 }
 
@@ -46,7 +46,7 @@ TEST_F(BenchInService, WaitsForAPersonWhereAProfileSaysSo) {
   ASSERT_TRUE(eventually([&] { return (run = client.call("status", {})["run"])["pause"].is_object(); }));
   EXPECT_EQ(run["pause"]["say"], "set the brake");
   Client(path("sock")).call("confirm", {});  // from another terminal
-  EXPECT_EQ(ended(client)["outcome"], "done");
+  EXPECT_EQ(end_of_run(client)["outcome"], "done");
   const Session session = read_session(started["session"].get<std::string>());
   EXPECT_EQ(session.attributes.at("brake"), "0.2 N m");
   EXPECT_TRUE(std::ranges::any_of(session.events, [](const Event& e) { return e.text == "pause 1: confirmed"; }));
@@ -69,7 +69,7 @@ TEST_F(BenchInService, ADiskThatIsBusyDelaysNoLiveEstimate) {
   EXPECT_TRUE(eventually([&] { return samples() > before + 100; })) << before;
   disk_busy = false;
   client.call("stop", {});
-  EXPECT_EQ(ended(client)["outcome"], "stopped");
+  EXPECT_EQ(end_of_run(client)["outcome"], "stopped");
 }
 
 TEST_F(BenchInService, RunsAnExperimentOverTheSocketFromEndToEnd) {
@@ -80,7 +80,7 @@ TEST_F(BenchInService, RunsAnExperimentOverTheSocketFromEndToEnd) {
   EXPECT_EQ(client.call("reset", {})["state"], "armed");
   client.call("subscribe", {{"rate", 50}});
   const json started = client.call("run", {{"profile", level}, {"note", "a note"}, {"operator", "me"}});
-  const json end = ended(client);
+  const json end = end_of_run(client);
   EXPECT_EQ(end["outcome"], "done") << end;
   EXPECT_EQ(end["session"], started["session"]);
   EXPECT_EQ(client.call("status", {})["state"], "armed");
@@ -110,7 +110,7 @@ TEST_F(BenchInService, ANearlyFullDiskRefusesARunAndEndsOneWell) {
   client.call("subscribe", {{"rate", 1}});
   client.call("run", {{"profile", endless}});
   room = disk_reserve - 1;
-  const json end = ended(client);
+  const json end = end_of_run(client);
   EXPECT_EQ(end["fault"]["code"], 503) << end;
   EXPECT_TRUE(end["complete"]);
   EXPECT_TRUE(read_session(end["session"].get<std::string>()).complete);
@@ -152,7 +152,7 @@ TEST_F(BenchInService, OneControlsOthersReadAndAnybodyStops) {
   EXPECT_EQ(status["run"]["controller"]["uid"], getuid());
   EXPECT_EQ(status["clients"].size(), 2u);
   other.call("stop", {});
-  const json end = ended(owner);
+  const json end = end_of_run(owner);
   EXPECT_EQ(end["outcome"], "stopped");
   EXPECT_EQ(output->volts, 0);
 }
@@ -181,7 +181,7 @@ TEST_F(BenchInService, AFaultEndsTheRunNamesItAndIsInTheSession) {
   client.call("run", {{"profile", endless}});
   EXPECT_TRUE(eventually([&] { return output->volts == 3; }));
   card->set(Signal::omega, 200);
-  const json end = ended(client);
+  const json end = end_of_run(client);
   EXPECT_EQ(end["outcome"], "fault");
   EXPECT_EQ(end["fault"]["code"], 101);
   EXPECT_THAT(end["fault"]["text"].get<std::string>(), HasSubstr("omega = 200 rad/s"));
@@ -234,7 +234,7 @@ TEST_F(BenchInService, ManyRunsInARowEachHaveTheirOwnFile) {
   std::set<std::string> files;
   for (int i = 0; i < 5; ++i) {
     client.call("run", {{"profile", level}});
-    const json end = ended(client);
+    const json end = end_of_run(client);
     EXPECT_EQ(end["outcome"], "done") << end;
     files.insert(end["session"]);
   }

@@ -29,6 +29,16 @@ class StopTest : public BenchInService {
     ask("run", {{"profile", endless}});
     EXPECT_TRUE(eventually([&] { return output->volts == 3; }));
   }
+  /// No reading comes, and is not missed yet: arming goes on.
+  void start_with_a_silent_card() {
+    card_period = 100;  // [s]
+    start();
+    card->failure = Failure::stall;
+  }
+  static void ask_to_arm(const RawClient& client) {
+    client.send(R"({"jsonrpc":"2.0","id":1,"method":"reset"})"
+                "\n");
+  }
   json stop() { return stop_now(path("sock")); }
 };
 
@@ -67,7 +77,7 @@ TEST_F(StopTest, WithoutARunItStopsNothingAndLeavesTheBenchArmed) {
   EXPECT_EQ(client.call("status", {})["state"], "armed");
   client.call("subscribe", {{"rate", 50}});
   client.call("run", {{"profile", level}});
-  EXPECT_EQ(ended(client)["outcome"], "done") << "a stop is of what was asked before it";
+  EXPECT_EQ(end_of_run(client)["outcome"], "done") << "a stop is of what was asked before it";
 }
 
 TEST_F(StopTest, ItStopsWhereEveryPlaceAtTheSocketIsTaken) {
@@ -109,13 +119,9 @@ TEST_F(StopTest, ItStopsWhereTheProcessHasNoDescriptorLeft) {
 }
 
 TEST_F(StopTest, ItEndsAnArmingAndAResetThatWaitsKeepsNobodyElseWaiting) {
-  card_period = 100;  // [s] no reading comes, and is not missed yet: arming goes on
-  card_period = 100;
-  start();
-  card->failure = Failure::stall;
+  start_with_a_silent_card();
   RawClient arming(path("sock"));
-  arming.send(R"({"jsonrpc":"2.0","id":1,"method":"reset"})"
-              "\n");
+  ask_to_arm(arming);
   Client other(path("sock"));
   ASSERT_TRUE(eventually([&] { return other.call("status", {})["state"] == "arming"; }))
       << "others are answered meanwhile";
@@ -126,12 +132,9 @@ TEST_F(StopTest, ItEndsAnArmingAndAResetThatWaitsKeepsNobodyElseWaiting) {
 }
 
 TEST_F(StopTest, TheMethodEndsAnArmingToo) {
-  card_period = 100;
-  start();
-  card->failure = Failure::stall;
+  start_with_a_silent_card();
   RawClient arming(path("sock"));
-  arming.send(R"({"jsonrpc":"2.0","id":1,"method":"reset"})"
-              "\n");
+  ask_to_arm(arming);
   Client other(path("sock"));
   ASSERT_TRUE(eventually([&] { return other.call("status", {})["state"] == "arming"; }));
   other.call("stop", {});
@@ -198,7 +201,7 @@ TEST_F(StopTest, ARunMayHaveMorePointsThanAnyOtherRequest) {
   const std::string profile = "name: dense\nkind: knots\ntimes: [" + times + "]\nvalues: [" + values + "]\n";
   ASSERT_GT(profile.size(), 4 * UnixSocketServer::longest_line);
   client.call("run", {{"profile", profile}});
-  EXPECT_EQ(ended(client)["outcome"], "done");
+  EXPECT_EQ(end_of_run(client)["outcome"], "done");
   RawClient other(path("sock"));
   other.send(R"({"jsonrpc":"2.0","id":1,"method":"estimates","params":{"model":")" +
              std::string(UnixSocketServer::longest_line, 'x'));
@@ -221,7 +224,7 @@ TEST_F(StopTest, ARecordingThatIsDeletedEndsTheRunAndIsNeverCalledComplete) {
     } else {
       std::filesystem::remove(file);
     }
-    const json end = ended(client);
+    const json end = end_of_run(client);
     EXPECT_EQ(end["outcome"], "fault") << end;
     EXPECT_EQ(end["fault"]["code"], 501);
     EXPECT_THAT(end["fault"]["text"].get<std::string>(), HasSubstr("not there any more"));
