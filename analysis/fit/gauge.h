@@ -52,8 +52,8 @@ std::vector<std::size_t> places_to_hold(std::span<const Record> records, const M
 Model hold(std::span<const Record> records, const Model& given, const Model& fitted,
            std::span<const std::size_t> places);
 
-/// A fitted model whose pins lie where the model as given was pinned, with those that may now lie nearer to what is known
-/// moved there: what a model lacks bends its valley, and an effect straightens it. None where all stay.
+/// A fitted model whose pins lie where the model as given was pinned, with those that may now lie nearer to what is
+/// known moved there: what a model lacks bends its valley, and an effect straightens it. None where all stay.
 /// @param given without pins, for the values given
 std::optional<Model> held_nearer(std::span<const Record> records, const Model& given, const Model& fitted);
 

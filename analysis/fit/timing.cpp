@@ -31,10 +31,14 @@ bool models_edges(const Model& model) {
       model.effects, [&](const IncludedEffect& e) { return model.about(e.effect).family == Family::driver_edges; });
 }
 
-/// Says an effect of the model itself how an instrument reads?
-bool models_reading(const Model& model, Signal signal) {
-  return std::ranges::any_of(model.effects,
-                             [&](const IncludedEffect& e) { return model.about(e.effect).reads == signal; });
+/// Says an effect of the model itself how late a signal is? That of its instrument, or what holds the current back.
+/// Terminals that are read behind the reference are a driver's matter.
+bool models_lateness(const Model& model, Signal signal) {
+  if (signal == Signal::e_a) return true;
+  return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
+    const EffectInfo& about = model.about(e.effect);
+    return about.reads == signal || (signal == Signal::i_a && about.stage == Stage::armature && about.quick);
+  });
 }
 
 /// The minimum of a quadratic form  ½ xᵀAx − bᵀx  with each x from 0 to 1, one after the other.
@@ -85,7 +89,7 @@ class TimingSearch {
     constexpr double least = 0.1;  // of a sample
     std::vector<Signal> signals;
     for (const Residuals& r : known_) {
-      if (models_reading(model_, r.signal) || std::ranges::find(signals, r.signal) != signals.end()) continue;
+      if (models_lateness(model_, r.signal) || std::ranges::find(signals, r.signal) != signals.end()) continue;
       signals.push_back(r.signal);
     }
     timing.late.clear();

@@ -65,6 +65,8 @@ class CardBench : public Scratch {
     library_ = library;
     std::string text = read(EMTB_SOURCE_DIR "/config/benches/" + bench);
     text.erase(text.find("  meter:\n"));
+    const std::size_t limit = text.find("  i_a: 2 ");  // which only the meter could guard
+    text.erase(limit, text.find('\n', limit) + 1 - limit);
     text.replace(text.find(from), from.size(), to);
     config = write("bench.yaml", text);
     emtbd = std::make_unique<Process>(with_card(emtbd_words(config, path(""))), path("emtbd"));

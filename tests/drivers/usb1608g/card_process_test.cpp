@@ -43,17 +43,6 @@ TEST_F(Usb1608gBench, RunsAWholeStepExperimentThroughTheCard) {
   EXPECT_EQ(board.output(0), 0);
 }
 
-TEST_F(Usb1608gBench, ThatIsKilledIsMadeSafeBySafe) {
-  begin_run(*daemon, "name: step\nkind: step\nlevel: 3\nbefore: 0\nhold: 60\nafter: 0\n");
-  ASSERT_TRUE(eventually([&] { return board.output(0) > 2.9; }, 20)) << emtbd->err();
-  emtbd->signal(SIGKILL);
-  emtbd->wait();
-  EXPECT_GT(board.output(0), 2.9) << "the card knows of nothing: a motor that turns";
-  Process safe(with_card({EMTBD, "--config", config.string(), "--safe"}), path("safe"));
-  EXPECT_EQ(safe.wait(), 0) << safe.err();
-  EXPECT_EQ(board.output(0), 0);
-}
-
 TEST_F(Usb1608gBench, WhoseCableIsPulledEndsTheRunByName) {
   begin_run(*daemon, "name: step\nkind: step\nlevel: 2\nbefore: 0\nhold: 60\nafter: 0\n");
   ASSERT_TRUE(eventually([&] { return board.output(0) > 1.9; }, 20)) << emtbd->err();
