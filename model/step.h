@@ -150,7 +150,8 @@ class Machine : public Motion<Scalar> {
   };
 
   Scalar first_current(const InitialState& initial, const StepInput& in) const {
-    if (initial.i_a) return Scalar(*initial.i_a);
+    const bool on_the_way = initial.as_read && initial.omega != 0;
+    if (initial.i_a || !on_the_way) return Scalar(initial.i_a.value_or(0));
     if (structure_.input == Signal::i_a) return Scalar(in.i_a);
     const Scalar e = structure_.measured_voltage ? Scalar(in.e_a_end) : driver_.voltage();
     const Scalar current = (e - equations_.p[base::K_b] * omega) / equations_.p[base::R_a];

@@ -75,9 +75,9 @@ struct ModelStructure {
 
 /// The state at the start of a run.
 struct InitialState {
-  double omega = 0;                ///< [rad/s]
-  double theta = 0;                ///< [rad]
-  std::optional<double> i_a;       ///< [A]; absent: what voltage and speed leave for it
+  double omega = 0;           ///< [rad/s]
+  double theta = 0;           ///< [rad]
+  std::optional<double> i_a;  ///< [A]; absent: none, or of a shaft that was read to turn, what voltage and speed leave
   std::optional<double> e_driver;  ///< [V] at its terminals; absent: settled at the first reference
   double e_driver_slope = 0;       ///< [V/s] with which it moves: what a lag of the driver has yet to follow
   bool as_read = false;            ///< omega and i_a, where they are not 0, are readings, with all that sensors err
