@@ -99,12 +99,13 @@ json to_json(const LiveMisfitReport& misfit) {
 
 json to_json(const LiveEstimator& estimator, const std::string& model, std::uint64_t lost) {
   const LiveEstimates e = estimator.estimates();
-  json parameters = json::object(), states = json::object(), innovation = json::object();
+  json parameters = json::object(), states = json::object(), innovation = json::object(), left = json::object();
   for (const LiveParameter& p : e.parameters) {
     parameters[p.name] = {{"value", finite_or_null(p.value)},
                           {"std_error", p.fixed ? json(nullptr) : finite_or_null(p.std_error)},
                           {"unit", p.unit},
                           {"excited", p.excited},
+                          {"at_bound", p.at_bound},
                           {"fixed", p.fixed}};
   }
   for (const auto& [signal, value] : e.states) {
@@ -116,6 +117,7 @@ json to_json(const LiveEstimator& estimator, const std::string& model, std::uint
                                                     {"sigma", finite_or_null(i.sigma)},
                                                     {"unit", info(i.signal).unit}};
   }
+  for (const auto& [signal, floors] : e.left) left[std::string(info(signal).name)] = finite_or_null(floors);
   return {{"model", model},
           {"t", e.t},
           {"samples", e.samples},
@@ -125,6 +127,8 @@ json to_json(const LiveEstimator& estimator, const std::string& model, std::uint
           {"parameters", parameters},
           {"states", states},
           {"innovation", innovation},
+          {"fits", e.fits},
+          {"left", left},
           {"left_out", e.left_out},
           {"misfit", to_json(e.misfit)}};
 }

@@ -7,6 +7,7 @@
 #include "config/model.h"
 #include "figures/number.h"
 #include "report/figures_of_diagnosis.h"
+#include "report/rest_words.h"
 #include "report/sha256.h"
 #include "report/symbols.h"
 #include "report/words.h"
@@ -138,6 +139,7 @@ void data_section(Page& page, const ReportInput& in, const Dataset& data) {
       "Where the voltage moves fast or a measured input is noisy, a reading's σ is widened by what timing and that "
       "noise allow "
       "any model to know; the grey bands show it.");
+  page.paragraph("Timing: " + in_words(data.timing, data.interval(), in.model) + ".");
   readings_tables(page, in, data);
   signals_lacking(page, in);
   page.subsection("As recorded");

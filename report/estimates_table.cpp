@@ -58,6 +58,19 @@ std::string misfit_lines(const json& misfit) {
   return text;
 }
 
+/// `the model does not fit: it leaves omega 5.3 times its noise. These values are not to be trusted, ...`
+std::string does_not_fit(const json& left) {
+  std::string name;
+  double most = 0;
+  for (const auto& [signal, floors] : left.items()) {
+    if (!floors.is_number() || floors.get<double>() < most) continue;
+    most = floors.get<double>();
+    name = signal;
+  }
+  return "the model does not fit: what it leaves of " + name + " is " + pretty(most, 2) +
+         " times the noise. These values are not to be trusted, whatever their errors say";
+}
+
 }  // namespace
 
 std::string estimates_table(const json& now) {
@@ -71,11 +84,14 @@ std::string estimates_table(const json& now) {
     const auto [value, error] = value_and_error(p);
     const bool fixed = p["fixed"].get<bool>();
     parameters.row({name, value, error, p["unit"].get<std::string>(),
-                    fixed                      ? "fixed"
-                    : p["excited"].get<bool>() ? "excited"
-                                               : "not excited"});
+                    fixed                       ? "fixed"
+                    : p["at_bound"].get<bool>() ? "at its bound: no estimate"
+                    : p["excited"].get<bool>()  ? "excited"
+                                                : "not excited"});
   }
-  text += parameters.text() + "\n";
+  text += parameters.text();
+  if (!now["fits"].get<bool>()) text += does_not_fit(now["left"]) + "\n";
+  text += "\n";
   Table signals({"signal", "model", "innovation", "in noise", "unit"});
   for (const auto& [name, i] : now["innovation"].items()) {
     const auto state = now["states"].find(name);

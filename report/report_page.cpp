@@ -13,6 +13,7 @@
 #include "report/investigation_story.h"
 #include "report/next_steps.h"
 #include "report/parameter_section.h"
+#include "report/rest_words.h"
 #include "report/symbols.h"
 #include "report/verdict.h"
 #include "report/words.h"
@@ -41,10 +42,14 @@ void verdict_section(Page& page, const ReportInput& in, const Diagnosis& d) {
     page.paragraph(name + " (`" + std::string(e.id) + "`): " + std::string(e.what) + " " + "Equation: `" +
                    std::string(e.equation) + "`.");
   }
+  for (std::string line : in_words(d.signals)) {
+    line[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(line[0])));
+    page.paragraph(line + ".");
+  }
   std::vector<std::vector<std::string>> rows;
   for (const auto& [signal, fit] : d.signals) {
     rows.push_back({compared_symbol(signal), printed(fit.rmse, 3), printed_unit(info(signal).unit),
-                    printed(fit.noise.sigma, 3), printed(fit.ratio, 3),
+                    printed(fit.noise.sigma, 3), has_multiples(fit.noise) ? printed(fit.ratio, 3) : "–",
                     printed(std::round(100 * fit.fit_percent) / 100, 4) + " %"});
   }
   page.table("What remains with the final model, on " + judged_on(d), "lrlrrr",

@@ -10,6 +10,7 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/gauge_words.h"
+#include "report/rest_words.h"
 
 namespace emtb {
 namespace {
@@ -37,6 +38,17 @@ json maps_json(const std::vector<ResidualMap>& maps) {
                     {"explained", m.explained}});
   }
   return list;
+}
+
+/// What the instrument does not explain; null where it explains all.
+json rest_json(Signal signal, const Rest& rest) {
+  if (rest.rms <= 0) return nullptr;
+  const auto known = [](double value) { return value > 0 ? number(value) : json(nullptr); };
+  json out{{"rms", number(rest.rms)}, {"lasts", known(rest.lasts)}};
+  if (signal == Signal::omega) out["like_torque"] = known(rest.like);
+  if (signal == Signal::i_a) out["like_voltage"] = known(rest.like);
+  if (rest.like > 0 && rest.applied > 0) out["like_percent"] = 100 * rest.like / rest.applied;
+  return out;
 }
 
 json undetermined_json(const std::vector<Undetermined>& list) {
@@ -85,9 +97,20 @@ json to_json(const std::map<Signal, SignalFit>& signals) {
                          {"rmse", fit.rmse},
                          {"floors", fit.ratio},
                          {"fit_percent", fit.fit_percent},
-                         {"unit", std::string(info(signal).unit)}};
+                         {"unit", std::string(info(signal).unit)},
+                         {"upper_bound", fit.noise.upper_bound},
+                         {"rest", rest_json(signal, fit.rest)}};
   }
   return out;
+}
+
+json timing_json(const Timing& timing, double interval, const Model& model) {
+  json late = json::object();
+  for (const auto& [signal, samples] : timing.late) late[name(signal)] = samples;
+  return {{"acts_after", timing.acts_after},
+          {"held", timing.held},
+          {"late", late},
+          {"text", in_words(timing, interval, model)}};
 }
 
 json parameters_json(const Model& model, const LikelihoodIntervals& intervals, std::span<const Pin> pins) {
@@ -181,6 +204,7 @@ json to_json(const Diagnosis& d) {
                             {"held_out", number(s.held_out)}});
   }
   out["unexplained"] = number(d.final_held_out);
+  out["timing"] = timing_json(d.data->timing, d.data->interval(), d.final);
   out["where"] = maps_json(d.where);
   out["where_final"] = maps_json(d.where_final);
   out["missing_curves"] = {{"base", curves_json(d.missing_base)}, {"final", curves_json(d.missing_final)}};
@@ -195,11 +219,12 @@ json to_json(const Diagnosis& d) {
   return out;
 }
 
-json to_json(const Comparison& c) {
+json to_json(const Comparison& c, const Model& model) {
   json out;
   out["error"] = {{"staged", c.error}, {"chained", c.chained_error}};
   out["signals"] = to_json(c.signals);
   for (const auto& [signal, floors] : c.chained) out["signals"][name(signal)]["chained_floors"] = floors;
+  out["timing"] = timing_json(c.timing, c.interval, model);
   out["failing_unit"] = c.failing_unit ? json(name_of(*c.failing_unit)) : json(nullptr);
   out["where"] = maps_json(c.where);
   return out;

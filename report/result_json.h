@@ -13,8 +13,10 @@ namespace emtb {
 
 /// Results as the contract's JSON (section 6 of the design); what is unknown is null.
 nlohmann::ordered_json to_json(const Diagnosis& diagnosis);
-nlohmann::ordered_json to_json(const Comparison& comparison);
+/// @param model that was compared
+nlohmann::ordered_json to_json(const Comparison& comparison, const Model& model);
 nlohmann::ordered_json to_json(const std::map<Signal, SignalFit>& signals);
+nlohmann::ordered_json timing_json(const Timing& timing, double interval, const Model& model);
 nlohmann::ordered_json rounds_json(const Investigation& investigation);
 
 /// The run that was foretold; null where none was made.

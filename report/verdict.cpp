@@ -6,6 +6,7 @@
 
 #include "figures/number.h"
 #include "report/gauge_words.h"
+#include "report/rest_words.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/words.h"
@@ -16,11 +17,14 @@ namespace {
 
 /// What remains, and the signal that shows it most: the others may be at their floors.
 std::string remainder_in_words(const Diagnosis& d) {
-  std::string text = pretty(d.final_held_out, 3) + " times the noise floor remains";
-  const auto worst =
-      std::ranges::max_element(d.signals, {}, [](const auto& signal_and_fit) { return signal_and_fit.second.ratio; });
-  if (worst == d.signals.end() || d.signals.size() < 2) return text;
-  return text + ", " + pretty(worst->second.ratio, 3) + " in " + std::string(info(worst->first).name);
+  const auto multiples = [](const auto& signal_and_fit) {
+    const SignalFit& fit = signal_and_fit.second;
+    return has_multiples(fit.noise) ? fit.ratio : 0;
+  };
+  const auto worst = std::ranges::max_element(d.signals, {}, multiples);
+  if (worst == d.signals.end() || multiples(*worst) == 0) return "what remains is more than noise";
+  return in_words(worst->first, worst->second) + ". All signals together: " + pretty(d.final_held_out, 3) +
+         " times the noise floor remains";
 }
 
 /// `Coulomb friction (T_c = 0.0547 ± 0.0003 N m)`

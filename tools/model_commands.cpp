@@ -25,6 +25,7 @@
 #include "report/figures_of_diagnosis.h"
 #include "report/gauge_words.h"
 #include "report/progress.h"
+#include "report/rest_words.h"
 #include "report/result_json.h"
 #include "report/symbols.h"
 #include "report/text.h"
@@ -84,7 +85,8 @@ struct ModelOptions {
   }
 };
 
-std::string error_cell(std::optional<double> error) { return error ? pretty(*error, 4) : "-"; }
+/// Of the noise floor, whose own digits end there.
+std::string error_cell(std::optional<double> error) { return error ? pretty(*error, 3) : "-"; }
 
 std::string in_words(const LikelihoodInterval& v) {
   return (v.low_at_bound ? "(bound) " : "") + pretty(v.low, 4) + " to " + pretty(v.high, 4) +
@@ -137,24 +139,6 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     std::cout << "To determine " << (undetermined.size() == 1 ? "it" : "them") << ": "
               << advice_on(undetermined, model, recorded_by(records)) << "\n";
   }
-}
-
-void print_signals(const std::map<Signal, SignalFit>& signals, const std::map<Signal, double>& chained = {}) {
-  std::vector<std::string> heading{"signal", "RMSE", "unit", "noise floor", "from", "RMSE/floor", "fit"};
-  if (!chained.empty()) heading.push_back("chained RMSE/floor");
-  Table table(heading);
-  for (const auto& [signal, f] : signals) {
-    std::vector<std::string> row{std::string(info(signal).name),
-                                 pretty(f.rmse, 3),
-                                 std::string(info(signal).unit),
-                                 pretty(f.noise.sigma, 3),
-                                 std::string(name_of(f.noise.from)) + (f.noise.lower_bound ? " (at least)" : ""),
-                                 pretty(f.ratio, 3),
-                                 pretty(f.fit_percent, 4) + " %"};
-    if (const auto c = chained.find(signal); c != chained.end()) row.push_back(pretty(c->second, 3));
-    table.row(row);
-  }
-  std::cout << table.text();
 }
 
 /// The most telling map of each signal that is above its floor.
@@ -224,7 +208,7 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   if (o.json_file == "-") return c.converged && !blows_up ? 0 : 1;
 
   print_parameters(c.model, c.at_bound, c.identifiability.undetermined, data.train, intervals);
-  std::cout << "error (1 = noise floor): training " << pretty(*entry.train) << ", held-out "
+  std::cout << "error (1 = noise floor): training " << error_cell(entry.train) << ", held-out "
             << error_cell(entry.held_out) << "\n";
   finish_model(o, c.model);
   if (!c.converged)
@@ -252,8 +236,8 @@ int add_command(const ModelOptions& o) {
   extra["before"] = {{"train", error_on(data.train, before.model)},
                      {"held_out", data.held_out.empty() ? json(nullptr) : json(error_on(data.held_out, before.model))}};
   if (o.json_file != "-") {
-    std::cout << "without " << o.effect << ": training " << pretty(extra["before"]["train"].get<double>())
-              << ", held-out " << (data.held_out.empty() ? "-" : pretty(extra["before"]["held_out"].get<double>()))
+    std::cout << "without " << o.effect << ": training " << error_cell(extra["before"]["train"].get<double>())
+              << ", held-out " << (data.held_out.empty() ? "-" : error_cell(extra["before"]["held_out"].get<double>()))
               << "\n";
   }
   const Fit begun = begun_refit_with(data.train, before, effect);
@@ -294,22 +278,25 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
   if (!o.out.empty()) throw Error("compare writes no model where it compares several: leave --out away");
   std::vector<Model> models;
   for (const std::string& file : files) models.push_back(read_model(file));
-  std::vector<Run> runs = o.runs(sessions);
+  const std::vector<Run> train = o.runs(sessions);
   const std::vector<Run> held_out = o.runs(o.held_out);
+  const Model given = models.front();
   if (o.fit) {
     for (Model& model : models) {
-      Dataset data = prepare(runs, held_out, model);
+      Dataset data = prepare(train, held_out, model);
       model = calibrate(data, model, o.calibration()).model;
     }
   }
-  if (!held_out.empty()) runs = held_out;
+  const std::vector<Run>& runs = held_out.empty() ? train : held_out;
   std::vector<Comparison> results;
-  for (const Model& model : models) results.push_back(compare(runs, model, models.front()));
+  for (const Model& model : models) {
+    results.push_back(held_out.empty() ? compare(runs, model, models.front()) : compare(runs, model, given, train));
+  }
   json out = json::object();
   out["models"] = json::array();
   for (std::size_t i = 0; i < models.size(); ++i) {
     json one{{"file", files[i]}, {"name", models[i].name}};
-    one.update(to_json(results[i]));
+    one.update(to_json(results[i], models[i]));
     out["models"].push_back(std::move(one));
   }
   write_json(o.json_file, out);
@@ -320,7 +307,7 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
   Table table(heading);
   const auto row = [&](const std::string& what, const auto& get) {
     std::vector<std::string> cells{what};
-    for (const Comparison& c : results) cells.push_back(pretty(get(c), 4));
+    for (const Comparison& c : results) cells.push_back(error_cell(get(c)));
     table.row(cells);
   };
   row("error", [](const Comparison& c) { return c.error; });
@@ -345,20 +332,21 @@ int compare_command(const ModelOptions& o) {
     return compare_models(o, files, {others, o.sessions.end()});
   }
   Model model = read_model(o.model);
-  std::vector<Run> runs = split_at_gaps(o.runs(o.sessions), model.input);
+  const std::vector<Run> train = split_at_gaps(o.runs(o.sessions), model.input);
   const std::vector<Run> held_out = split_at_gaps(o.runs(o.held_out), model.input);
+  const Model given = model;
   if (o.fit) {
-    Dataset data = prepare(runs, held_out, model);
+    Dataset data = prepare(train, held_out, model);
     model = calibrate(data, model, o.calibration()).model;
   }
-  if (!held_out.empty()) runs = held_out;  // what is compared: runs that no fit has seen
-  const Comparison c = compare(runs, model);
-  write_json(o.json_file, to_json(c));
+  const std::vector<Run>& runs = held_out.empty() ? train : held_out;  // what is compared: runs that no fit has seen
+  const Comparison c = held_out.empty() ? compare(runs, model) : compare(runs, model, given, train);
+  write_json(o.json_file, to_json(c, model));
   if (o.json_file == "-") return 0;
   std::cout << "model `" << model.name << "` on " << runs.size() << (held_out.empty() ? "" : " held-out")
-            << " runs: error " << pretty(c.error) << " (1 = noise floor), all units chained " << pretty(c.chained_error)
-            << "\n";
-  print_signals(c.signals, c.chained);
+            << " runs: error " << error_cell(c.error) << " (1 = noise floor), all units chained "
+            << error_cell(c.chained_error) << "\n";
+  std::cout << signals_text(c.signals, c.chained) << "timing: " << in_words(c.timing, c.interval, model) << "\n";
   if (c.failing_unit) std::cout << "The unit that fails: " << name_of(*c.failing_unit) << "\n";
   print_where(c.where, c.signals);
   if (o.plot || isatty(STDOUT_FILENO) == 1) plot_worst(runs, model);
@@ -376,8 +364,8 @@ void print_steps(const Diagnosis& d) {
   Table steps({"error (1 = noise floor)", "training", "held-out", ""});
   for (const Step& s : d.steps) {
     const auto length = static_cast<std::size_t>(std::lround(50 * s.held_out / largest));
-    steps.row(
-        {s.action, pretty(s.train), pretty(s.held_out), std::string(length, '#') + std::string(50 - length, ' ')});
+    steps.row({s.action, error_cell(s.train), error_cell(s.held_out),
+               std::string(length, '#') + std::string(50 - length, ' ')});
   }
   std::cout << steps.text();
 }
@@ -436,7 +424,7 @@ int diagnose_command(const ModelOptions& o) {
   std::cout << "\n";
   print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
   std::cout << "\n";
-  print_signals(d.signals);
+  std::cout << signals_text(d.signals) << "timing: " << in_words(d.data->timing, d.data->interval(), d.final) << "\n";
   if (d.verdict != Verdict::nothing_missing && d.verdict != Verdict::cannot_tell) {
     std::cout << "\nWhere the model as given fails:";
     std::map<Signal, SignalFit> all_above;  // the maps choose themselves: show those of every signal of the base model

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/diagnose/likelihood.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
+#include "model/simulation.h"
 
 namespace emtb {
 
@@ -22,12 +24,71 @@ std::string_view name_of(Unit unit) noexcept {
   return "motor";
 }
 
+namespace {
+
+/// What drives the motor of a model on records, root mean square.
+struct Applied {
+  double torque = 0;   ///< [N m]
+  double voltage = 0;  ///< [V]
+};
+
+Applied applied_on(std::span<const Record> records, const Model& model) {
+  const std::vector<double> values = model.values();
+  double currents = 0, voltages = 0, n = 0;
+  for (const Record& record : records) {
+    Trajectory<double> y;
+    simulate<double>(record.structure(model), values, record.excitation, y);
+    const std::vector<double>& e_a = record.excitation.e_a.empty() ? y.e_a : record.excitation.e_a;
+    for (const double i : y.i_a) currents += i * i;
+    for (const double e : e_a) voltages += e * e;
+    n += static_cast<double>(y.i_a.size());
+  }
+  return {values[base::K_m] * std::sqrt(currents / std::max(1.0, n)), std::sqrt(voltages / std::max(1.0, n))};
+}
+
+/// The torque that puts the speed off, or the voltage that puts the current off.
+void put_like(Rest& rest, Signal signal, const Model& model, const Applied& applied) {
+  const std::vector<double> values = model.values();
+  if (signal == Signal::i_a) {
+    rest.like = values[base::R_a] * rest.rms;
+    rest.applied = applied.voltage;
+  } else if (signal == Signal::omega && rest.lasts > 0) {
+    const double counter = model.input == Signal::i_a ? 0 : values[base::K_b] * values[base::K_m] / values[base::R_a];
+    const double memory = rest.lasts / 2;
+    rest.like = std::hypot(values[base::B] + counter, values[base::J] / memory) * rest.rms;
+    rest.applied = applied.torque;
+  }
+}
+
+/// Adds what is left of each signal beyond its instrument.
+void add_rests(std::map<Signal, SignalFit>& fits, std::span<const Record> records, std::span<const Residuals> residuals,
+               const Model& model) {
+  const auto beyond = [](const SignalFit& fit) {
+    const double excess = fit.ratio * fit.ratio - 1;
+    return fit.ratio > above_the_floor && excess > 2 * fit.noise.relative_error;
+  };
+  if (std::ranges::none_of(fits, [&](const auto& entry) { return beyond(entry.second); })) return;
+  const Applied applied = applied_on(records, model);
+  const ResidualSpectra spectra = spectra_of(records, residuals);
+  for (auto& [signal, fit] : fits) {
+    if (!beyond(fit)) continue;
+    fit.rest.rms = fit.rmse * std::sqrt(1 - 1 / (fit.ratio * fit.ratio));
+    if (const auto spectrum = spectra.find(signal); spectrum != spectra.end()) {
+      fit.rest.lasts = 2 * spectrum->second.fitted().time;
+    }
+    put_like(fit.rest, signal, model, applied);
+  }
+}
+
+}  // namespace
+
 std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model& model, const Noise& noise) {
   struct Sums {
     double squares = 0, scaled = 0, value = 0, value_squares = 0, count = 0;
   };
   std::map<Signal, Sums> sums;
-  for (const Residuals& r : residuals(records, model, model.values(), {})) {
+  const std::vector<Residuals> left = residuals(records, model, model.values(), {});
+  for (const Residuals& r : left) {
     const Observation& o = *records[r.record].find(r.signal);
     Sums& s = sums[r.signal];
     for (std::size_t i = 0; i < o.size(); ++i) {
@@ -45,22 +106,27 @@ std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model&
     fits[signal] = {noise.at(signal), std::sqrt(s.squares / s.count), std::sqrt(s.scaled / s.count),
                     spread > 0 ? 100 * (1 - std::sqrt(s.squares / spread)) : 0};
   }
+  add_rests(fits, records, left, model);
   return fits;
 }
 
-Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge) {
+Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge, std::span<const Run> beside) {
   if (model.input != judge.input) {
     throw ModelError("models `" + judge.name + "` and `" + model.name + "` are driven by different inputs, " +
                      std::string(info(judge.input).name) + " and " + std::string(info(model.input).name) +
                      ": their errors cannot be compared");
   }
   Comparison result;
-  Dataset staged = prepare(runs, {}, judge, Chaining::staged);
-  settle_timing(staged, judge);
-  settle_starts(staged, judge);
-  const auto staged_squares = mean_squares(residuals(staged.train, model, model.values(), {}));
+  const bool alone = beside.empty();
+  Dataset staged = alone ? prepare(runs, {}, judge) : prepare(beside, runs, judge);
+  settle_timing(staged, alone ? judge : model);
+  settle_starts(staged, alone ? judge : model);
+  result.timing = staged.timing;
+  result.interval = staged.interval();
+  const std::vector<Record>& compared = alone ? staged.train : staged.held_out;
+  const auto staged_squares = mean_squares(residuals(compared, model, model.values(), {}));
   result.error = error_of(staged_squares);
-  result.signals = fit_of(staged.train, model, staged.noise);
+  result.signals = fit_of(compared, model, staged.noise);
   std::vector<Record> chained = prepare_with(staged.noise, runs, judge, Chaining::chained, staged.ripple_order);
   set_timing(chained, staged.timing);
   const auto chained_squares = mean_squares(residuals(chained, model, model.values(), {}));
@@ -72,7 +138,7 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
     worst = std::sqrt(square);
     result.failing_unit = signal == Signal::e_a ? Unit::driver : signal == Signal::torque ? Unit::load : Unit::motor;
   }
-  result.where = residual_maps(staged.train, model);
+  result.where = residual_maps(compared, model);
   return result;
 }
 

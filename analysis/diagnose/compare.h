@@ -18,12 +18,23 @@ namespace emtb {
 enum class Unit { driver, motor, load };
 std::string_view name_of(Unit unit) noexcept;  ///< as in JSON
 
+/// What a model leaves of a signal beyond its instrument, in the terms of the machine.
+struct Rest {
+  double rms = 0;    ///< in the signal's unit; 0: the instrument explains all that is left
+  double lasts = 0;  ///< [s] over which it counts as one error; 0: not known
+  /// Of the speed the torque [N m], of the current the voltage [V] that would put the model off by as much: through the
+  /// motor as a lag of first order, at the rate at which the rest changes. 0: not known
+  double like = 0;
+  double applied = 0;  ///< rms of what the motor is driven by: its own torque, or the voltage
+};
+
 /// How well one signal is predicted.
 struct SignalFit {
   NoiseFloor noise;
   double rmse = 0;         ///< in the signal's unit
   double ratio = 0;        ///< in multiples of the noise floor
   double fit_percent = 0;  ///< 100 (1 - NRMSE): 100 is perfect, 0 no better than the signal's mean
+  Rest rest = {};
 };
 
 /// A model beside measurements.
@@ -34,12 +45,15 @@ struct Comparison {
   std::map<Signal, double> chained;  ///< RMSE/sigma of each signal when chained
   std::optional<Unit> failing_unit;  ///< none is above its floor where absent
   std::vector<ResidualMap> where;
+  Timing timing;        ///< when inputs act and instruments read, as these runs tell
+  double interval = 0;  ///< [s] of a sample of it
 };
 
 /// Compares the model as it stands with all runs.
 /// @param judge whose start values weigh the readings: models that are held against each other share one judge
+/// @param beside runs that the model was fitted to: they tell noise floor and timing, as in the fit
 /// @throws ModelError where the judge has another input than the model
-Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge);
+Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge, std::span<const Run> beside = {});
 inline Comparison compare(std::span<const Run> runs, const Model& model) { return compare(runs, model, model); }
 
 /// The fit of each signal on records.

@@ -20,6 +20,7 @@ constexpr std::size_t errors_every = 10;  ///< solutions between two looks at th
 constexpr double excited_at = 0.01;       ///< part of a variance that the last seconds, once more, would take away
 constexpr double settle_first = 0.5;      ///< [s] of data before the values are first moved
 constexpr double fewest_ticks = 10;       ///< of a chapter
+constexpr double misfits_at = 1.5;        ///< noise floors that are left of a signal; healthy benches: 1.05 at most
 
 }  // namespace
 
@@ -36,6 +37,7 @@ struct LiveEstimator::Impl {
   std::vector<NoiseColour> noise_floors() const;
   std::vector<LiveParameter> parameters() const;
   std::map<Signal, double> states() const;
+  std::map<Signal, double> left() const;
   std::vector<LiveInnovation> innovations() const;
 
   std::vector<std::string> left_out;
@@ -142,7 +144,9 @@ std::vector<LiveParameter> LiveEstimator::Impl::parameters() const {
       const double range = knowledge.high()[m] - knowledge.low()[m];  // a follower has no bounds
       live.fixed = false;
       live.std_error = std::min(std::sqrt(solution.variance()[m]), range / std::sqrt(12.0));
-      live.excited = after[m] < (1 - excited_at) * solution.covariance()(m, m);
+      const double near = 1e-6 * range;
+      live.at_bound = std::min(at[m] - knowledge.low()[m], knowledge.high()[m] - at[m]) <= near;
+      live.excited = !live.at_bound && after[m] < (1 - excited_at) * solution.covariance()(m, m);
     }
     all.push_back(std::move(live));
   }
@@ -154,6 +158,15 @@ std::map<Signal, double> LiveEstimator::Impl::states() const {
   all[Signal::omega] = fit.pass().simulated(Signal::omega);
   all[Signal::i_a] = fit.pass().simulated(Signal::i_a);
   if (model.input == Signal::u_ref) all[Signal::e_a] = fit.pass().simulated(Signal::e_a);
+  return all;
+}
+
+std::map<Signal, double> LiveEstimator::Impl::left() const {
+  std::map<Signal, double> all;
+  const std::vector<double> left = fit.left();
+  for (std::size_t o = 0; o < plan.outputs.size(); ++o) {
+    if (left[o] > 0) all[plan.outputs[o].signal] = left[o];
+  }
   return all;
 }
 
@@ -197,7 +210,9 @@ LiveEstimates LiveEstimator::estimates() const {
                   .left_out = impl_->left_out,
                   .states = impl_->states(),
                   .innovation = impl_->innovations(),
+                  .left = impl_->left(),
                   .misfit = {}};
+  e.fits = std::ranges::all_of(e.left, [](const auto& entry) { return entry.second < misfits_at; });
   if (impl_->misfit) e.misfit = impl_->misfit->report();
   return e;
 }

@@ -19,9 +19,10 @@ struct LiveParameter {
   std::string name;  ///< `R_a`, `coulomb_friction.T_c`
   std::string unit;
   double value = 0;
-  double std_error = 0;  ///< 0 where it is fixed; that of its bounds where nothing has informed it yet
-  bool excited = false;  ///< the last seconds told something of it
-  bool fixed = false;    ///< the model file fixes it
+  double std_error = 0;   ///< 0 where it is fixed; that of its bounds where nothing has informed it yet
+  bool excited = false;   ///< the last seconds told something of it
+  bool at_bound = false;  ///< it rests on a bound of the model file, which is then no estimate
+  bool fixed = false;     ///< the model file fixes it
 };
 
 /// How far one signal is from the model.
@@ -42,6 +43,10 @@ struct LiveEstimates {
   std::vector<std::string> left_out;      ///< effects of the model that take no part: those that repeat with the angle
   std::map<Signal, double> states;        ///< SI, as the model has them: omega, i_a, e_a
   std::vector<LiveInnovation> innovation;
+  /// What the values leave of each signal, over all that is remembered, in units of its noise: 1 where the model is
+  /// right.
+  std::map<Signal, double> left;
+  bool fits = true;  ///< the model explains the readings; else no value is to be trusted, whatever its standard error
   LiveMisfitReport misfit;
 };
 

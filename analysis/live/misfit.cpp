@@ -35,6 +35,7 @@ LiveMisfit::LiveMisfit(const Model& model, const LivePlan& plan)
     : unknowns_(model, plan),
       ticks_of_half_(std::max<std::size_t>(static_cast<std::size_t>(shortest_half / plan.period), plan.second / 2)),
       pass_(unknowns_.plan(), *this),
+      at_rest_(plan.outputs.size()),
       zero_(LiveEquations::zero(unknowns_.size())),
       prior_(unknowns_.prior()),
       known_(prior_),
@@ -92,8 +93,21 @@ double LiveMisfit::trust(std::size_t output, const Eigen::VectorXd& s) const {
   return 1 / std::sqrt(1 + off * off + by_load * by_load);
 }
 
+/// A motor stands until the model has it move in a run; later the two may not stand at the same time.
+void LiveMisfit::see_at_rest(const LiveRow& row) {
+  constexpr double clear = 5;  // of the deviations of a block
+  if (latest_colours_.empty()) return;
+  const auto& outputs = unknowns_.plan().outputs;
+  const auto speed = std::ranges::find(outputs, Signal::omega, &LivePlan::Output::signal);
+  if (speed == outputs.end()) return;
+  const double sigma = latest_colours_[static_cast<std::size_t>(speed - outputs.begin())].sigma;
+  if (moved_in_ != run_ && std::abs(row.omega) > clear * sigma) moved_in_ = run_;
+  if (moved_in_ != run_) at_rest_.see(row.output, row.r);
+}
+
 void LiveMisfit::take(const LiveRow& row) {
   HalfSecond& open = rows_.open();
+  see_at_rest(row);
   reach_.see(row.omega, row.i_a);
   // About to stop or to break loose, friction is another than at speed, and small errors decide which.
   if (std::abs(row.omega) < standstill * reach_.omega) return;
@@ -235,7 +249,8 @@ void LiveMisfit::look_for_change() {
   if (!x.allFinite()) return forget();
   expected_(of_model) = x;
   if (watch_.half_learnt()) {
-    points_to_ = missing_effects(unknowns_, rows_, colours_, all, expected_, covariance, scatter_.inflation());
+    points_to_ =
+        missing_effects(unknowns_, rows_, colours_, all, expected_, covariance, scatter_.inflation(), at_rest_);
   }
   if (!watch_.learnt()) return;
   notice_load(time);

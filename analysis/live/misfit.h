@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "analysis/live/half_seconds.h"
 #include "analysis/live/pass.h"
 #include "analysis/live/residual_map.h"
+#include "analysis/live/rest_readings.h"
 #include "analysis/live/unknowns.h"
 #include "model/model.h"
 
@@ -53,6 +55,7 @@ class LiveMisfit final : private LiveRows {
  private:
   void take(const LiveRow& row) override;
   double trust(std::size_t output, const Eigen::VectorXd& s) const;
+  void see_at_rest(const LiveRow& row);
   void forget();
   void close_half_second();
   bool runs_evenly(const HalfSecond& half) const;
@@ -75,6 +78,8 @@ class LiveMisfit final : private LiveRows {
   double load_noise_ = 0;                              ///< [N m] of a measured load, as far as the motor follows it
   bool loaded_ = false;                                ///< the gauge has shown loads, whatever else is learnt anew
   LiveReach reach_;
+  RestReadings at_rest_;
+  std::optional<std::size_t> moved_in_;  ///< the last run in which it did
 
   // What is known of the unknowns, from their point.
   const LiveEquations zero_;

@@ -29,7 +29,7 @@ double excess(const HalfSeconds& rows, std::span<const NoiseColour> colours, con
 std::vector<LiveSuspect> missing_effects(const WatchedUnknowns& unknowns, const HalfSeconds& rows,
                                          std::span<const NoiseColour> colours, const LiveEquations& all,
                                          const Eigen::VectorXd& expected, const Eigen::MatrixXd& covariance,
-                                         const Eigen::VectorXd& inflation) {
+                                         const Eigen::VectorXd& inflation, const RestReadings& at_rest) {
   const double left_over = excess(rows, colours, expected);
   const std::vector<Eigen::Index>& of_model = unknowns.of_model();
   std::vector<LiveSuspect> found;
@@ -45,6 +45,10 @@ std::vector<LiveSuspect> missing_effects(const WatchedUnknowns& unknowns, const 
     if (value < p.low || value > p.high || drop < material_share * left_over) continue;
     const double std_error = inflation[i] / std::sqrt(information);
     const double score = std::abs(value) / std_error;
+    if (const auto output = unknowns.output_of_reading(j);
+        output && at_rest.contradict(*output, value, std_error, colours[*output], change_at::alarm)) {
+      continue;
+    }
     if (score >= change_at::alarm) found.push_back({p.name, p.unit, value, std_error, score});
   }
   std::ranges::sort(found, std::greater{}, &LiveSuspect::score);

@@ -6,6 +6,7 @@
 
 #include "analysis/live/change.h"
 #include "analysis/live/half_seconds.h"
+#include "analysis/live/rest_readings.h"
 #include "analysis/live/unknowns.h"
 
 namespace emtb {
@@ -14,9 +15,10 @@ namespace emtb {
 /// @param all what is known by now. @param expected the unknowns of the model as it is, from `all`, and their
 /// covariance
 /// @param inflation of the standard errors
+/// @param at_rest what an instrument would add was added there, too
 std::vector<LiveSuspect> missing_effects(const WatchedUnknowns& unknowns, const HalfSeconds& rows,
                                          std::span<const NoiseColour> colours, const LiveEquations& all,
                                          const Eigen::VectorXd& expected, const Eigen::MatrixXd& covariance,
-                                         const Eigen::VectorXd& inflation);
+                                         const Eigen::VectorXd& inflation, const RestReadings& at_rest);
 
 }  // namespace emtb

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double relinearise_at = 0.2;  ///< standard errors from the point about which the sums are linear; by hand
 
+constexpr double fewest_blocks = 20;  ///< of which a mean square tells something; by hand
+
 Eigen::Index as_index(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
 }  // namespace
@@ -112,6 +114,16 @@ void RelinearisedFit::absorb_chapter(bool empty) {
   told.h /= solution_.inflation();
   told.g /= solution_.inflation();
   knowledge_.absorb(told, point_of(pass()));
+}
+
+std::vector<double> RelinearisedFit::left() const {
+  std::vector<double> all(plan_.outputs.size(), 0.0);
+  const std::vector<LagSums> sums = first_->totals(2);
+  for (std::size_t o = 0; o < all.size(); ++o) {
+    if (sums[o].blocks() < fewest_blocks || !(colours_[o].sigma > 0)) continue;
+    all[o] = std::sqrt(std::max(0.0, sums[o].cost(solution_.step(), colours_[o]) / sums[o].blocks()));
+  }
+  return all;
 }
 
 Eigen::VectorXd RelinearisedFit::variance_after_more() const {

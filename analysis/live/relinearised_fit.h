@@ -49,6 +49,10 @@ class RelinearisedFit {
   /// The unknowns as they are solved for.
   Eigen::VectorXd estimate() const { return point_of(pass()) + solution_.step(); }
 
+  /// What the solution leaves of each output over all of the history, in units of the noise floor: 1 where the model is
+  /// right; 0 where nothing was compared yet.
+  std::vector<double> left() const;
+
   /// Of each unknown, if the last seconds came once more; beside the covariance of the solution it tells what these
   /// informed.
   Eigen::VectorXd variance_after_more() const;

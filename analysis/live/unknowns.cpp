@@ -172,6 +172,13 @@ WatchedUnknowns::WatchedUnknowns(const Model& model, const LivePlan& plan) {
   }
 }
 
+std::optional<std::size_t> WatchedUnknowns::output_of_reading(std::size_t j) const {
+  if (moves(j) || j - plan_.moved.size() >= plan_.direct.size()) return std::nullopt;
+  const auto output = std::ranges::find(plan_.outputs, plan_.direct[j - plan_.moved.size()], &LivePlan::Output::signal);
+  if (output == plan_.outputs.end()) return std::nullopt;
+  return static_cast<std::size_t>(output - plan_.outputs.begin());
+}
+
 Eigen::VectorXd WatchedUnknowns::move_point(Eigen::VectorXd d) {
   for (std::size_t j = 0; j < static_cast<std::size_t>(d.size()); ++j) {
     const auto i = static_cast<Eigen::Index>(j);

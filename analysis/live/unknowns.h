@@ -63,6 +63,9 @@ class WatchedUnknowns {
   /// Its change moves the simulation, not a reading alone.
   bool moves(std::size_t j) const { return j < plan_.moved.size(); }
 
+  /// The output to which it adds, where it does nothing else.
+  std::optional<std::size_t> output_of_reading(std::size_t j) const;
+
   /// Moves the point, within bounds. @param d of which only the model's own parameters move. @return by what it moved
   Eigen::VectorXd move_point(Eigen::VectorXd d);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/record/shaft_angle.h"
 #include "analysis/record/weights.h"
@@ -22,6 +23,8 @@ std::vector<Record> Dataset::all() const {
   records.insert(records.end(), held_out.begin(), held_out.end());
   return records;
 }
+
+double Dataset::interval() const { return mean_interval(train.front().excitation.t); }
 
 void set_timing(std::span<Record> records, const Timing& timing) {
   for (Record& record : records) {

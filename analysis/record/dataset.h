@@ -28,6 +28,7 @@ struct Dataset {
   Timing timing = {};                       ///< of all runs, see fit/timing.h
 
   std::vector<Record> all() const;
+  double interval() const;  ///< [s] of a sample of the first training run
 };
 
 void set_timing(std::span<Record> records, const Timing& timing);

@@ -4,7 +4,10 @@
 
 #include <cmath>
 
+#include "analysis/fit/residuals.h"
+#include "analysis/fit/timing.h"
 #include "model/catalogue.h"
+#include "model/simulation.h"
 #include "tests/analysis/own_record.h"
 
 namespace emtb {
@@ -55,6 +58,36 @@ TEST(FitOf, IsNoneWhereTheSpeedIsNoBetterThanItsMean) {
   EXPECT_NEAR(fit.fit_percent, 0, 2) << "but for the little that the mean is off zero";
 }
 
+TEST(FitOf, NothingIsLeftBesideTheInstrumentWhereTheModelIsRight) {
+  OwnRecord own(true_servo());
+  for (const auto& [signal, fit] : fit_of(own.with_noise(3), true_servo(), own_floors())) {
+    EXPECT_EQ(fit.rest.rms, 0) << info(signal).name;
+  }
+}
+
+TEST(FitOf, WhatIsLeftOfTheSpeedIsLikeTheTorqueThatTheModelDoesNotKnow) {
+  const Model model = true_servo();
+  OwnRecord own(model);
+  std::vector<Record> records = own.records();
+  const double torque = 3e-3, memory = 0.3;  // [N m], [s] a random push, 8 % of what the motor gives
+  Record pushed = records[0];
+  pushed.measured_load = true;
+  const double interval = pushed.excitation.t[1] - pushed.excitation.t[0];
+  pushed.excitation.load = synthetic::coloured(pushed.length(), std::exp(-interval / memory), 5);
+  for (double& load : pushed.excitation.load) load *= torque;
+  Trajectory<double> y;
+  simulate<double>(pushed.structure(model), model.values(), pushed.excitation, y);
+  synthetic::Noise noise(8);
+  for (Observation& o : records[0].observations) {
+    for (std::size_t k = 0; k < o.size(); ++k) o.value[k] = reading_of(o.signal, y)[o.last[k]] + noise(o.sigma[k]);
+  }
+  const Rest rest = fit_of(records, model, own_floors()).at(Signal::omega).rest;
+  EXPECT_NEAR(rest.like, torque, 0.3 * torque);
+  EXPECT_GT(rest.lasts, memory) << "twice the memory of the push, and the shaft's own";
+  EXPECT_LT(rest.lasts, 5 * memory);
+  EXPECT_GT(rest.applied, rest.like);
+}
+
 /// A servo's run with the voltage measured, and a gauge that reads no load.
 Run whole_run() {
   constexpr double sigma_torque = 1e-4;  // [N m]
@@ -92,6 +125,17 @@ TEST(FailingUnit, IsTheLoadThatTheGaugeDoesNotRead) {
   model.include(effect_index("eddy_brake"));
   model.parameters_of(effect_index("eddy_brake"))[0].value = 0.01;  // [N m]
   EXPECT_EQ(failing_unit(model), Unit::load) << "the shaft is loaded by what was measured";
+}
+
+TEST(Compare, TellsTheSameErrorOfRunsHeldOutAsTheFitThatTheyWereHeldOutOf) {
+  const std::vector<emtb::Run> train{whole_run()};
+  const std::vector<emtb::Run> held_out{
+      synthetic::record({}, {{0.2, 0}, {1, 4}, {0.8, -2}}, 1e-3, {0.3, 0.03, 0.03}, 2)};
+  Model given = synthetic::servo_model();
+  Dataset data = prepare(train, held_out, given);
+  const Model fitted = calibrate(data, given).model;
+  const double error = error_of(mean_squares(residuals(data.held_out, fitted, fitted.values(), {})));
+  EXPECT_NEAR(compare(held_out, fitted, given, train).error, error, 1e-3 * error);
 }
 
 }  // namespace

@@ -178,6 +178,54 @@ TEST(LiveEstimator, AModelThatLacksTheFrictionShowsIt) {
   EXPECT_GT(worst, 5);
 }
 
+TEST(LiveEstimator, SaysThatValuesOfAModelThatDoesNotFitAreNotToBeTrusted) {
+  for (LiveBench bench : {slow_live_bench(), fast_live_bench()}) {
+    const emtb::Run run = simulated::record(bench.setup, bench.staircase, 7);
+    const LiveEstimates right = follow(bench, run);
+    EXPECT_TRUE(right.fits);
+    for (const auto& [signal, floors] : right.left) EXPECT_LT(floors, 1.5) << info(signal).name;
+  }
+  LiveBench lacking = slow_live_bench();
+  const emtb::Run run = simulated::record(lacking.setup, lacking.staircase, 7);
+  lacking.model.exclude(effect_index("coulomb_friction"));
+  const LiveEstimates e = follow(lacking, run);
+  EXPECT_FALSE(e.fits);
+  EXPECT_GT(e.left.at(Signal::omega), 3);
+}
+
+TEST(LiveEstimator, AValueAtItsBoundIsNoEstimate) {
+  LiveBench bench = slow_live_bench();
+  model_parameter(bench.model, "K_b").max = 0.65;  // the truth is beyond
+  const LiveEstimates e = follow(bench, simulated::record(bench.setup, bench.staircase, 6));
+  EXPECT_TRUE(parameter(e, "K_b").at_bound);
+  EXPECT_FALSE(parameter(e, "K_b").excited);
+  EXPECT_FALSE(parameter(e, "J").at_bound);
+  EXPECT_FALSE(e.fits);
+}
+
+// The paper's bench after its first step, with a model that lacks the friction: the values lie far off.
+TEST(LiveEstimator, AFirstStepThatTheModelCannotFollowTellsNothing) {
+  LiveBench bench = slow_live_bench();
+  bench.model.exclude(effect_index("coulomb_friction"));
+  LiveEstimator estimator(bench.model, bench.channels(), bench.setup.rate);
+  const Profile one_step("one step", std::vector<Knot>{{0, 0}, {2, 0}, {2, 4}, {14, 4}});
+  const emtb::Run run = simulated::record(bench.setup, one_step, 3);
+  feed(estimator, run, [&](Signal signal, double t, double&) {
+    if (signal == Signal::u_ref && t > 8 && std::fmod(t, 1.0) < 1e-3) {
+      const LiveEstimates e = estimator.estimates();
+      for (const LiveParameter& p : e.parameters) {
+        EXPECT_FALSE(p.at_bound && p.excited) << p.name;
+        const auto truth = bench.truth.find(p.name);
+        if (truth == bench.truth.end() || p.fixed || !e.fits || !p.excited) continue;
+        EXPECT_LT(std::abs(p.value - truth->second), 6 * p.std_error) << p.name << " at " << t << " s";
+      }
+      EXPECT_FALSE(e.fits) << t;
+      for (const LiveSuspect& suspect : e.misfit.points_to) EXPECT_NE(suspect.name, "tacho_offset.omega_0") << t;
+    }
+    return true;
+  });
+}
+
 TEST(LiveEstimator, AModelThatTheBenchCannotDriveIsRefused) {
   LiveBench bench = slow_live_bench();
   bench.model.input = Signal::i_a;  // a slow meter's

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "analysis/live/estimator.h"
+#include "analysis/live/rest_readings.h"
 #include "tests/analysis/live/live_bench.h"
 
 namespace emtb {
@@ -143,6 +144,25 @@ TEST(LiveMisfit, DoesNotNameWhatAnotherSignalContradicts) {
   ASSERT_FALSE(noticed.changes.empty());
   EXPECT_NE(suspected(noticed.changes.front(), warmer.name), nullptr) << describe(noticed.changes.front());
   EXPECT_EQ(suspected(noticed.changes.front(), "K_b"), nullptr) << describe(noticed.changes.front());
+}
+
+TEST(RestReadings, ContradictWhatAnInstrumentWouldHaveAddedThere) {
+  RestReadings at_rest(1);
+  const NoiseColour colour{.sigma = 0.1, .rho = 0};
+  EXPECT_FALSE(at_rest.contradict(0, 32, 1, colour, 5)) << "nothing was read at rest";
+  for (int k = 0; k < 20; ++k) at_rest.see(0, 0.1);
+  EXPECT_TRUE(at_rest.contradict(0, 32, 1, colour, 5));
+  EXPECT_FALSE(at_rest.contradict(0, 0.12, 0.01, colour, 5));
+  EXPECT_FALSE(at_rest.contradict(0, 3, 1, colour, 5)) << "it may as well be 0.1";
+}
+
+TEST(LiveMisfit, PointsToAnOffsetOfTheTachoThatIsReadAtRestToo) {
+  LiveBench bench = slow_live_bench();
+  emtb::Run run = simulated::record(bench.setup, bench.staircase, 4);
+  for (double& v : run.signals.at(Signal::omega).value) v += 2;  // [rad/s]
+  const Noticed noticed = watch(bench, run);
+  EXPECT_NE(std::ranges::find(noticed.end.misfit.points_to, "tacho_offset.omega_0", &LiveSuspect::name),
+            noticed.end.misfit.points_to.end());
 }
 
 TEST(LiveMisfit, TellsAChangeOnce) {

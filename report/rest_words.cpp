@@ -1,0 +1,137 @@
+#include "report/rest_words.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "report/text.h"
+#include "report/words.h"
+
+namespace emtb {
+namespace {
+
+constexpr int digits = 2;    // of what is derived: an rms of readings that hang together is hardly better
+constexpr int measured = 3;  // as in the tables
+
+/// What a number is divided by for people, and how that is called.
+struct Prefix {
+  double size = 1;
+  const char* letter = "";
+};
+
+Prefix prefix_for(double value) {
+  constexpr Prefix prefixes[] = {{1e3, "k"}, {1, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}};
+  constexpr double least = 0.1;  // 0.15 V stands, 15 mV does not read better as 0.015 V
+  for (const Prefix& p : prefixes) {
+    if (std::abs(value) >= (p.size > 1 ? 10 * p.size : least * p.size)) return p;
+  }
+  return {};
+}
+
+std::string word_for(Signal signal) {
+  switch (signal) {
+    case Signal::omega:
+      return "speed";
+    case Signal::theta:
+      return "angle";
+    case Signal::torque:
+      return "load torque";
+    case Signal::i_a:
+      return "current";
+    case Signal::e_a:
+      return "terminal voltage";
+    default:
+      return std::string(info(signal).meaning);
+  }
+}
+
+/// `98.27`: below a hundredth of a percent nothing is told.
+std::string percent(double value) { return pretty(std::round(100 * value) / 100 + 0.0, 4); }
+
+/// `0.4 of a sample`
+std::string part_of_a_sample(double share) {
+  return share > 0.99 ? "one sample" : pretty(share, digits) + " of a sample";
+}
+
+std::string how_well_known(const NoiseFloor& noise) {
+  return noise.upper_bound ? " at most" : noise.lower_bound ? " at least" : "";
+}
+
+}  // namespace
+
+std::string with_scaled_unit(double value, const std::string& unit, int figures) {
+  const Prefix p = prefix_for(value);
+  return pretty(value / p.size, figures) + " " + p.letter + unit;
+}
+
+bool has_multiples(const NoiseFloor& noise) { return !noise.upper_bound; }
+
+std::string in_words(Signal signal, const SignalFit& fit) {
+  const Rest& rest = fit.rest;
+  const std::string unit(info(signal).unit);
+  std::string text = word_for(signal) + " wrong by " + with_scaled_unit(fit.rmse, unit, measured) + " rms (fit " +
+                     percent(fit.fit_percent) + " %); the instrument explains ";
+  if (rest.rms <= 0) {
+    text += fit.noise.lower_bound ? "that" : "all of it";
+  } else {
+    const Prefix p = prefix_for(fit.rmse);
+    text += pretty(fit.noise.sigma / p.size, measured) + how_well_known(fit.noise);
+    std::vector<std::string> what;
+    if (rest.lasts > 0) what.push_back("lasts " + with_scaled_unit(rest.lasts, "s"));
+    if (rest.like > 0) {
+      what.push_back(signal == Signal::i_a ? "is like a voltage of " + with_scaled_unit(rest.like, "V")
+                                           : "is like a torque of " + with_scaled_unit(rest.like, "N m"));
+      if (rest.applied > 0)
+        what.back() += " (" + pretty(100 * rest.like / rest.applied, digits) + " % of that applied)";
+    }
+    if (!what.empty()) text += "; the rest " + joined(what);
+  }
+  if (has_multiples(fit.noise)) text += "; " + pretty(fit.ratio, 3) + " noise floors";
+  return text;
+}
+
+std::vector<std::string> in_words(const std::map<Signal, SignalFit>& fits) {
+  std::vector<std::string> lines;
+  for (const auto& [signal, fit] : fits) lines.push_back(in_words(signal, fit));
+  return lines;
+}
+
+std::string signals_text(const std::map<Signal, SignalFit>& fits, const std::map<Signal, double>& chained) {
+  std::vector<std::string> heading{"signal", "RMSE", "unit", "noise floor", "from", "RMSE/floor", "fit"};
+  if (!chained.empty()) heading.push_back("chained RMSE/floor");
+  Table table(heading);
+  for (const auto& [signal, f] : fits) {
+    std::vector<std::string> row{
+        std::string(info(signal).name),     pretty(f.rmse, measured),
+        std::string(info(signal).unit),     pretty(f.noise.sigma, measured),
+        std::string(name_of(f.noise.from)), has_multiples(f.noise) ? pretty(f.ratio, measured) : "-",
+        percent(f.fit_percent) + " %"};
+    if (const std::string bound = how_well_known(f.noise); !bound.empty()) row[4] += " (" + bound.substr(1) + ")";
+    if (const auto c = chained.find(signal); c != chained.end()) {
+      row.push_back(has_multiples(f.noise) ? pretty(c->second, measured) : "-");
+    }
+    table.row(row);
+  }
+  std::string text;
+  for (const std::string& line : in_words(fits)) text += line + "\n";
+  return text + "\n" + table.text();
+}
+
+std::string in_words(const Timing& timing, double interval, const Model& model) {
+  const std::string what = model.input == Signal::u_ref ? "the reference" : std::string(info(model.input).meaning);
+  std::vector<std::string> parts;
+  const double share = interval > 0 ? std::abs(timing.acts_after) / interval : 0;
+  const bool as_recorded = timing.acts_after == 0;
+  const std::string by = share >= 0.01 ? ", by " + part_of_a_sample(share) : "";
+  if (timing.acts_after < 0) parts.push_back(what + " acts before the readings of its row" + by);
+  if (timing.acts_after > 0) parts.push_back(what + " acts after the readings of its row" + by);
+  if (as_recorded) parts.push_back(what + " acts from its row on");
+  if (timing.held) parts.push_back("holds until the next");
+  std::string text = joined(parts, " and ");
+  for (const auto& [signal, late] : timing.late) {
+    if (late > 0) text += "; " + word_for(signal) + " is read " + part_of_a_sample(late) + " late";
+  }
+  return text;
+}
+
+}  // namespace emtb
