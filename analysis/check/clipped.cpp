@@ -28,7 +28,8 @@ bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double s
     const double last = sign * (before.back() - before[before.size() - 1 - piece]);
     if (last < 6 * std::max(noise, step)) continue;
     const double reach = last / static_cast<double>(piece) * static_cast<double>(s.length());  // had it gone on
-    return std::min(rise_to_come(before, piece, sign), reach) > 3 * std::max(left, 0.0) + 6 * std::max(noise, step);
+    return std::min(rise_to_come(before, piece, sign), reach) >
+           3 * std::max(left, 0.0) + 6 * std::max(noise, step) + step;  // read to a step
   }
   return false;
 }

@@ -36,7 +36,8 @@ void say_what_judges(Diagnosis& d, std::span<const Run> train, std::span<const R
 }
 
 /// What the search found, fitted to the end with standard errors, and what of it is left.
-void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found) {
+void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found,
+                    const Model& given) {
   CalibrationOptions careful{.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true};
   try {
     const Calibration last = calibrate(data.train, found.current.model(), careful);
@@ -47,9 +48,11 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> a
     d.final = found.current.model();
   }
   d.pins = pins_of(data.train, d.final);
+  widen_by_held_damping(data.train, given, d.final);
   d.final_train = found.current.train;
   d.final_held_out = found.current.held_out.error();
   d.base = with_standard_errors(data.train, d.base).model;
+  widen_by_held_damping(data.train, given, d.base);
   d.where_final = residual_maps(all, d.final);
   if (!d.missing_base.empty()) d.missing_final = missing_curves(data.train, d.final);
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
@@ -176,7 +179,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Model given = without_pins(model);
   given.withheld.clear();
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
-  FittedTrials trials(data, given, criterion, options.score, options.refits);
+  FittedTrials trials(data, given, criterion, options.score, options.refits, only_inputs(model, options));
   Trial first = first_fit(trials, data, given);
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   // Starts bend the fit and the fit the starts.
@@ -195,7 +198,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   tell_of_the_base(d, data, all, first, options);
 
   progress(0.9, "standard errors");
-  fit_the_answer(d, data, all, found);
+  fit_the_answer(d, data, all, found, model);
   name_the_missing(d, found, train, data, options.reach);
   for (const auto& [effect, why] : trials.refused()) {
     const auto candidate =

@@ -17,9 +17,10 @@ namespace emtb {
 class FittedTrials final : public Trials {
  public:
   /// @param given the model as given, which fits from elsewhere start from @param refits how many in a round
-  /// All are borrowed.
+  /// @param inputs signals that only drive the model: their law is named where it fits, or not at all
+  /// All but those are borrowed.
   FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion, const ScoreOptions& score,
-               std::size_t refits);
+               std::size_t refits, std::vector<Signal> inputs = {});
 
   /// The first fit, of the model as given, from several starts.
   /// @throws ModelError where it cannot be simulated
@@ -34,6 +35,7 @@ class FittedTrials final : public Trials {
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                    const std::vector<std::size_t>& added) override;
   bool determined(const Model& fitted, std::size_t effect) override;
+  bool holds_in_pieces(std::size_t effect, const Trial& without, const Trial& with) override;
   bool explains_most_runs(const Trial& trial) override;
 
   /// The effects that were last refused for a value that they cannot have, and why.
@@ -41,6 +43,7 @@ class FittedTrials final : public Trials {
 
  private:
   std::string pushed_to_a_bound(const Fit& judged) const;
+  std::string misses_its_input(const Model& fitted, std::size_t effect) const;
   Fit begun_anew(const Trial& fitted, Score score) const;
   Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
@@ -54,6 +57,7 @@ class FittedTrials final : public Trials {
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
+  std::vector<Signal> inputs_;
   Valleys valleys_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;

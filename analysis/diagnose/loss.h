@@ -81,8 +81,9 @@ struct Materiality {
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
-  double remainder_errors = 3;    ///< standard errors of a mean square under noise alone, for the same
-  double remainder_share = 0.02;  ///< of how much the signal varies, for the same: no machine is known better
+  double remainder_errors = 3;      ///< standard errors of a mean square under noise alone, for the same
+  double remainder_share = 0.02;    ///< of how much the signal varies, for the same: no machine is known better
+  double disturbance_share = 0.05;  ///< of how much the signal varies: what may be left without coming again
   double far_off =
       0.1;          ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little
   double nats = 3;  ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)

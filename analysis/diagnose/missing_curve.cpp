@@ -115,7 +115,7 @@ std::vector<double> knots_for(const Stay& stay) {
   return visited;
 }
 
-/// The linear least squares of residuals on sensitivities, a block of a second of one signal at a time.
+/// The linear least squares of residuals on sensitivities, a piece of one signal at a time.
 struct Fit {
   Eigen::VectorXd value, std_error;
 };
@@ -141,12 +141,13 @@ Fit fit_of_columns(std::span<const Record> records, const Model& model,
   Eigen::MatrixXd scaled = scale.asDiagonal() * sts * scale.asDiagonal();
   const Eigen::MatrixXd inverse = scale.asDiagonal() * pseudo_inverse(scaled) * scale.asDiagonal();
   Fit fit{inverse * str, Eigen::VectorXd::Constant(p, std::numeric_limits<double>::infinity())};
+  const double length = shortest_piece(records);
   // The sandwich over blocks: what is left is coloured, all the more where something is missing.
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(p, p);
   for (const Residuals& r : all) {
     if (!r.informed()) continue;
     const Eigen::VectorXd left = r.value - r.sensitivity * fit.value;
-    for_each_second(records[r.record], r, [&](long, Eigen::Index begin, Eigen::Index rows) {
+    for_each_piece(records[r.record], r, length, [&](long, Eigen::Index begin, Eigen::Index rows) {
       const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), left.segment(begin, rows));
       meat.noalias() += g * g.transpose();
     });

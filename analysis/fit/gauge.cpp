@@ -229,6 +229,43 @@ std::optional<Model> with_told_pins_free(std::span<const Record> records, const 
   return any ? std::optional(freed) : std::nullopt;
 }
 
+namespace {
+
+/// How the others go with one parameter that is held: d(parameter) for a change of it, each in units of its size.
+struct Slopes {
+  std::vector<std::size_t> places;
+  std::vector<double> size, slope;
+  double own_size = 0;
+  double information = 0;  ///< on the held one, once the others have followed, per size^2
+};
+
+Slopes slopes_of(std::span<const Record> records, const Model& fitted, std::size_t place) {
+  Model free = fitted;
+  free.at(place).fixed = false;
+  const Information info = information_of(records, free);
+  const auto own = static_cast<Eigen::Index>(std::ranges::find(info.places, place) - info.places.begin());
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index i = 0; i < info.size.size(); ++i) {
+    const Parameter& other = fitted.at(info.places[static_cast<std::size_t>(i)]);
+    if (i != own && other.value != 0 && info.scaled(i, i) > 0) others.push_back(i);
+  }
+  Slopes slopes;
+  slopes.own_size = info.size[own];
+  slopes.information = info.scaled(own, own);
+  if (others.empty()) return slopes;
+  const Eigen::VectorXd column = info.scaled(others, Eigen::all).col(own);
+  const Eigen::VectorXd slope = -solve_normal(info.scaled(others, others), column);
+  slopes.information += column.dot(slope);
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    slopes.places.push_back(info.places[static_cast<std::size_t>(others[k])]);
+    slopes.size.push_back(info.size[others[k]]);
+    slopes.slope.push_back(slope[static_cast<Eigen::Index>(k)]);
+  }
+  return slopes;
+}
+
+}  // namespace
+
 std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted) {
   const std::vector<std::string> names = fitted.names();
   std::vector<Pin> pins;
@@ -238,27 +275,27 @@ std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted) {
   for (std::size_t place = 0; place < names.size(); ++place) {
     if (!fitted.at(place).pinned) continue;
     Pin p{place, names[place], fitted.at(place).value, fitted.at(place).unit, {}, current_read};
-    Model free = fitted;
-    free.at(place).fixed = false;
-    const Information info = information_of(records, free);
-    const auto own = static_cast<Eigen::Index>(std::ranges::find(info.places, place) - info.places.begin());
-    std::vector<Eigen::Index> others;
-    for (Eigen::Index i = 0; i < info.size.size(); ++i) {
-      const Parameter& other = fitted.at(info.places[static_cast<std::size_t>(i)]);
-      if (i != own && other.value != 0 && info.scaled(i, i) > 0) others.push_back(i);
-    }
-    if (!others.empty()) {
-      const Eigen::VectorXd column = info.scaled(others, Eigen::all).col(own);
-      const Eigen::VectorXd slope = -solve_normal(info.scaled(others, others), column);
-      for (std::size_t k = 0; k < others.size(); ++k) {
-        const std::size_t at = info.places[static_cast<std::size_t>(others[k])];
-        const double power = slope[static_cast<Eigen::Index>(k)] * info.size[others[k]] / fitted.at(at).value;
-        if (std::abs(power) >= goes_with) p.followers.push_back({names[at], power});
-      }
+    const Slopes slopes = slopes_of(records, fitted, place);
+    for (std::size_t k = 0; k < slopes.places.size(); ++k) {
+      const std::size_t at = slopes.places[k];
+      const double power = slopes.slope[k] * slopes.size[k] / fitted.at(at).value;
+      if (std::abs(power) >= goes_with) p.followers.push_back({names[at], power});
     }
     pins.push_back(std::move(p));
   }
   return pins;
+}
+
+void widen_by_held_damping(std::span<const Record> records, const Model& given, Model& fitted) {
+  const Parameter& B = fitted.at(base::B);
+  if (!B.pinned || B.value != 0) return;
+  const Slopes slopes = slopes_of(records, fitted, base::B);
+  const double believed = given.at(base::B).value / slopes.own_size;  // a B of about as much is as likely as none
+  const double variance = 1 / (1 / (believed * believed) + std::max(0.0, slopes.information));
+  for (std::size_t k = 0; k < slopes.places.size(); ++k) {
+    std::optional<double>& error = fitted.at(slopes.places[k]).std_error;
+    if (error) error = std::hypot(*error, slopes.slope[k] * slopes.size[k] * std::sqrt(variance));
+  }
 }
 
 std::vector<std::string> scaled_with(std::span<const Pin> pins, const std::string& parameter) {

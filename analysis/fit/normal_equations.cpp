@@ -14,28 +14,30 @@ bool wanted(Signal signal, const CalibrationOptions& options) {
   return options.outputs.empty() || std::ranges::find(options.outputs, signal) != options.outputs.end();
 }
 
-void add_blocks(const Record& record, const Residuals& r, std::map<long, Eigen::VectorXd>& blocks) {
-  for_each_second(record, r, [&](long second, Eigen::Index begin, Eigen::Index rows) {
+void add_blocks(const Record& record, const Residuals& r, double length, std::map<long, Eigen::VectorXd>& blocks) {
+  for_each_piece(record, r, length, [&](long piece, Eigen::Index begin, Eigen::Index rows) {
     const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), r.value.segment(begin, rows));
-    auto& sum = blocks[second];
+    auto& sum = blocks[piece];
     if (sum.size() == 0) sum.setZero(g.size());
     sum += g;
   });
 }
 
-/// The gradients of blocks of one second, and of five.
-std::array<std::vector<Eigen::VectorXd>, 2> block_gradients_of(const std::map<long, Eigen::VectorXd>& blocks) {
-  std::array<std::vector<Eigen::VectorXd>, 2> gradients;
-  auto& [of_one, of_five] = gradients;
-  long last = -1;
-  for (const auto& [second, gradient] : blocks) {
-    of_one.push_back(gradient);
-    if (of_five.empty() || second / 5 != last) {
-      of_five.push_back(gradient);
-    } else {
-      of_five.back() += gradient;
+/// The gradients of blocks of one piece, of two, four ...
+BlockGradients block_gradients_of(const std::map<long, Eigen::VectorXd>& pieces) {
+  BlockGradients gradients;
+  for (std::size_t doubled = 0; doubled < gradients.size(); ++doubled) {
+    std::vector<Eigen::VectorXd>& blocks = gradients[doubled];
+    long last = -1;
+    for (const auto& [piece, gradient] : pieces) {
+      const long block = piece >> doubled;
+      if (block == last) {
+        blocks.back() += gradient;
+      } else {
+        blocks.push_back(gradient);
+      }
+      last = block;
     }
-    last = second / 5;
   }
   return gradients;
 }
@@ -43,7 +45,12 @@ std::array<std::vector<Eigen::VectorXd>, 2> block_gradients_of(const std::map<lo
 }  // namespace
 
 FitProblem::FitProblem(std::span<const Record> records, const Model& model, const CalibrationOptions& options)
-    : records_(records), model_(model), options_(options), free_(model), moved_(moved_by(free_)) {
+    : records_(records),
+      model_(model),
+      options_(options),
+      free_(model),
+      moved_(moved_by(free_)),
+      shortest_piece_(shortest_piece(records)) {
   for (const std::size_t place : free_.places()) {
     const Parameter& p = model.at(place);
     if (p.prior) priors_.push_back({static_cast<Eigen::Index>(*free_.mover(place)), *p.prior});
@@ -90,7 +97,7 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
     n.sts += gram(r.sensitivity);
     n.str += transposed_product(r.sensitivity, r.value);
     if (!to_judge) continue;
-    add_blocks(record, r, blocks);
+    add_blocks(record, r, shortest_piece_, blocks);
     if (!in_steps) continue;
     constexpr double second_order = 4.0 / 3;  // half steps show three quarters of the error
     n.str_of_step += second_order * transposed_product(r.sensitivity, finer[s].value - r.value);

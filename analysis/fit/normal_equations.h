@@ -14,13 +14,17 @@
 
 namespace emtb {
 
+/// The gradients of blocks of a run: of the shortest pieces (shortest_piece()), of two of them, four, eight. Which of
+/// them are independent hangs on how long the model's error remembers.
+using BlockGradients = std::array<std::vector<Eigen::VectorXd>, 4>;
+
 /// The normal equations of one model on all records: SᵀS, Sᵀr, rᵀr, and for judging what they say the gradient of each
 /// block, and by how much Sᵀr would change were the simulation exact.
 struct NormalEquations {
   Eigen::MatrixXd sts;
   Eigen::VectorXd str;
   double rtr = 0;
-  std::array<std::vector<Eigen::VectorXd>, 2> block_gradients;  ///< of short and of long blocks
+  BlockGradients block_gradients;
   Eigen::VectorXd str_of_step;
 };
 
@@ -65,6 +69,7 @@ class FitProblem {
   const CalibrationOptions& options_;
   FreeParameters free_;
   std::vector<std::vector<std::size_t>> moved_;
+  double shortest_piece_;  // [s]
   std::vector<std::pair<Eigen::Index, Prior>> priors_;
   mutable RotorPhases phases_;  // of each record, where the cost was least; empty: to be searched
   mutable double least_ = std::numeric_limits<double>::infinity();

@@ -51,18 +51,24 @@ std::map<Signal, double> mean_squares(std::span<const Residuals> residuals);
 /// The error of the contract: sqrt(mean over signals of (RMSE/sigma)^2), each signal counting equally. 1 = noise floor.
 double error_of(const std::map<Signal, double>& mean_squares);
 
-/// Calls visit(second, begin, rows) for each group of neighbouring readings that end in the same second of their
-/// record: residuals of different seconds count as independent.
+/// [s] The length of the shortest pieces whose residuals count as independent: as much time in all as a hundred and
+/// twenty-eight of them last. A share, not a number of seconds: a large machine moves a thousand times slower than a
+/// small one.
+double shortest_piece(std::span<const Record> records);
+
+/// Calls visit(piece, begin, rows) for each group of neighbouring readings that end in the same piece of their record.
+/// @param length [s] of a piece
 template <class Visit>
-void for_each_second(const Record& record, const Residuals& r, const Visit& visit) {
+void for_each_piece(const Record& record, const Residuals& r, double length, const Visit& visit) {
   const Observation& o = *record.find(r.signal);
-  const auto second_of = [&](Eigen::Index i) {
-    return std::lround(std::floor(record.excitation.t[o.last[static_cast<std::size_t>(i)]]));
+  const std::vector<double>& t = record.excitation.t;
+  const auto piece_of = [&](Eigen::Index i) {
+    return std::lround(std::floor((t[o.last[static_cast<std::size_t>(i)]] - t.front()) / length));
   };
   for (Eigen::Index begin = 0, end = 0; begin < r.value.size(); begin = end) {
-    const long second = second_of(begin);
-    for (end = begin + 1; end < r.value.size() && second_of(end) == second;) ++end;
-    visit(second, begin, end - begin);
+    const long piece = piece_of(begin);
+    for (end = begin + 1; end < r.value.size() && piece_of(end) == piece;) ++end;
+    visit(piece, begin, end - begin);
   }
 }
 

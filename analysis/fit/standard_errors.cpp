@@ -113,17 +113,21 @@ void judge_optimum(Calibration& result, const FitProblem& problem, std::span<con
   const std::vector<Eigen::Index> inner = split_off_bounds(result, n, free);
   if (inner.empty()) return;
   const Eigen::MatrixXd inverse = inverse_of(n.sts(inner, inner));
-  constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
-  const auto& [of_one, of_five] = n.block_gradients;
-  const bool long_ones_tell =
-      !problem.quick_errors() && static_cast<double>(of_five.size()) >= enough + static_cast<double>(inner.size());
-  const Eigen::MatrixXd sandwich = sandwich_of(inverse, of_one, inner),
-                        of_long = long_ones_tell ? sandwich_of(inverse, of_five, inner) : sandwich;
+  Eigen::MatrixXd sandwich = inverse;
+  Eigen::VectorXd variances = inverse.diagonal();
+  for (const auto& gradients : n.block_gradients) {
+    constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
+    const bool shortest = &gradients == &n.block_gradients.front();
+    if (!shortest && static_cast<double>(gradients.size()) < enough + static_cast<double>(inner.size())) break;
+    const Eigen::MatrixXd of_these = sandwich_of(inverse, gradients, inner);
+    if (shortest) sandwich = of_these;
+    variances = variances.cwiseMax(of_these.diagonal());
+  }
   const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
   result.covariance(inner, inner) = sandwich;
   for (std::size_t k = 0; k < inner.size(); ++k) {
     const auto a = static_cast<Eigen::Index>(k);
-    const double variance = std::max({sandwich(a, a), of_long(a, a), inverse(a, a)}) + off[a] * off[a];
+    const double variance = variances[a] + off[a] * off[a];
     result.covariance(inner[k], inner[k]) = variance;
     result.inflation[inner[k]] = variance / inverse(a, a);
     Parameter& parameter = result.model.at(free.places()[static_cast<std::size_t>(inner[k])]);

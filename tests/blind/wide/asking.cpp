@@ -24,11 +24,18 @@ double number(const json& j, const char* key) {
   return found == j.end() || found->is_null() ? std::nan("") : found->get<double>();
 }
 
-/// An estimate with an error of its own; nothing where it is pinned, held or not determined.
+/// A value that is said to be right only as far as that of a parameter that is held. A B that is held adds to the rest,
+/// and the error counts what it may be; the others are factors.
+bool goes_with_another(const json& p) {
+  const auto with = p.find("scaled_with");
+  return with != p.end() && std::ranges::any_of(*with, [](const json& name) { return name != "B"; });
+}
+
+/// An estimate with an error of its own; nothing where it is pinned, goes with what is, is held or not determined.
 void add_interval(std::vector<Covered>& list, const std::string& name, double truth, const json& p) {
   const bool pinned = p.contains("pinned") && p["pinned"].is_boolean() && p["pinned"].get<bool>();
   const double error = number(p, "std_error"), value = number(p, "value");
-  if (pinned || !(error > 0) || !std::isfinite(value)) return;
+  if (pinned || goes_with_another(p) || !(error > 0) || !std::isfinite(value)) return;
   list.push_back({name, truth, value, error});
 }
 

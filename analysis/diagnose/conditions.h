@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "analysis/record/record.h"
+#include "hal/signal.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// What residuals are held against.
+enum class Condition { acceleration, angle, heat, current, speed, direction, time, reference };
+inline constexpr std::size_t condition_count = 8;
+std::string_view name_of(Condition condition) noexcept;  ///< as in JSON: `omega`
+std::string_view unit_of(Condition condition) noexcept;
+
+/// One reading with a condition that it was taken in, which is the model's own simulation and so free of noise.
+struct ConditionedReading {
+  double condition = 0;
+  double residual = 0;    ///< measured - simulated, in the signal's unit
+  double scaled = 0;      ///< the same, in units of the noise floor
+  std::size_t piece = 0;  ///< of all records
+};
+
+/// The readings of a signal by condition; none where the condition is not known of it.
+using ReadingsByCondition = std::array<std::vector<ConditionedReading>, condition_count>;
+
+/// The readings of all records with their conditions: the angle within a turn [rad], the heat lost in R_a since the run
+/// began [J].
+/// @param piece [s] the length of the pieces that are numbered on through all records; 0: each record is one
+std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Record> records, const Model& model,
+                                                            double piece = 0);
+
+}  // namespace emtb
