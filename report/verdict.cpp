@@ -15,16 +15,26 @@ namespace emtb {
 
 namespace {
 
+/// By how many noise floors a signal is off; none where it only drives the model, or has no floor to speak of.
+double multiples_of(const Diagnosis& d, const std::pair<const Signal, SignalFit>& signal_and_fit) {
+  const auto& [signal, fit] = signal_and_fit;
+  const bool drives = std::ranges::find(d.inputs, signal) != d.inputs.end();
+  return has_multiples(fit.noise) && !drives ? fit.ratio : 0;
+}
+
 /// What remains, and the signal that shows it most: the others may be at their floors.
 std::string remainder_in_words(const Diagnosis& d) {
-  const auto multiples = [](const auto& signal_and_fit) {
-    const SignalFit& fit = signal_and_fit.second;
-    return has_multiples(fit.noise) ? fit.ratio : 0;
-  };
+  const auto multiples = [&](const auto& signal_and_fit) { return multiples_of(d, signal_and_fit); };
   const auto worst = std::ranges::max_element(d.signals, {}, multiples);
   if (worst == d.signals.end() || multiples(*worst) == 0) return "what remains is more than noise";
   return in_words(worst->first, worst->second) + ". All signals together: " + pretty(d.final_held_out, 3) +
          " times the noise floor remains";
+}
+
+/// Is more left than noise, although it is worth no name?
+bool more_than_noise(const Diagnosis& d) {
+  constexpr double clearly = 1.25;  // noise floors
+  return std::ranges::any_of(d.signals, [&](const auto& s) { return multiples_of(d, s) > clearly; });
 }
 
 /// `Coulomb friction (T_c = 0.0547 ± 0.0003 N m)`
@@ -59,6 +69,7 @@ std::string verdict_text(const Diagnosis& d) {
       break;
     case Verdict::nothing_missing:
       out << "nothing_missing: what is left is noise, or too little to matter.";
+      if (more_than_noise(d)) out << " It follows no law that these runs show again: " << remainder_in_words(d) << ".";
       break;
     case Verdict::cannot_tell:
       out << "cannot_tell: nothing in these runs moves enough to inform the model.";
@@ -107,7 +118,8 @@ std::string verdict_in_words(const Diagnosis& d) {
                        " are more than noise: something else is missing that no effect in the library explains.";
     case Verdict::nothing_missing:
       return "Nothing is missing that these runs could show: the error on " + judged_on(d) + " is " +
-             floors(d.final_held_out) + (d.missing.empty() ? "." : ", with " + found + ".");
+             floors(d.final_held_out) + (d.missing.empty() ? "." : ", with " + found + ".") +
+             (more_than_noise(d) ? " What is left beyond noise follows no law that these runs show again." : "");
     case Verdict::cannot_tell:
       return "These runs cannot tell: nothing in them moves enough to inform the model.";
   }

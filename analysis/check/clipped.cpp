@@ -18,6 +18,13 @@ double rise_to_come(std::span<const double> before, std::size_t piece, double si
   return last * ratio / (1 - ratio);
 }
 
+/// For how many readings the top of a wave stays within a step of its height, as the slowing of its rise tells.
+double dwell_at_top(std::span<const double> before, std::size_t piece, double sign, double step) {
+  const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
+  const double slowing = (at(1) - at(2)) - (at(0) - at(1));
+  return slowing > 0 ? 2 * std::sqrt(2 * step / slowing) * static_cast<double>(piece) : 0;
+}
+
 /// Whether a stretch at the extreme cuts off a rise.
 bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double step, double noise) {
   // Pieces so long that each rises clear of the noise; the reading just before the stretch may be cut already.
@@ -27,6 +34,8 @@ bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double s
     const double left = sign * (s.value - before.back());
     const double last = sign * (before.back() - before[before.size() - 1 - piece]);
     if (last < 6 * std::max(noise, step)) continue;
+    constexpr double spare = 1.5;  // a rise is known to a step
+    if (static_cast<double>(s.length()) < spare * dwell_at_top(before, piece, sign, step)) continue;
     const double reach = last / static_cast<double>(piece) * static_cast<double>(s.length());  // had it gone on
     return std::min(rise_to_come(before, piece, sign), reach) >
            3 * std::max(left, 0.0) + 6 * std::max(noise, step) + step;  // read to a step

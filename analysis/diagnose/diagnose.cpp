@@ -179,7 +179,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Model given = without_pins(model);
   given.withheld.clear();
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
-  FittedTrials trials(data, given, criterion, options.score, options.refits, only_inputs(model, options));
+  d.inputs = only_inputs(model, options);
+  FittedTrials trials(data, given, criterion, options.score, options.refits, d.inputs);
   Trial first = first_fit(trials, data, given);
   if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
   // Starts bend the fit and the fit the starts.
@@ -206,8 +207,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
   }
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(
-      d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality, only_inputs(model, options)));
+  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality, d.inputs));
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");
