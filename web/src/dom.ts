@@ -53,6 +53,16 @@ const greek: {[name: string]: string} = {
   omega: "ω", theta: "θ", tau: "τ", torque: "torque", temperature: "temperature",
 };
 
+const words: {[signal: string]: string} = {
+  u_ref: "Reference", e_a: "Armature voltage", i_a: "Armature current", omega: "Speed", theta: "Angle", torque: "Load torque",
+  i_f: "Field current", temperature: "Temperature", armature_open: "Armature open", t: "Time",
+};
+
+/// A signal in words, for headings.
+export function signalWords(name: string): string {
+  return words[name] ?? symbolText(name);
+}
+
 /// A name as it is written by hand: i_a with the a below, ω for omega.
 export function symbol(name: string): HTMLElement {
   const [head, ...rest] = name.split("_");

@@ -11,6 +11,7 @@ export interface Scale {
 
 /// Units as they are printed: Ω, kg m², rad/s².
 export function unitText(unit: string): string {
+  if (unit === "1") return "";
   return unit.replace(/\bohm\b/g, "Ω").replace(/degC/g, "°C").replace(/\^?2\b/g, "²").replace(/\^?3\b/g, "³")
     .replace(/([A-Za-z])²/g, "$1²").replace(/ /g, "\u00a0");
 }
@@ -53,7 +54,11 @@ export function plain(value: number | null | undefined, digits = 4): string {
 export function quantity(value: number | null | undefined, unit: string, digits = 4): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const scale = scaleFor(value, unit);
-  return `${plain(value * scale.factor, digits)}\u00a0${scale.unit}`.trim();
+  return withUnit(plain(value * scale.factor, digits), scale.unit);
+}
+
+function withUnit(number: string, unit: string): string {
+  return /^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]/.test(unit) ? `${number}×${unit}` : `${number}\u00a0${unit}`.trim();
 }
 
 /// A reading whose digits stay in place while it changes: "  54.70".
@@ -70,7 +75,8 @@ export function withError(value: number | null | undefined, error: number | null
   const [v, e] = [value * scale.factor, error * scale.factor];
   const exponent = Math.floor(Math.log10(e));
   const places = Math.max(0, Math.min(9, (Number(String(e / 10 ** exponent)[0]) === 1 ? 1 : 0) - exponent));
-  return `${minus(v.toFixed(places))} ± ${e.toFixed(places)}\u00a0${scale.unit}`.trim();
+  const both = `${minus(v.toFixed(places))} ± ${e.toFixed(places)}`;
+  return withUnit(/^10/.test(scale.unit) ? `(${both})` : both, scale.unit);
 }
 
 /// "1.04": an error in units of the noise floor.

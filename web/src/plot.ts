@@ -34,6 +34,7 @@ export interface PlotOptions {
   height?: number;
   group?: Group;
   bare?: boolean;  ///< without header: a strip
+  noTime?: boolean;  ///< the x axis without numbers: another plot below has them
   floor?: number;  ///< noise floor, drawn on top at plus and minus
   zero?: boolean;  ///< the range holds zero
   log?: boolean;
@@ -76,7 +77,8 @@ export class Plot {
   private readonly axis = h("span", {class: "axis"});
   private readonly table = h("div", {class: "numbers", hidden: true, tabindex: "0", role: "region", "aria-label": "Numbers of this plot"});
   private keyValues: HTMLElement[] = [];
-  private readonly size: ResizeObserver;
+  size = 0;  ///< largest value drawn; a strip keeps it, so that its digits do not jump
+  private readonly watch: ResizeObserver;
   private readonly forget: () => void;
   private xRange: [number, number] | null = null;
 
@@ -91,8 +93,8 @@ export class Plot {
     this.element = h("figure", {class: "figure"}, header, this.canvas, this.table);
     this.canvas.addEventListener("keydown", (event) => this.key(event));
     this.canvas.addEventListener("dblclick", () => this.zoomTo(null));
-    this.size = new ResizeObserver(() => this.resize());
-    this.size.observe(this.canvas);
+    this.watch = new ResizeObserver(() => this.resize());
+    this.watch.observe(this.canvas);
     this.forget = onTheme(() => this.chart?.redraw(true, true));
     options.group?.join(this);
     this.xRange = options.group?.range ?? null;
@@ -100,7 +102,7 @@ export class Plot {
 
   /// Ends the plot; its view is gone.
   destroy(): void {
-    this.size.disconnect();
+    this.watch.disconnect();
     this.forget();
     this.options.group?.leave(this);
     this.chart?.destroy();
@@ -111,7 +113,8 @@ export class Plot {
   show(traces: Trace[]): void {
     this.traces = traces;
     this.columns = aligned(traces);
-    const size = largest(traces, this.floor);
+    const size = Math.max(largest(traces, this.floor), this.options.smallest ?? 0, this.options.bare ? this.size : 0);
+    this.size = size;
     this.scale = scaleFor(size, this.options.y.unit);
     const signature = traces.map((t) => `${t.label}|${t.as}|${t.high ? 1 : 0}|${t.ink}`).join(";");
     if (!this.chart || signature !== this.signature) {
@@ -269,8 +272,9 @@ function chartOptions(plot: Plot, width: number, zoom: (range: [number, number])
     series: [{}, ...plot.traces.flatMap(seriesOf)],
     bands: bandsOf(plot.traces),
     axes: [
-      {...axis, size: 30, gap: 3, space: 70, values: (_u, ticks) => ticks.map((v, n) => plain(v, 6) + (n === ticks.length - 1 ? xUnit : ""))},
-      {...axis, size: 58, gap: 4, space: 34, values: (_u, ticks) => ticks.map((v) => (v === null ? "" : plain(v * plot.scale.factor, 4)))},
+      {...axis, size: options.noTime ? 6 : 30, gap: 3, space: 70,
+        values: (_u, ticks) => ticks.map((v, n) => (options.noTime ? "" : plain(v, 6) + (n === ticks.length - 1 ? xUnit : "")))},
+      {...axis, size: 58, gap: 4, space: options.bare ? 22 : 34, values: (_u, ticks) => ticks.map((v) => (v === null ? "" : plain(v * plot.scale.factor, 4)))},
     ],
     hooks: {
       setCursor: [(u) => plot.cursor(u.cursor.idx)],

@@ -1,8 +1,8 @@
 // The bench, live: every signal, what state it is in, who controls, and how a run is begun.
 
 import {bench, Channel, windows} from "../bench";
-import {h, put, setText, symbol, symbolText} from "../dom";
-import {duration, reading, Scale, scaleFor} from "../numbers";
+import {h, put, setText, signalWords, symbol} from "../dom";
+import {duration, reading, unitText} from "../numbers";
 import {Plot} from "../plot";
 import {View} from "../view";
 import {details} from "./bench_details";
@@ -15,15 +15,13 @@ class Strip {
   private readonly value = h("span", {class: "value"});
   private readonly unit = h("span", {class: "unit"});
   private readonly age = h("span", {class: "age"});
-  private scale: Scale = {factor: 1, unit: ""};
-  private size = 0;
 
-  constructor(private readonly channel: Channel) {
+  constructor(private readonly channel: Channel, last: boolean) {
     this.plot = new Plot({
-      title: symbolText(channel.signal), about: "the last readings, over the seconds before now", bare: true, height: 104,
+      title: signalWords(channel.signal), about: "the last readings, over the seconds before now", bare: true, height: last ? 104 : 82, noTime: !last,
       x: {name: "t", unit: "s"}, y: {name: channel.signal, unit: channel.unit}, smallest: smallest(channel.unit), zero: true,
     });
-    this.element = h("div", {class: "strip"}, h("div", {class: "now ages"}, h("span", {}, symbol(channel.signal)),
+    this.element = h("div", {class: "strip"}, h("div", {class: "now ages"}, h("span", {class: "small muted"}, signalWords(channel.signal), " ", symbol(channel.signal)),
       h("span", {}, this.value, " ", this.unit), this.age), this.plot.element);
   }
 
@@ -39,13 +37,9 @@ class Strip {
   write(): void {
     const last = bench.newest.get(this.channel.signal);
     const value = last?.value ?? null;
-    if (value !== null && Math.abs(value) > this.size) {
-      this.size = Math.abs(value);  // the prefix stays when a signal falls again: digits should not jump
-      this.scale = scaleFor(this.size, this.channel.unit);
-    }
-    const shown = this.size * this.scale.factor;
-    setText(this.value, reading(value, this.scale, shown >= 100 ? 1 : shown >= 10 ? 2 : 3));
-    setText(this.unit, this.scale.unit || this.channel.unit);
+    const scale = this.plot.scale, shown = this.plot.size * scale.factor;
+    setText(this.value, reading(value, scale, shown >= 100 ? 1 : shown >= 10 ? 2 : 3));
+    setText(this.unit, scale.unit || unitText(this.channel.unit));
     const age = bench.age(this.channel.signal);
     const old = age > Math.max(1.5, 4 * this.channel.period);
     setText(this.age, value === null ? "no reading yet" : old ? `${duration(age)} old` : "");
@@ -76,7 +70,7 @@ function strips(): {element: HTMLElement; close: () => void} {
     if (names !== of) {
       of = names;
       list.forEach((s) => s.destroy());
-      list = bench.channels.map((channel) => new Strip(channel));
+      list = bench.channels.map((channel, n) => new Strip(channel, n === bench.channels.length - 1));
       put(host, ...list.map((s) => s.element));
     }
     buttons.forEach((button, n) => button.setAttribute("aria-pressed", String(windows[n] === bench.span)));

@@ -1,7 +1,7 @@
 // Model over measurement: drag a parameter and see where the simulation goes.
 
 import {failed} from "../dialog";
-import {h, put, symbol, symbolText} from "../dom";
+import {h, put, signalWords, symbol, symbolText} from "../dom";
 import {duration, floors, percent, quantity} from "../numbers";
 import {Group, Plot} from "../plot";
 import {rpc} from "../rpc";
@@ -22,9 +22,9 @@ class SignalFigures {
 
   constructor(readonly name: string, unit: string, group: Group, run: string) {
     const x = {name: "t", unit: "s"}, y = {name, unit};
-    this.over = new Plot({title: `${symbolText(name)} of ${run}`, about: "measured and simulated over time", x, y, height: 190, group});
-    this.residual = new Plot({title: `Residual of ${symbolText(name)}`, about: "measured less simulated over time, with the noise floor", x, y, height: 210, group, zero: true});
-    this.element = h("section", {class: "panel stack", "aria-label": symbolText(name)}, this.over.element, this.residual.element);
+    this.over = new Plot({title: `${signalWords(name)} of ${run}`, about: "measured and simulated over time", x, y, height: 190, group});
+    this.residual = new Plot({title: `Residual of the ${signalWords(name).toLowerCase()}`, about: "measured less simulated over time, with the noise floor", x, y, height: 210, group, zero: true});
+    this.element = h("section", {class: "panel stack", "aria-label": signalWords(name)}, this.over.element, this.residual.element);
   }
 
   show(s: any): void {
@@ -53,7 +53,7 @@ class SignalFigures {
 
 class Compare {
   readonly element: HTMLElement;
-  private readonly board = new Scoreboard();
+  private readonly board = new Scoreboard(true);
   private readonly select = h("select", {"aria-label": "Run", onchange: () => this.choose(this.select.value)});
   private readonly figures = h("div", {class: "stack"});
   private readonly missing = missingFigures();
@@ -74,10 +74,10 @@ class Compare {
   private readonly forget: () => void;
 
   constructor() {
-    this.head = workHead("Compare", this.select);
+    this.head = workHead("Compare", this.select, this.board.element);
     const side = h("div", {class: "stack sticky"}, h("section", {class: "panel stack", "aria-label": "Parameters"},
       h("div", {class: "row"}, h("h2", {}, "Parameters"), h("span", {class: "grow"}), this.fit), this.sliders.element));
-    this.element = h("div", {class: "stack"}, this.head.element, h("section", {class: "panel", "aria-label": "Errors"}, this.board.element),
+    this.element = h("div", {class: "stack"}, this.head.element,
       h("div", {class: "two"}, h("div", {class: "stack"}, this.figures, this.missing.element,
         h("section", {class: "panel"}, h("h2", {}, "Errors by run and signal"), this.table)), side));
     this.forget = work.onChange(() => this.change());
@@ -154,7 +154,8 @@ class Compare {
     if (answer.seq <= this.answered || (answer.run && answer.run !== this.run)) return;
     this.answered = answer.seq;
     const run = work.state?.runs.find((r) => r.id === this.run)?.name ?? this.run;
-    for (const [name, signal] of Object.entries<any>(answer.signals)) {
+    // The signal that is furthest off comes first; the order stays while one drags.
+    for (const [name, signal] of Object.entries<any>(answer.signals).sort((a, b) => (b[1].floors ?? 0) - (a[1].floors ?? 0))) {
       let figures = this.signals.get(name);
       if (!figures) {
         figures = new SignalFigures(name, signal.unit, this.group, run);

@@ -2,7 +2,7 @@
 
 import {bench} from "../bench";
 import {Trail} from "../live_store";
-import {h, put, setText, svg, symbol, symbolText} from "../dom";
+import {h, put, setText, signalWords, svg, symbol} from "../dom";
 import {floors, plain, quantity, withError} from "../numbers";
 import {Plot} from "../plot";
 import {rpc, RpcError} from "../rpc";
@@ -118,7 +118,7 @@ class Estimates {
     for (const [signal, i] of Object.entries<any>(e.innovation ?? {})) {
       let one = this.plots.get(signal);
       if (!one) {
-        one = {trail: new Trail(2048), plot: new Plot({title: symbolText(signal), about: "innovation in noise floors over the last two minutes", x: {name: "t", unit: "s"}, y: {name: "noise floors", unit: "1"}, height: 105, zero: true, smallest: 3})};
+        one = {trail: new Trail(2048), plot: new Plot({title: signalWords(signal), about: "innovation in noise floors over the last two minutes", x: {name: "t", unit: "s"}, y: {name: "noise floors", unit: "1"}, height: 105, zero: true, smallest: 3})};
         this.plots.set(signal, one);
         this.innovation.append(one.plot.element);
       }

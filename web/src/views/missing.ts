@@ -1,6 +1,6 @@
 // What the model misses: torque against speed, and the residuals by what they may depend on.
 
-import {h, put, symbolText} from "../dom";
+import {h, put, signalWords} from "../dom";
 import {Plot} from "../plot";
 import {rpc} from "../rpc";
 
@@ -30,7 +30,7 @@ export function missingFigures(): {element: HTMLElement; load: () => void; close
   }
 
   function curvePlot(curve: any): HTMLElement {
-    const plot = new Plot({title: `Missing ${curve.quantity} against ${symbolText(curve.against)}`, about: "what would have to act on the model to make it agree with the measurement, with standard errors",
+    const plot = new Plot({title: `Missing ${curve.quantity} against ${signalWords(curve.against).toLowerCase()}`, about: "what would have to act on the model to make it agree with the measurement, with standard errors",
       x: {name: curve.against, unit: curve.against_unit ?? "rad/s"}, y: {name: `missing ${curve.quantity}`, unit: curve.unit}, height: 200, zero: true});
     plots.push(plot);
     plot.show([{label: "missing", ink: "base", x: curve.x, y: curve.value, error: curve.std_error, as: "points"}]);
@@ -38,7 +38,7 @@ export function missingFigures(): {element: HTMLElement; load: () => void; close
   }
 
   function mapPlot(map: any): HTMLElement {
-    const plot = new Plot({title: `${symbolText(map.signal)} against ${symbolText(map.against)}`, about: "mean residual of each bin with its standard error",
+    const plot = new Plot({title: `${signalWords(map.signal)} against ${signalWords(map.against).toLowerCase()}`, about: "mean residual of each bin with its standard error",
       x: {name: map.against, unit: map.against_unit ?? ""}, y: {name: map.signal, unit: map.unit}, height: 150, zero: true, floor: map.floor});
     plots.push(plot);
     plot.show([{label: "mean residual", ink: "base", x: map.bins, y: map.mean, error: map.std_error, as: "points"}]);

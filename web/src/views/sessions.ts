@@ -1,7 +1,7 @@
 // Recorded sessions: what they are, notes and tags, two side by side, and files from elsewhere.
 
 import {failed, notice} from "../dialog";
-import {h, put, setText, symbolText} from "../dom";
+import {h, put, setText, signalWords} from "../dom";
 import {duration, localTime} from "../numbers";
 import {Group, Plot} from "../plot";
 import {rpc} from "../rpc";
@@ -63,7 +63,7 @@ class Sessions {
       this.load();
     }, failed)}, ...[["", "–"], ["train", "training"], ["held_out", "held out"]].map(([value, text]) => h("option", {value}, text)));
     use.value = s.used ?? "";
-    return h("tr", {}, h("td", {}, show), h("th", {scope: "row"}, s.name, s.complete === false ? h("span", {class: "tag warn"}, "not complete") : null), h("td", {}, localTime(s.started_utc)), h("td", {}, s.profile ?? ""),
+    return h("tr", {}, h("td", {}, show), h("th", {scope: "row"}, s.name, s.complete === false ? h("span", {class: "tag warn after"}, "not complete") : null), h("td", {}, localTime(s.started_utc)), h("td", {}, s.profile ?? ""),
       h("td", {class: "n"}, s.duration ? duration(s.duration) : "–"), h("td", {}, ...(s.tags ?? []).map((tag: string) => h("span", {class: "tag"}, tag)), s.note ? h("div", {class: "small muted"}, s.note) : null), h("td", {}, use));
   }
 
@@ -78,7 +78,7 @@ class Sessions {
 
   private writeDetail(): void {
     const sessions = this.chosen.map((p) => this.list.find((s) => s.path === p)).filter(Boolean);
-    put(this.detail, sessions.length ? h("section", {class: "panel"}, h("div", {class: "row"}, ...sessions.map((s) => this.notes(s)))) : null);
+    put(this.detail, sessions.length ? h("section", {class: "panel"}, h("div", {class: "pair"}, ...sessions.map((s) => this.notes(s)))) : null);
   }
 
   private notes(s: any): HTMLElement {
@@ -109,9 +109,9 @@ class Sessions {
           (signals[signal] ??= {unit: bins.unit ?? "", traces: []}).traces.push({label: name, ink: inks[n], x: bins.t, y: bins.min ?? bins.value, high: bins.max, as: bins.t.length < 400 ? "points" : undefined, width: 1.3});
       });
       for (const [signal, {unit, traces}] of Object.entries(signals)) {
-        const plot = new Plot({title: symbolText(signal), about: "of the chosen sessions over their time", x: {name: "t", unit: "s"}, y: {name: signal, unit}, height: 150, group});
+        const plot = new Plot({title: signalWords(signal), about: "of the chosen sessions over their time", x: {name: "t", unit: "s"}, y: {name: signal, unit}, height: 150, group});
         this.plots.push(plot);
-        this.figures.append(h("section", {class: "panel", "aria-label": symbolText(signal)}, plot.element));
+        this.figures.append(h("section", {class: "panel", "aria-label": signalWords(signal)}, plot.element));
         plot.show(traces);
       }
     } catch (error) {

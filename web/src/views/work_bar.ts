@@ -10,10 +10,12 @@ export class Scoreboard {
   private readonly train = h("span", {class: "big", id: "error-train"});
   private readonly heldOut = h("span", {class: "big", id: "error-held-out"});
 
-  constructor() {
-    fillOne(this.element, "Error, training runs", this.train);
-    fillOne(this.element, "Error, held-out runs", this.heldOut);
-    this.element.append(h("p", {class: "muted small"}, "in multiples of the noise floor: 1 is a perfect model"));
+  /// @param small fits into the head of a view
+  constructor(small = false) {
+    this.element.classList.toggle("compact", small);
+    fillOne(this.element, small ? "Error in noise floors, training" : "Error, training runs", this.train);
+    fillOne(this.element, small ? "held out" : "Error, held-out runs", this.heldOut);
+    if (!small) this.element.append(h("p", {class: "muted small"}, "in multiples of the noise floor: 1 is a perfect model"));
   }
 
   write(error: Errors | null | undefined): void {
