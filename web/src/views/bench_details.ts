@@ -14,7 +14,7 @@ export function details(): {element: HTMLElement; close: () => void} {
   const late = new Plot({title: "Lateness of the loop", about: "how many ticks came how late", x: {name: "late by at most", unit: "µs"}, y: {name: "ticks", unit: "1"}, height: 150, log: true});
   plots.push(late);
   const box = h("div", {class: "stack"});
-  const boxPanel = h("section", {class: "panel stack", hidden: true}, h("h2", {}, "Black box: the seconds before the fault"), box);
+  const boxPanel = h("section", {class: "panel stack black-box", hidden: true}, h("h2", {}, "Black box: the seconds before the fault"), box);
   let shownBox = "", shownConfig: any = null;
 
   async function showBox(of: any): Promise<void> {

@@ -165,6 +165,7 @@ class Compare {
       figures.show(signal);
     }
     if (answer.error && Object.keys(this.draft).length) this.board.write(answer.error);
+    window.dispatchEvent(new Event("emtb-drawn"));
   }
 
   private writeTable(state: Work): void {
