@@ -16,7 +16,7 @@ export interface Run {
   t: number;
   duration: number;
   session: string;
-  controller: {user: string; pid: number; you?: boolean} | null;
+  controller: {user: string; pid: number} | null;
   pause: {number: number; say: string; within: number} | null;
 }
 
@@ -42,6 +42,7 @@ export class Bench extends Changing {
   fault: Fault | null = null;
   run: Run | null = null;
   ended: any = null;
+  ownRun: number | null = null;  ///< the run that this page began
   span = windows[0];
   dropped = 0;
   readonly trails = new Map<string, Trail>();
@@ -105,6 +106,11 @@ export class Bench extends Changing {
       this.run = status.run;
       this.changed();
     }, () => undefined);
+  }
+
+  /// Whether this page began the run that is on: when the page goes, that run ends.
+  controls(): boolean {
+    return this.run !== null && this.run.id === this.ownRun;
   }
 
   runIsOn(): boolean {

@@ -58,6 +58,10 @@ const words: {[signal: string]: string} = {
   i_f: "Field current", temperature: "Temperature", armature_open: "Armature open", t: "Time",
 };
 
+export function isSymbol(name: string): boolean {
+  return (greek[name.split("_")[0]] ?? name.split("_")[0]).length <= 2;
+}
+
 /// A signal in words, for headings.
 export function signalWords(name: string): string {
   return words[name] ?? symbolText(name);

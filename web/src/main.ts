@@ -102,7 +102,7 @@ function start(): void {
   window.addEventListener("beforeunload", (event) => {
     if (!bench.runIsOn()) return;
     event.preventDefault();
-    event.returnValue = "A run is on. Leaving the page ends it.";
+    event.returnValue = "A run is on. Leaving the page ends it, if this page began it.";
   });
   rpc.on("link", () => {
     showLink();

@@ -1,7 +1,7 @@
 // The bench, live: every signal, what state it is in, who controls, and how a run is begun.
 
 import {bench, Channel, windows} from "../bench";
-import {h, put, setText, signalWords, symbol} from "../dom";
+import {h, isSymbol, put, setText, signalWords, symbol} from "../dom";
 import {duration, reading, unitText} from "../numbers";
 import {Plot} from "../plot";
 import {View} from "../view";
@@ -21,7 +21,7 @@ class Strip {
       title: signalWords(channel.signal), about: "the last readings, over the seconds before now", bare: true, height: last ? 104 : 82, noTime: !last,
       x: {name: "t", unit: "s"}, y: {name: channel.signal, unit: channel.unit}, smallest: smallest(channel.unit), zero: true,
     });
-    this.element = h("div", {class: "strip"}, h("div", {class: "now ages"}, h("span", {class: "small muted"}, signalWords(channel.signal), " ", symbol(channel.signal)),
+    this.element = h("div", {class: "strip"}, h("div", {class: "now ages"}, h("span", {class: "small muted"}, signalWords(channel.signal), " ", isSymbol(channel.signal) ? symbol(channel.signal) : null),
       h("span", {}, this.value, " ", this.unit), this.age), this.plot.element);
   }
 
@@ -117,8 +117,8 @@ function statePanel(): {element: HTMLElement; close: () => void} {
     put(facts,
       h("dt", {}, "Fault"), h("dd", {}, bench.fault ? `${bench.fault.code} ${bench.fault.name}: ${bench.fault.text}` : "none"),
       h("dt", {}, "Reference"), h("dd", {}, bench.status ? (bench.status.reference_safe ? "safe" : "not at its safe value") : "–"),
-      h("dt", {}, "Control"), h("dd", {id: "controller"}, controller ? `${controller.user}${controller.you ? ", this page" : `, process ${controller.pid}`}` : "nobody; whoever starts a run"),
-      h("dt", {}, "Clients"), h("dd", {}, String(others || "–")));
+      h("dt", {}, "Control"), h("dd", {id: "controller"}, controller ? `${controller.user}${bench.controls() ? ", this page" : `, process ${controller.pid}`}` : "nobody; whoever starts a run"),
+      h("dt", {}, "Connected"), h("dd", {}, others ? `${others} ${others === 1 ? "client" : "clients"}` : "–"));
   };
   const forget = bench.onChange(change);
   change();

@@ -86,7 +86,8 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
     ], "Start the run", stopButton());
     if (!yes || !profile) return;
     try {
-      await rpc.call("run", {profile: profile.name, note: note.value, ...(brake.value ? {brake: brake.value} : {})});
+      const answer = await rpc.call("run", {profile: profile.name, note: note.value, ...(brake.value ? {brake: brake.value} : {})});
+      bench.ownRun = answer.run;
       bench.ended = null;
     } catch (error) {
       failed(error);

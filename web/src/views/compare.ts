@@ -1,7 +1,7 @@
 // Model over measurement: drag a parameter and see where the simulation goes.
 
 import {failed} from "../dialog";
-import {h, put, signalWords, symbol, symbolText} from "../dom";
+import {h, put, setText, signalWords, symbol, symbolText} from "../dom";
 import {duration, floors, percent, quantity} from "../numbers";
 import {Group, Plot} from "../plot";
 import {rpc} from "../rpc";
@@ -12,6 +12,7 @@ import {Sliders} from "./sliders";
 import {Scoreboard, workHead} from "./work_bar";
 
 const points = 900;
+const superseded = -32000;  // a newer question came, or the work was cancelled
 
 /// The two plots of a signal: measured with simulated, and large below it what is between them.
 class SignalFigures {
@@ -31,16 +32,17 @@ class SignalFigures {
     if (s.measured) this.measured = s.measured;
     const {t} = s;
     const m = this.measured;
-    const fits = m && (m.min ?? m).length === t.length;
+    const readings = m?.min ?? m?.value;
+    const fits = readings && readings.length === t.length;
     const sparse = fits && t.length < 400;
     this.over.show([
-      ...(fits ? [{label: "measured", ink: "measured" as const, x: t, y: m.min ?? m, high: m.max, as: sparse ? "points" as const : undefined}] : []),
+      ...(fits ? [{label: "measured", ink: "measured" as const, x: t, y: readings, high: m.max, as: sparse ? "points" as const : undefined}] : []),
       {label: "simulated", ink: "model", x: t, y: s.simulated, width: 2},
     ]);
     this.residual.floor = s.floor;
     const r = s.residual;
     this.residual.show([
-      {label: "residual", ink: "measured", x: t, y: r.min ?? r.mean, high: r.max, width: 1, as: sparse ? "points" : undefined},
+      {label: "residual", ink: "measured", x: t, y: r.min ?? r.value ?? r.mean, high: sparse ? undefined : r.max, width: 1, as: sparse ? "points" : undefined},
       ...(sparse ? [] : [{label: "running mean", ink: "model" as const, x: t, y: r.mean, width: 2}]),
     ]);
   }
@@ -54,6 +56,8 @@ class SignalFigures {
 class Compare {
   readonly element: HTMLElement;
   private readonly board = new Scoreboard(true);
+  private readonly ownError = h("span", {class: "big", id: "error-run"});
+  private readonly thisRun = h("div", {class: "scoreboard compact"}, h("div", {class: "one"}, h("span", {class: "what"}, "this run"), this.ownError));
   private readonly select = h("select", {"aria-label": "Run", onchange: () => this.choose(this.select.value)});
   private readonly figures = h("div", {class: "stack"});
   private readonly missing = missingFigures();
@@ -74,7 +78,7 @@ class Compare {
   private readonly forget: () => void;
 
   constructor() {
-    this.head = workHead("Compare", this.select, this.board.element);
+    this.head = workHead("Compare", this.select, this.board.element, this.thisRun);
     const side = h("div", {class: "stack sticky"}, h("section", {class: "panel stack", "aria-label": "Parameters"},
       h("div", {class: "row"}, h("h2", {}, "Parameters"), h("span", {class: "grow"}), this.fit), this.sliders.element));
     this.element = h("div", {class: "stack"}, this.head.element,
@@ -142,7 +146,7 @@ class Compare {
     this.flying = true;
     const range = this.group.range;
     rpc.call("simulate", {seq: ++this.number, run: this.run, parameters: this.draft, points, measured, ...(range ? {from: range[0], to: range[1]} : {})})
-      .then((answer) => this.draw(answer), failed).finally(() => {
+      .then((answer) => this.draw(answer), (error) => error.code === superseded || failed(error)).finally(() => {
         this.flying = false;
         const again = this.again;
         this.again = null;
@@ -164,7 +168,7 @@ class Compare {
       }
       figures.show(signal);
     }
-    if (answer.error && Object.keys(this.draft).length) this.board.write(answer.error);
+    setText(this.ownError, floors(answer.error?.held_out ?? answer.error?.train));
     window.dispatchEvent(new Event("emtb-drawn"));
   }
 

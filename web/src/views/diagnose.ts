@@ -1,7 +1,7 @@
 // What is missing in the model: candidates as cards, and the error falling as they are added.
 
 import {bench} from "../bench";
-import {ask} from "../dialog";
+import {ask, failed} from "../dialog";
 import {h, put, setText, svg, symbol} from "../dom";
 import {floors, plain, quantity, withError} from "../numbers";
 import {rpc} from "../rpc";
@@ -37,7 +37,7 @@ function card(c: any, best: boolean): HTMLElement {
   const add = h("button", {class: best ? "main" : "", "data-add": c.id, "aria-label": `Add ${c.name}`, onclick: () => work.change("add", {effect: c.id}, `Adding ${c.name} and fitting again`)}, "Add");
   const what = c.what ?? "";
   return h("article", {class: best ? "card best" : "card", "data-candidate": c.id},
-    h("header", {}, h("h3", {}, c.name ?? c.id.replace(/_/g, " ")), best ? h("span", {class: "tag good"}, "missing") : c.tied ? h("span", {class: "tag warn"}, "tied") : null),
+    h("header", {}, h("h2", {}, c.name ?? c.id.replace(/_/g, " ")), best ? h("span", {class: "tag good"}, "missing") : c.tied ? h("span", {class: "tag warn"}, "tied") : null),
     what ? h("p", {class: "small"}, what) : null, signature(c.signature),
     h("dl", {class: "facts small"},
       c.held_out_error !== null && c.held_out_error !== undefined ? h("dt", {}, "Error held out with it") : null, c.held_out_error !== null && c.held_out_error !== undefined ? h("dd", {}, floors(c.held_out_error)) : null,
@@ -119,7 +119,8 @@ class Diagnose {
     const missing = new Set<string>((d.missing ?? []).map((m: any) => m.id));
     const tied = new Set<string>((d.missing ?? []).flatMap((m: any) => m.tied_with ?? []));
     const names = (d.missing ?? []).map((m: any) => m.name ?? d.candidates.find((c: any) => c.id === m.id)?.name ?? m.id.replace(/_/g, " "));
-    put(this.verdict, h("p", {class: "verdict", id: "verdict"}, `${verdictWords[d.verdict] ?? d.verdict}${d.verdict === "found" ? `: ${names.join(", ")}` : "."}`),
+    put(this.verdict, h("p", {class: "verdict", id: "verdict"}, `${verdictWords[d.verdict] ?? d.verdict}${names.length ? `: ${names.join(", ")}` : "."}`),
+      d.verdict_text ? h("p", {class: "small"}, d.verdict_text) : null,
       h("p", {}, `Held out, the error falls from ${floors(d.error?.base?.held_out)} to ${floors(d.error?.final?.held_out)} noise floors. What is left unexplained: ${floors(d.unexplained)}.`),
       h("p", {class: "stale-note muted small", hidden: true}, "The model has changed since. Diagnose again to see what is still missing."),
       this.next(d.next_experiment));
@@ -134,12 +135,15 @@ class Diagnose {
 
   private next(n: any): HTMLElement | null {
     if (!n) return null;
-    const profile = n.profile ?? n.name ?? "";
+    const profile: string = n.profile ?? "";
     const go = h("button", {onclick: async () => {
       if (await ask(`Run ${profile} on ${bench.name}?`, [h("p", {}, `The motor will turn: `, h("b", {}, profile), " on the bench ", h("b", {}, bench.name), ".")], "Start the run"))
-        rpc.call("run", {profile: n.text ?? profile, note: "proposed by the diagnosis"}).then(() => (location.hash = "#bench"), (e) => put(this.verdict, h("p", {class: "bad"}, String(e.message))));
+        rpc.call("run", {profile: n.text ?? profile, note: "proposed by the diagnosis"}).then((answer) => {
+          bench.ownRun = answer.run;
+          location.hash = "#bench";
+        }, failed);
     }}, "Run it …");
-    return h("div", {class: "stack"}, h("h3", {}, "Next experiment"), h("p", {class: "small"}, n.why ?? n.say ?? (profile ? `Run ${profile}.` : JSON.stringify(n))),
+    return h("div", {class: "stack"}, h("h3", {}, "Next experiment"), h("p", {class: "small"}, [profile, n.what].filter(Boolean).join(": "), n.record?.length ? `; record ${n.record.join(", ")} beside` : ""),
       bench.present && bench.mayMove && profile ? h("div", {class: "row"}, go) : null);
   }
 }
