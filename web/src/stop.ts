@@ -8,9 +8,10 @@ const shown = 4000;    // [ms] for which an answer stands
 
 let runIsOn = () => false;
 let reset: number | undefined;
-const buttons: HTMLElement[] = [];
+let buttons: HTMLElement[] = [];
 
 function show(state: "" | "asking" | "safe" | "silent", text: string): void {
+  buttons = buttons.filter((button, n) => n === 0 || button.isConnected);  // those of closed dialogs are gone
   for (const button of buttons) {
     button.className = `stop with-bench ${state}`;
     put(button, text);

@@ -5,6 +5,7 @@ import {ask, failed} from "../dialog";
 import {h, put, setText, svg, symbol} from "../dom";
 import {floors, plain, quantity, withError} from "../numbers";
 import {rpc} from "../rpc";
+import {stopButton} from "../stop";
 import {View} from "../view";
 import {work} from "../work";
 import {staircase} from "./staircase";
@@ -137,7 +138,7 @@ class Diagnose {
     if (!n) return null;
     const profile: string = n.profile ?? "";
     const go = h("button", {onclick: async () => {
-      if (await ask(`Run ${profile} on ${bench.name}?`, [h("p", {}, `The motor will turn: `, h("b", {}, profile), " on the bench ", h("b", {}, bench.name), ".")], "Start the run"))
+      if (await ask(`Run ${profile} on ${bench.name}?`, [h("p", {}, `The motor will turn: `, h("b", {}, profile), " on the bench ", h("b", {}, bench.name), ".")], "Start the run", stopButton()))
         rpc.call("run", {profile: n.text ?? profile, note: "proposed by the diagnosis"}).then((answer) => {
           bench.ownRun = answer.run;
           location.hash = "#bench";
