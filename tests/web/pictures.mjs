@@ -44,11 +44,11 @@ test("pictures", async () => {
   await until("the start is allowed", () => page.locator("#start").isEnabled());
   await page.locator("#start").click();
   await page.locator("dialog").getByRole("button", {name: "Start the run"}).click();
-  await until("nine seconds of the run", async () => JSON.parse(emtb("--socket", bench.socket, "status", "--json")).run?.t > 9).catch(() => undefined);
+  await until("nine seconds of the run", async () => JSON.parse(emtb("--socket", bench.socket, "status", "--json", "-")).run?.t > 9).catch(() => undefined);
   await shot(page, "bench");
   await goTo(page, "estimates");
   await page.locator(".figure canvas").nth(1).waitFor();
-  await until("some seconds of innovation", async () => JSON.parse(emtb("--socket", bench.socket, "status", "--json")).run?.t > 13).catch(() => undefined);
+  await until("some seconds of innovation", async () => JSON.parse(emtb("--socket", bench.socket, "status", "--json", "-")).run?.t > 13).catch(() => undefined);
   await shot(page, "estimates");
 
   const phone = await newPage({viewport: {width: 360, height: 740}, hasTouch: true});

@@ -38,6 +38,7 @@ export interface PlotOptions {
   floor?: number;  ///< noise floor, drawn on top at plus and minus
   zero?: boolean;  ///< the range holds zero
   log?: boolean;
+  logX?: boolean;
   smallest?: number;  ///< least height of the y axis, so that noise does not fill it
 }
 
@@ -263,18 +264,20 @@ function bandsOf(traces: Trace[]): uPlot.Band[] {
 function chartOptions(plot: Plot, width: number, zoom: (range: [number, number]) => void): uPlot.Options {
   const {options} = plot;
   const axis = {stroke: () => colour("muted"), grid: {stroke: () => colour("grid"), width: 1}, ticks: {stroke: () => colour("grid"), size: 4}, font: "12px system-ui, sans-serif"};
+  const decades = {...axis.grid, filter: (_u: uPlot, splits: number[]) => splits.map((v) => (Math.abs(Math.log10(v) % 1) < 1e-6 ? v : null))};
+  const gridX = options.logX ? {grid: decades, ticks: decades} : {}, gridY = options.log ? {grid: decades, ticks: decades} : {};
   const xUnit = options.x.unit && options.x.unit !== "1" ? ` ${options.x.unit}` : "";
   return {
     width, height: plot.height(), pxAlign: 0,
     cursor: {sync: options.group ? {key: options.group.key, setSeries: false} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
     legend: {show: false},
-    scales: {x: {time: false, auto: false}, y: {distr: options.log ? 3 : 1, range: (_u, low, high) => yRange(plot, low, high)}},
+    scales: {x: {time: false, auto: false, distr: options.logX ? 3 : 1}, y: {distr: options.log ? 3 : 1, range: (_u, low, high) => yRange(plot, low, high)}},
     series: [{}, ...plot.traces.flatMap(seriesOf)],
     bands: bandsOf(plot.traces),
     axes: [
-      {...axis, size: options.noTime ? 6 : 30, gap: 3, space: 70,
-        values: (_u, ticks) => ticks.map((v, n) => (options.noTime ? "" : plain(v, 6) + (n === ticks.length - 1 ? xUnit : "")))},
-      {...axis, size: 58, gap: 4, space: options.bare ? 22 : 34, values: (_u, ticks) => ticks.map((v) => (v === null ? "" : plain(v * plot.scale.factor, 4)))},
+      {...axis, ...gridX, size: options.noTime ? 6 : 30, gap: 3, space: 70,
+        values: (_u, ticks) => ticks.map((v, n) => (options.noTime || v === null ? "" : plain(v, 6) + (n === ticks.length - 1 ? xUnit : "")))},
+      {...axis, ...gridY, size: 58, gap: 4, space: options.bare ? 22 : 34, values: (_u, ticks) => ticks.map((v) => (v === null || v === undefined ? "" : plain(v * plot.scale.factor, 4)))},
     ],
     hooks: {
       setCursor: [(u) => plot.cursor(u.cursor.idx)],

@@ -11,7 +11,7 @@ export function details(): {element: HTMLElement; close: () => void} {
   const plots: Plot[] = [];
   const guards = h("ul", {class: "small"}), wrong = h("p", {class: "muted small"});
   const loop = h("p", {class: "small"}), realtime = h("ul", {class: "small"});
-  const late = new Plot({title: "Lateness of the loop", about: "how many ticks came how late", x: {name: "late by at most", unit: "µs"}, y: {name: "ticks", unit: "1"}, height: 150, log: true});
+  const late = new Plot({title: "Lateness of the loop", about: "how many ticks came how late", x: {name: "late by at most", unit: "µs"}, y: {name: "ticks", unit: "1"}, height: 170, log: true, logX: true});
   plots.push(late);
   const box = h("div", {class: "stack"});
   const boxPanel = h("section", {class: "panel stack black-box", hidden: true}, h("h2", {}, "Black box: the seconds before the fault"), box);

@@ -46,12 +46,17 @@ function card(c: any, best: boolean): HTMLElement {
       values.length ? h("dt", {}, "Value") : null, ...values,
       c.tied_with?.length ? h("dt", {}, "Tied with") : null, c.tied_with?.length ? h("dd", {}, c.tied_with.map((id: string) => id.replace(/_/g, " ")).join(", ")) : null,
       c.detectable_size !== null && c.detectable_size !== undefined ? h("dt", {}, "Would be found from") : null,
-      c.detectable_size !== null && c.detectable_size !== undefined ? h("dd", {}, quantity(c.detectable_size, c.detectable_unit ?? "", 2)) : null),
+      c.detectable_size !== null && c.detectable_size !== undefined ? h("dd", {}, quantity(c.detectable_size, firstUnit(c), 2)) : null),
     h("div", {class: "actions"}, add, c.equation ? h("span", {class: "mono muted"}, c.equation) : null));
 }
 
+/// The unit of the parameter that says how large the effect is.
+function firstUnit(c: any): string {
+  return (Object.values<any>(c.value ?? {})[0] ?? {}).unit ?? "";
+}
+
 function dropWords(c: any): string {
-  if (c.drop_percent !== null && c.drop_percent !== undefined) return `${plain(c.drop_percent, 3)} % of the sum of squares`;
+  if (c.drop_percent !== null && c.drop_percent !== undefined) return `${plain(c.drop_percent, 3)} % of what is left`;
   return c.predicted_drop > 0 ? `${plain(c.predicted_drop, 3)} in the sum of squares` : "none";
 }
 
@@ -61,6 +66,7 @@ class Diagnose {
   private readonly stairs = h("div", {});
   private readonly verdict = h("div", {class: "stack"});
   private readonly cards = h("div", {class: "cards"});
+  private readonly key = h("p", {class: "muted small", hidden: true}, "In the small pictures: ", h("span", {class: "measured-word"}, "what is left"), " of the signal that shows it most, and ", h("span", {class: "base-word"}, "what the effect would add"), ".");
   private readonly others = h("div", {class: "cards"});
   private readonly more = h("details", {hidden: true}, h("summary", {}, "Other candidates"), this.others);
   private readonly model = h("div", {});
@@ -71,7 +77,7 @@ class Diagnose {
   constructor() {
     this.element = h("div", {class: "stack"}, this.head.element,
       h("div", {class: "two"},
-        h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Verdict"}, this.verdict), this.cards, this.more),
+        h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Verdict"}, this.verdict), this.key, this.cards, this.more),
         h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Error"}, this.board.element, h("h2", {}, "The falling error"), this.stairs),
           h("section", {class: "panel stack"}, h("h2", {}, "In the model"), this.model))));
     this.forget = work.onChange(() => this.change());
@@ -128,6 +134,7 @@ class Diagnose {
     const inFront = (c: any) => missing.has(c.id) || tied.has(c.id);
     const list: any[] = (d.candidates ?? []).map((c: any) => ({...c, tied: tied.has(c.id)}));
     const front = [...list.filter(inFront), ...list.filter((c) => !inFront(c)).slice(0, Math.max(0, 6 - list.filter(inFront).length))];
+    this.key.hidden = !list.some((c) => c.signature?.x?.length);
     put(this.cards, ...front.map((c) => card(c, missing.has(c.id))));
     const rest = list.filter((c) => !front.includes(c));
     this.more.hidden = rest.length === 0;
