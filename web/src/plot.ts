@@ -268,7 +268,7 @@ function chartOptions(plot: Plot, width: number, zoom: (range: [number, number])
   const gridX = options.logX ? {grid: decades, ticks: decades} : {}, gridY = options.log ? {grid: decades, ticks: decades} : {};
   const xUnit = options.x.unit && options.x.unit !== "1" ? ` ${options.x.unit}` : "";
   return {
-    width, height: plot.height(), pxAlign: 0,
+    width, height: plot.height(), pxAlign: 0, padding: [8, 22, 0, 0],
     cursor: {sync: options.group ? {key: options.group.key, setSeries: false} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
     legend: {show: false},
     scales: {x: {time: false, auto: false, distr: options.logX ? 3 : 1}, y: {distr: options.log ? 3 : 1, range: (_u, low, high) => yRange(plot, low, high)}},

@@ -78,7 +78,7 @@ function strips(): {element: HTMLElement; close: () => void} {
   };
   const draw = (at: number) => {
     frame = requestAnimationFrame(draw);
-    if (at - drawn < 30 || paused()) return;
+    if (at - drawn < Math.max(30, 0.8 * bench.span) || paused()) return;  // half a pixel of movement
     drawn = at;
     for (const strip of list) strip.draw();
   };

@@ -28,7 +28,7 @@ class Sessions {
     this.element = h("div", {class: "stack"}, h("div", {class: "head"}, h("h1", {}, "Sessions"), h("span", {class: "grow"}), this.filter, this.file, pick),
       h("section", {class: "panel"}, h("div", {class: "wide", tabindex: "0", role: "region", "aria-label": "Sessions"}, h("table", {},
         h("thead", {}, h("tr", {}, ...["show", "session", "recorded", "profile", "length", "tags", "used for"].map((t) => h("th", {scope: "col"}, t)))), this.rows))),
-      this.detail, this.figures);
+      h("div", {class: "two"}, this.figures, this.detail));
     this.forget = rpc.on("ended", () => this.load());
     this.load();
   }
@@ -128,7 +128,7 @@ class Sessions {
     const bar = h("progress", {"aria-label": `Importing ${file.name}`, max: "1", value: "0"}), text = h("span", {}, `Importing ${file.name}`);
     const request = new XMLHttpRequest();
     const panel = h("section", {class: "panel progress", role: "status"}, h("div", {class: "row"}, text, h("button", {class: "quiet", onclick: () => request.abort()}, "Cancel")), bar);
-    this.element.insertBefore(panel, this.detail);
+    this.element.append(panel);
     request.upload.onprogress = (event) => {
       bar.value = event.loaded / Math.max(1, event.total);
       if (event.loaded === event.total) setText(text, `Reading ${file.name}`);
