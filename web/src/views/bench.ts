@@ -122,7 +122,7 @@ function statePanel(): {element: HTMLElement; close: () => void} {
   };
   const forget = bench.onChange(change);
   change();
-  return {element: h("section", {class: "panel stack", "aria-label": "State"}, state, help, facts), close: forget};
+  return {element: h("section", {class: "panel stack ages", "aria-label": "State"}, state, help, facts), close: forget};
 }
 
 export const benchView: View = {
