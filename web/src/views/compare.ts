@@ -1,7 +1,7 @@
 // Model over measurement: drag a parameter and see where the simulation goes.
 
 import {failed} from "../dialog";
-import {h, put, setText, signalWords, symbol, symbolText} from "../dom";
+import {h, put, setText, signalWords, symbol, symbolText, textFile} from "../dom";
 import {duration, floors, percent, quantity} from "../numbers";
 import {Group, Plot} from "../plot";
 import {rpc} from "../rpc";
@@ -78,7 +78,7 @@ class Compare {
   private readonly forget: () => void;
 
   constructor() {
-    this.head = workHead("Compare", this.select, this.board.element, this.thisRun);
+    this.head = workHead("Compare", this.select, this.board.element, this.thisRun, h("button", {class: "quiet", onclick: () => this.export()}, "CSV of this run"));
     const side = h("div", {class: "stack sticky"}, h("section", {class: "panel stack", "aria-label": "Parameters"},
       h("div", {class: "row"}, h("h2", {}, "Parameters"), h("span", {class: "grow"}), this.fit), this.sliders.element));
     this.element = h("div", {class: "stack"}, this.head.element,
@@ -129,6 +129,11 @@ class Compare {
   private done(name: string, value: number): void {
     this.draft[name] = value;
     work.change("set", {parameters: {[name]: value}}, `Setting ${symbolText(name)}`);
+  }
+
+  /// The readings of this run with the simulation beside them.
+  private export(): void {
+    rpc.call("export", {run: this.run, format: "csv"}).then((answer) => textFile(answer.name, answer.text, "text/csv"), failed);
   }
 
   private zoomed(): void {

@@ -67,7 +67,7 @@ class Estimates {
     this.element = h("div", {class: "stack"}, this.verdict,
       h("div", {class: "two"},
         h("div", {class: "stack"},
-          h("section", {class: "panel ages"}, h("h2", {}, "Parameters"), h("div", {class: "wide", tabindex: "0", role: "region", "aria-label": "Parameters"}, h("table", {},
+          h("section", {class: "panel ages"}, h("h2", {}, "Parameters"), h("div", {class: "wide", tabindex: "0", role: "region", "aria-label": "Parameters"}, h("table", {class: "folds"},
             h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "parameter"), h("th", {class: "n", scope: "col"}, "value ± std error"), h("th", {scope: "col"}, "last 40 s"), h("th", {scope: "col"}, "state"))), this.rows))),
           h("section", {class: "panel ages"}, h("h2", {}, "Innovation"), h("p", {class: "muted small"}, "Measured less predicted, RMS of the last second in noise floors: 1 where the model is right."), this.innovation)),
         h("section", {class: "panel stack"}, h("h2", {}, "What changed"), this.changes)));

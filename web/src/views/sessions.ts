@@ -20,7 +20,7 @@ class Sessions {
   private readonly detail = h("div", {class: "stack"});
   private readonly figures = h("div", {class: "stack"});
   private readonly filter = h("input", {type: "search", placeholder: "Filter by name, tag, profile, note", "aria-label": "Filter", oninput: () => this.writeList()});
-  private readonly file = h("input", {type: "file", accept: ".csv,.txt,text/csv", class: "only-read", id: "import-file", onchange: () => this.send()});
+  private readonly file = h("input", {type: "file", accept: ".csv,text/csv", class: "only-read", id: "import-file", onchange: () => this.send()});
   private readonly forget: () => void;
 
   constructor() {
