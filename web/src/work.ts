@@ -30,6 +30,7 @@ export interface Errors {
 export interface Work {
   name: string;
   parameters: {[name: string]: Parameter};
+  order?: string[];  ///< of the parameters
   effects: {id: string; name: string; parameters?: string[]}[];
   runs: RunInfo[];
   signals: {name: string; unit: string; floor: number}[];

@@ -102,7 +102,7 @@ class Compare {
     if (!state || state === this.of) return;
     this.of = state;
     this.draft = {};
-    this.sliders.take(state.parameters, state.effects);
+    this.sliders.take(inOrder(state), state.effects);
     this.board.write(state.error);
     put(this.select, ...runOptions(state.runs));
     this.writeTable(state);
@@ -184,6 +184,12 @@ class Compare {
         h("td", {}, row.run, " ", row.held_out ? h("span", {class: "tag"}, "held out") : null), h("td", {}, symbol(row.signal)),
         h("td", {class: "n"}, quantity(row.rmse, row.unit, 3)), h("td", {class: "n"}, floors(row.floors)), h("td", {class: "n"}, percent(row.fit_percent)))))));
   }
+}
+
+/// The parameters in the order of the model: a JSON object has none.
+function inOrder(state: Work): Work["parameters"] {
+  const names = state.order ?? Object.keys(state.parameters);
+  return Object.fromEntries(names.filter((name) => name in state.parameters).map((name) => [name, state.parameters[name]]));
 }
 
 export function runOptions(runs: RunInfo[]): HTMLElement[] {
