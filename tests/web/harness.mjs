@@ -85,7 +85,7 @@ function tryStatus(socket) {
 
 /// `emtb page`; its address with the token.
 export async function servePage(args, global = []) {
-  const child = start(path.join(bin, "emtb"), [...global, "page", ...args]);
+  const child = start(path.join(bin, "emtb"), [...global, "page", "--port", "0", ...args]);
   const url = await until("emtb page prints its address", () => {
     if (child.exitCode !== null) throw new Error(`emtb page ended: ${child.text}`);
     return /http:\/\/\S+#token=\S+/.exec(child.text)?.[0];
