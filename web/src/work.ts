@@ -40,6 +40,7 @@ export interface Work {
   undo: string | null;
   redo: string | null;
   saved?: string;
+  findings?: string;  ///< why nothing may be fitted to these recordings; empty: it may
 }
 
 class WorkStore extends Changing {

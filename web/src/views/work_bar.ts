@@ -33,8 +33,11 @@ export function workHead(title: string, ...more: HTMLElement[]): {element: HTMLE
   const undo = h("button", {id: "undo", onclick: () => work.change("undo", {}, "undoing")}, "Undo");
   const redo = h("button", {id: "redo", onclick: () => work.change("redo", {}, "redoing")}, "Redo");
   const busy = h("div", {class: "panel progress", hidden: true, role: "status"});
+  const findings = h("p", {class: "panel findings", hidden: true});
   const change = () => {
     const state = work.state;
+    findings.hidden = !state?.findings;
+    setText(findings, state?.findings ? `These recordings contradict themselves, so nothing is fitted to them. ${state.findings}` : "");
     undo.disabled = Boolean(work.busy) || !state?.undo;
     redo.disabled = Boolean(work.busy) || !state?.redo;
     undo.title = state?.undo ? `Undo: ${state.undo}` : "There is nothing to undo";
@@ -57,7 +60,7 @@ export function workHead(title: string, ...more: HTMLElement[]): {element: HTMLE
   const forget = work.onChange(change);
   change();
   return {
-    element: h("div", {}, h("div", {class: "head"}, h("h1", {}, title), ...more, h("span", {class: "grow"}), undo, redo), busy),
+    element: h("div", {}, h("div", {class: "head"}, h("h1", {}, title), ...more, h("span", {class: "grow"}), undo, redo), findings, busy),
     close: () => {
       window.removeEventListener("keydown", keys);
       forget();
