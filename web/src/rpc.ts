@@ -35,6 +35,7 @@ export class Rpc {
   hello: any = null;
   private socket: WebSocket | null = null;
   private ids = 0;
+  private asked = 0;  ///< [ms] when the last ping was sent
   private attempts = 0;
   private readonly waiting = new Map<number, Waiting>();
   private readonly listeners = new Map<string, Set<Listener>>();
@@ -113,15 +114,18 @@ export class Rpc {
     setTimeout(() => this.open(), Math.min(4000, 300 * 2 ** this.attempts++));
   }
 
-  /// A connection over which nothing comes is lost, whatever the browser thinks of it.
+  /// A connection that does not answer is lost, whatever the browser thinks of it. Counted from a question: a tab in the
+  /// background may look at its clock once a minute only.
   private heartbeat(): void {
     if (this.state !== "open" || !this.socket) return;
-    if (performance.now() - this.lastHeard > patience) {
+    const unanswered = this.lastHeard < this.asked;
+    if (unanswered && performance.now() - this.asked > patience) {
       const silent = this.socket;
       silent.onclose = null;
       this.ended(silent);
       silent.close();
-    } else {
+    } else if (!unanswered) {
+      this.asked = performance.now();
       this.call("ping").catch(() => undefined);
     }
   }
