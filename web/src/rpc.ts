@@ -20,10 +20,10 @@ const patience = 2500;  // [ms] without any word from the server until the conne
 
 /// The token comes in the address's fragment, which no server sees, and stays with this tab.
 function token(): string {
-  const match = /(?:^#|&)token=([^&]+)/.exec(location.hash);
+  const match = /(?:^#|&)token=([^&#]+)/.exec(location.hash);
   if (match) {
     sessionStorage.setItem("emtb-token", match[1]);
-    history.replaceState(null, "", location.pathname + location.search + "#" + location.hash.replace(/^#/, "").replace(/&?token=[^&]+/, ""));
+    history.replaceState(null, "", location.pathname + location.search + "#" + location.hash.replace(/^#/, "").replace(/&?token=[^&#]+#?/, ""));
   }
   return sessionStorage.getItem("emtb-token") ?? "";
 }
