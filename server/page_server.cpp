@@ -85,6 +85,9 @@ void PageServer::run() {
   impl_->signals.async_wait([this](const error_code& error, int) {
     if (!error) impl_->context.stop();
   });
+  if (const WorkMethod* first = impl_->work.find("work"); first != nullptr && impl_->settings.files) {
+    impl_->work.submit(0, *first, nullptr, nlohmann::json::object());  // the files are read while the browser starts
+  }
   impl_->context.run();
 }
 

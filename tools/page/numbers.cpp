@@ -1,22 +1,14 @@
 #include "tools/page/numbers.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 
+#include "server/rounded.h"
 #include "server/rpc.h"
 
 namespace emtb::page {
 
-json number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 7).ptr;
-  double rounded = value;
-  std::from_chars(text.data(), end, rounded);
-  return rounded;
-}
+json number(double value) { return std::isfinite(value) ? json(rounded(value)) : json(nullptr); }
 
 json numbers(std::span<const double> values) {
   json list = json::array();

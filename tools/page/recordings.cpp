@@ -163,7 +163,7 @@ json profile_names(const std::filesystem::path& socket) {
     const auto bench = std::filesystem::path(config["file"].get<std::string>()).parent_path();
     folders = {bench / "profiles", bench / ".." / "profiles"};
   }
-  folders.push_back(shipped("profiles"));
+  folders.push_back(shipped("benches/fh2-simulated.yaml").parent_path().parent_path() / "profiles");
   std::set<std::string> names;
   for (const auto& folder : folders) {
     std::error_code error;

@@ -187,7 +187,8 @@ void Work::change(State next, const std::string& label) {
 void Work::set(const json& params) {
   State next = now_;
   std::string label = "set";
-  for (const auto& [name, value] : params.value("parameters", json::object()).items()) {
+  const json values = params.value("parameters", json::object()), limits = params.value("bounds", json::object());
+  for (const auto& [name, value] : values.items()) {
     Parameter& p = next.model.at(place_of(next.model, name));
     if (next.model.tie.contains(name)) throw Error(name + " follows " + next.model.tie.at(name) + ": set that one");
     if (!value.is_number()) throw Error(name + " needs a number");
@@ -200,7 +201,7 @@ void Work::set(const json& params) {
     std::erase(next.at_bound, name);
     label += " " + name;
   }
-  for (const auto& [name, bounds] : params.value("bounds", json::object()).items()) {
+  for (const auto& [name, bounds] : limits.items()) {
     Parameter& p = next.model.at(place_of(next.model, name));
     if (!bounds.is_array() || bounds.size() != 2 || !bounds[0].is_number() || !bounds[1].is_number() ||
         !(bounds[0] < bounds[1])) {
@@ -265,14 +266,17 @@ Model Work::with_formula(const json& formula) const {
   const rpc::Params checked(formula);
   const std::string id = checked.text("id"), place = checked.text("place");
   if (place != "torque" && place != "voltage" && place != "flux") throw Error("`place` is torque, voltage or flux");
+  const json asked = formula.value("parameters", json::object());
   json parameters = json::object();
-  for (const auto& [name, given] : formula.value("parameters", json::object()).items()) {
-    parameters[name] = {{"value", given.value("value", 0.0)},
-                        {"min", given.value("min", 0.0)},
-                        {"max", given.value("max", 1.0)},
-                        {"unit", given.value("unit", "1")}};
+  for (const auto& [name, given] : asked.items()) {
+    json one = json::object();
+    for (const char* key : {"value", "min", "max"}) one[key] = given.value(key, key == std::string("max") ? 1.0 : 0.0);
+    one["unit"] = given.value("unit", "1");
+    parameters[name] = one;
   }
-  const json file{{id, {{place, checked.text("formula")}, {"parameters", parameters}}}};  // JSON is YAML, too
+  json file = json::object();  // JSON is YAML, too
+  file[id][place] = checked.text("formula");
+  file[id]["parameters"] = parameters;
   const auto yaml = YamlMap::parse(file.dump(), "formula");
   Model model = now_.model;
   model.offered = {read_formula(yaml, id)};
