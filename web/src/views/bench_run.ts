@@ -103,7 +103,7 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
   function showRun(): void {
     const run = bench.run;
     running.hidden = !run;
-    form.hidden = Boolean(run);
+    form.hidden = Boolean(run) && bench.runIsOn();
     if (!run) return;
     const part = run.duration > 0 ? Math.min(1, run.t / run.duration) : 0;
     put(running, h("p", {}, h("b", {}, run.profile), ` is running, ${duration(run.t)} of ${duration(run.duration)}`),
@@ -125,10 +125,10 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
     if (!loaded && !bench.daemonLost && bench.config) load();
     const busy = bench.runIsOn();
     const reason = !bench.mayMove ? "This page may look and stop, not move: it was opened without the token or from another computer."
-      : bench.daemonLost ? "emtbd does not answer." : bench.state === "latched" ? "The bench is latched: arm it first." : !profile ? "Choose a profile." : profile.refused ?? "";
+      : bench.daemonLost ? "emtbd does not answer." : bench.state === "latched" ? (bench.run ? "The run is being brought to its end." : "The bench is latched: arm it first.") : !profile ? "Choose a profile." : profile.refused ?? "";
     start.disabled = busy || Boolean(reason) || rpc.state !== "open";
     arm.hidden = bench.state !== "latched";
-    arm.disabled = !bench.mayMove || rpc.state !== "open";
+    arm.disabled = !bench.mayMove || rpc.state !== "open" || bench.run !== null;
     start.className = bench.state === "latched" ? "" : "main";
     arm.className = bench.state === "latched" ? "main" : "";
     setText(why, busy ? "" : reason);
