@@ -5,6 +5,7 @@ import {createRequire} from "node:module";
 import os from "node:os";
 import path from "node:path";
 
+// EMTB_WEB names a folder with another build of the page.
 const modules = createRequire(path.join(process.env.EMTB_WEB_TESTS ?? "", "package.json"));
 const {chromium} = modules("playwright-core");
 export const axeSource = fs.readFileSync(modules.resolve("axe-core/axe.min.js"), "utf8");
@@ -85,7 +86,7 @@ function tryStatus(socket) {
 
 /// `emtb page`; its address with the token.
 export async function servePage(args, global = []) {
-  const child = start(path.join(bin, "emtb"), [...global, "page", "--port", "0", ...args]);
+  const child = start(path.join(bin, "emtb"), [...global, "page", "--port", "0", ...(process.env.EMTB_WEB ? ["--web", process.env.EMTB_WEB] : []), ...args]);
   const url = await until("emtb page prints its address", () => {
     if (child.exitCode !== null) throw new Error(`emtb page ended: ${child.text}`);
     return /http:\/\/\S+#token=\S+/.exec(child.text)?.[0];

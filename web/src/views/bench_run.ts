@@ -51,6 +51,8 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
   async function choose(): Promise<void> {
     if (!select.value) return;
     const name = select.value;
+    profile = null;  // what is shown and asked for is one profile, never the one before
+    change();
     try {
       const answer: Profile = await rpc.call("profile", {profile: name});
       if (select.value !== name) return;
@@ -71,6 +73,8 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
       const answer = await rpc.call("profiles");
       const names: string[] = answer.profiles.map((p: any) => (typeof p === "string" ? p : p.name));
       put(select, ...names.map((name) => h("option", {value: name}, name)));
+      const family = bench.name.split(/[-_]/)[0];  // profiles are named after the bench that they are for
+      select.value = names.find((name) => name.startsWith(`${family}_`)) ?? names[0] ?? "";
       await choose();
     } catch (error) {
       loaded = false;
@@ -126,7 +130,7 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
     const busy = bench.runIsOn();
     const reason = !bench.mayMove ? "This page may look and stop, not move: it was opened without the token or from another computer."
       : bench.daemonLost ? "emtbd does not answer." : bench.state === "latched" ? (bench.run ? "The run is being brought to its end." : "The bench is latched: arm it first.") : !profile ? "Choose a profile." : profile.refused ?? "";
-    start.disabled = busy || Boolean(reason) || rpc.state !== "open";
+    start.disabled = busy || Boolean(reason) || rpc.state !== "open" || bench.run !== null;
     arm.hidden = bench.state !== "latched";
     arm.disabled = !bench.mayMove || rpc.state !== "open" || bench.run !== null;
     start.className = bench.state === "latched" ? "" : "main";
