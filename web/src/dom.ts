@@ -62,6 +62,11 @@ export function isSymbol(name: string): boolean {
   return (greek[name.split("_")[0]] ?? name.split("_")[0]).length <= 2;
 }
 
+/// Text in which `T_{c}` sets the c as a subscript.
+export function marked(text: string): HTMLElement {
+  return h("span", {}, ...text.split(/_\{([^}]*)\}/).map((part, n) => (n % 2 ? h("sub", {}, part) : part)));
+}
+
 /// A signal in words, for headings.
 export function signalWords(name: string): string {
   return words[name] ?? symbolText(name);

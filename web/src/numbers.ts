@@ -12,6 +12,7 @@ export interface Scale {
 /// Units as they are printed: Ω, kg m², rad/s².
 export function unitText(unit: string): string {
   if (unit === "1") return "";
+  if (unit.includes("^(")) return unit.replace(/ /g, "\u00a0");
   return unit.replace(/\bohm\b/g, "Ω").replace(/degC/g, "°C").replace(/\^?2\b/g, "²").replace(/\^?3\b/g, "³")
     .replace(/([A-Za-z])²/g, "$1²").replace(/ /g, "\u00a0");
 }

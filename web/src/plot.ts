@@ -242,9 +242,9 @@ function keyPicture(trace: Trace): SVGElement {
 }
 
 function seriesOf(trace: Trace): uPlot.Series[] {
-  const points = trace.as === "points";
+  const points = trace.as === "points", soft = trace.high && trace.ink === "measured";  // a ground for what is drawn on it
   const one: uPlot.Series = {
-    label: trace.label, width: points ? 0 : trace.width ?? 1.6, stroke: () => colour(trace.ink), dash: trace.dash ? dashes : undefined,
+    label: trace.label, width: points ? 0 : trace.width ?? 1.6, stroke: () => (soft ? faint(trace.ink, 0.7) : colour(trace.ink)), dash: trace.dash ? dashes : undefined,
     points: {show: points, size: 6, stroke: () => colour(trace.ink), fill: () => colour(trace.ink)}, spanGaps: false,
   };
   if (points) one.paths = () => null;
@@ -257,7 +257,7 @@ function bandsOf(traces: Trace[]): uPlot.Band[] {
   return traces.flatMap((trace, n) => {
     if (!trace.high) return [];
     const from = columnOf(traces, n);
-    return [{series: [from + 1, from] as [number, number], fill: () => faint(trace.ink, trace.as === "area" ? 0.3 : 0.55)} as unknown as uPlot.Band];
+    return [{series: [from + 1, from] as [number, number], fill: () => faint(trace.ink, trace.as === "area" || trace.ink === "measured" ? 0.3 : 0.55)} as unknown as uPlot.Band];
   });
 }
 

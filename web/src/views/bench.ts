@@ -116,7 +116,7 @@ function statePanel(): {element: HTMLElement; close: () => void} {
     const others = (bench.status?.clients ?? []).length;
     put(facts,
       h("dt", {}, "Fault"), h("dd", {}, bench.fault ? `${bench.fault.code} ${bench.fault.name}: ${bench.fault.text}` : "none"),
-      h("dt", {}, "Reference"), h("dd", {}, bench.status ? (bench.status.reference_safe ? "safe" : "not at its safe value") : "–"),
+      h("dt", {}, "Output"), h("dd", {class: bench.status && !bench.status.reference_safe ? "bad" : ""}, bench.status ? (bench.status.reference_safe ? "obeys" : "REFUSES: switch the driver off") : "–"),
       h("dt", {}, "Control"), h("dd", {id: "controller"}, controller ? `${controller.user}${bench.controls() ? ", this page" : `, process ${controller.pid}`}` : "nobody; whoever starts a run"),
       h("dt", {}, "Connected"), h("dd", {}, others ? `${others} ${others === 1 ? "client" : "clients"}` : "–"));
   };

@@ -12,6 +12,7 @@ import {Sliders} from "./sliders";
 import {Scoreboard, workHead} from "./work_bar";
 
 const points = 900;
+const usual = ["omega", "theta", "i_a", "e_a", "u_ref", "torque"];
 const superseded = -32000;  // a newer question came, or the work was cancelled
 
 /// The two plots of a signal: measured with simulated, and large below it what is between them.
@@ -163,8 +164,9 @@ class Compare {
     if (answer.seq <= this.answered || (answer.run && answer.run !== this.run)) return;
     this.answered = answer.seq;
     const run = work.state?.runs.find((r) => r.id === this.run)?.name ?? this.run;
-    // The signal that is furthest off comes first; the order stays while one drags.
-    for (const [name, signal] of Object.entries<any>(answer.signals).sort((a, b) => (b[1].floors ?? 0) - (a[1].floors ?? 0))) {
+    // What is off comes first, the worst before all; the order stays while one drags.
+    const weight = ([name, s]: [string, any]) => (s.floors > 1.5 ? s.floors : usual.length - 100 - usual.indexOf(name));
+    for (const [name, signal] of Object.entries<any>(answer.signals).sort((a, b) => weight(b) - weight(a))) {
       let figures = this.signals.get(name);
       if (!figures) {
         figures = new SignalFigures(name, signal.unit, this.group, run);

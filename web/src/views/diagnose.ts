@@ -2,7 +2,7 @@
 
 import {bench} from "../bench";
 import {ask, failed} from "../dialog";
-import {h, put, setText, svg, symbol} from "../dom";
+import {h, marked, put, setText, svg, symbol} from "../dom";
 import {floors, plain, quantity, withError} from "../numbers";
 import {rpc} from "../rpc";
 import {stopButton} from "../stop";
@@ -127,7 +127,7 @@ class Diagnose {
     const tied = new Set<string>((d.missing ?? []).flatMap((m: any) => m.tied_with ?? []));
     const names = (d.missing ?? []).map((m: any) => m.name ?? d.candidates.find((c: any) => c.id === m.id)?.name ?? m.id.replace(/_/g, " "));
     put(this.verdict, h("p", {class: "verdict", id: "verdict"}, `${verdictWords[d.verdict] ?? d.verdict}${names.length ? `: ${names.join(", ")}` : "."}`),
-      d.verdict_text ? h("p", {class: "small"}, d.verdict_text) : null,
+      d.verdict_text ? h("p", {}, marked(d.verdict_text)) :
       h("p", {}, `Held out, the error falls from ${floors(d.error?.base?.held_out)} to ${floors(d.error?.final?.held_out)} noise floors. What is left unexplained: ${floors(d.unexplained)}.`),
       h("p", {class: "stale-note muted small", hidden: true}, "The model has changed since. Diagnose again to see what is still missing."),
       this.next(d.next_experiment));

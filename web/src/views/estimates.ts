@@ -9,7 +9,7 @@ import {rpc, RpcError} from "../rpc";
 import {View} from "../view";
 
 const period = 250;   // [ms] between questions
-const seconds = 120;  // [s] of innovation and of values that the strips show
+const seconds = 60;  // [s] of innovation and of values that the strips show
 
 /// Value over time with its band of two standard errors.
 class Row {
@@ -47,6 +47,13 @@ function nameOf(name: string): HTMLElement {
   const [effect, parameter] = name.split(".");
   if (!parameter) return symbol(name);
   return h("span", {}, symbol(parameter), h("span", {class: "muted small"}, ` ${effect.replace(/_/g, " ")}`));
+}
+
+/// The paper's parameters as the paper orders them, then those of effects.
+function inOrder(parameters: {[name: string]: any}): [string, any][] {
+  const usual = ["R_a", "K_b", "K_m", "B", "J"];
+  const place = (name: string) => (usual.includes(name) ? usual.indexOf(name) : usual.length);
+  return Object.entries(parameters).sort((a, b) => place(a[0]) - place(b[0]));
 }
 
 class Estimates {
@@ -94,7 +101,7 @@ class Estimates {
     if (e.model !== this.model || this.byName.size === 0) {
       this.model = e.model;
       this.byName.clear();
-      for (const [name, p] of Object.entries<any>(e.parameters)) this.byName.set(name, new Row(name, p.unit));
+      for (const [name, p] of inOrder(e.parameters)) this.byName.set(name, new Row(name, p.unit));
       put(this.rows, ...[...this.byName.values()].map((row) => row.element));
       this.fitted = null;
     }
@@ -118,7 +125,7 @@ class Estimates {
     for (const [signal, i] of Object.entries<any>(e.innovation ?? {})) {
       let one = this.plots.get(signal);
       if (!one) {
-        one = {trail: new Trail(2048), plot: new Plot({title: signalWords(signal), about: "innovation in noise floors over the last two minutes", x: {name: "t", unit: "s"}, y: {name: "noise floors", unit: "1"}, height: 105, zero: true, smallest: 3})};
+        one = {trail: new Trail(2048), plot: new Plot({title: signalWords(signal), about: "innovation in noise floors over the last minute", x: {name: "t", unit: "s"}, y: {name: "noise floors", unit: "1"}, height: 105, zero: true, smallest: 3})};
         this.plots.set(signal, one);
         this.innovation.append(one.plot.element);
       }

@@ -27,7 +27,7 @@ class Sessions {
     const pick = h("label", {class: "button", for: "import-file"}, "Import CSV …");
     this.element = h("div", {class: "stack"}, h("div", {class: "head"}, h("h1", {}, "Sessions"), h("span", {class: "grow"}), this.filter, this.file, pick),
       h("section", {class: "panel"}, h("div", {class: "wide", tabindex: "0", role: "region", "aria-label": "Sessions"}, h("table", {class: "folds"},
-        h("thead", {}, h("tr", {}, ...["show", "session", "recorded", "profile", "length", "tags", "used for"].map((t) => h("th", {scope: "col"}, t)))), this.rows))),
+        h("thead", {}, h("tr", {}, ...["show", "session", "recorded", "profile", "length", "tags", "used for"].map((t) => h("th", {scope: "col", class: t === "length" ? "n" : null}, t)))), this.rows))),
       h("div", {class: "two"}, this.figures, this.detail));
     this.forget = rpc.on("ended", () => this.load());
     this.load();

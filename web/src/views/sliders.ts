@@ -1,22 +1,46 @@
 // A slider on every parameter: drag, type, or use the arrow keys; locked ones stay out of a fit.
 
 import {h, put, setText, symbol, symbolText} from "../dom";
-import {parseNumber, plain, quantity, unitText} from "../numbers";
+import {parseNumber, quantity, unitText} from "../numbers";
 import {Parameter, work} from "../work";
 
 const steps = 2000;
 
-/// Where a value lies on a slider: by ratios where the bounds are positive and far apart, finer near zero where one is zero.
-export function toSlider(p: Parameter, value: number): number {
-  const {min, max} = p;
-  const part = min > 0 && max / min > 8 ? Math.log(value / min) / Math.log(max / min) : min === 0 ? Math.cbrt(value / max) : (value - min) / (max - min);
-  return Math.round(steps * Math.max(0, Math.min(1, Number.isFinite(part) ? part : 0)));
+/// What a slider reaches. Bounds of effects are physics' own, many orders wide: a slider spans what is near the value, and
+/// moves on when the value comes to its end.
+export class Span {
+  low = 0;
+  high = 1;
+  byRatio = false;
+
+  constructor(p: Parameter, value: number) {
+    const size = Math.abs(value);
+    if (size === 0 || !Number.isFinite(size)) [this.low, this.high] = [p.min, Math.min(p.max, p.min + 1)];
+    else if (value > 0 && p.min > 0) [this.low, this.high] = [Math.max(p.min, value / 4), Math.min(p.max, value * 4)];
+    else if (value > 0 && p.min === 0) [this.low, this.high] = [0, Math.min(p.max, value * 3)];
+    else [this.low, this.high] = [Math.max(p.min, value - 3 * size), Math.min(p.max, value + 3 * size)];
+    this.byRatio = this.low > 0 && this.high / this.low > 4;
+  }
+
+  holds(value: number): boolean {
+    const margin = 0.03 * (this.high - this.low);
+    return value >= this.low + margin && value <= this.high - margin;
+  }
+
+  to(value: number): number {
+    const part = this.byRatio ? Math.log(value / this.low) / Math.log(this.high / this.low) : (value - this.low) / (this.high - this.low);
+    return Math.round(steps * Math.max(0, Math.min(1, Number.isFinite(part) ? part : 0)));
+  }
+
+  from(at: number): number {
+    const part = at / steps;
+    return this.byRatio ? this.low * (this.high / this.low) ** part : this.low + (this.high - this.low) * part;
+  }
 }
 
-export function fromSlider(p: Parameter, at: number): number {
-  const {min, max} = p, part = at / steps;
-  if (min > 0 && max / min > 8) return min * (max / min) ** part;
-  return min === 0 ? max * part ** 3 : min + (max - min) * part;
+/// As one would type it.
+function typed(value: number): string {
+  return Math.abs(value) < 1e-3 && value !== 0 ? value.toExponential(4).replace(/\.?0*e/, "e") : String(Number(value.toPrecision(5)));
 }
 
 class Slider {
@@ -25,22 +49,26 @@ class Slider {
   private readonly entry: HTMLInputElement;
   private readonly lock: HTMLInputElement;
   private readonly error = h("span", {class: "error"});
+  private readonly lockLabel: HTMLElement;
   private parameter: Parameter;
+  private span: Span;
 
   constructor(readonly name: string, parameter: Parameter, dragged: (name: string, value: number) => void, done: (name: string, value: number) => void) {
     this.parameter = parameter;
+    this.span = new Span(parameter, parameter.value);
     const label = symbolText(name.split(".").pop() ?? name);
     this.range = h("input", {type: "range", min: 0, max: steps, step: 1, "aria-label": `${label}, slider`, "data-parameter": name, oninput: () => {
-      const value = fromSlider(this.parameter, Number(this.range.value));
+      const value = this.span.from(Number(this.range.value));
       this.write(value);
       dragged(name, value);
-    }, onchange: () => done(name, fromSlider(this.parameter, Number(this.range.value)))});
+    }, onchange: () => done(name, this.span.from(Number(this.range.value)))});
     this.entry = h("input", {type: "text", inputmode: "decimal", autocomplete: "off", "aria-label": `${label}, value in ${unitText(parameter.unit) || "1"}`, onchange: () => this.typed(done)});
     this.lock = h("input", {type: "checkbox", "aria-label": `Lock ${label}: leave it out of a fit`, title: "Lock: a fit leaves it as it is", onchange: () =>
       work.change("lock", {parameter: name, fixed: this.lock.checked}, "locking")});
+    this.lockLabel = h("label", {class: "check small muted"}, this.lock, "lock");
     this.element = h("div", {class: "parameter"}, symbol(name.split(".").pop() ?? name),
       h("span", {class: "entry"}, this.entry, h("span", {class: "unit"}, unitText(parameter.unit))),
-      h("label", {class: "check small muted"}, this.lock, "lock"), h("span", {class: "slide"}, this.range), this.error);
+      this.lockLabel, h("span", {class: "slide"}, this.range), this.error);
     this.take(parameter);
   }
 
@@ -55,7 +83,9 @@ class Slider {
   take(parameter: Parameter): void {
     this.parameter = parameter;
     const tied = Boolean(parameter.tied_to);
-    this.range.value = String(toSlider(parameter, parameter.value));
+    if (!this.span.holds(parameter.value)) this.span = new Span(parameter, parameter.value);
+    this.range.value = String(this.span.to(parameter.value));
+    this.range.hidden = this.lockLabel.hidden = tied;
     this.write(parameter.value);
     this.range.disabled = this.entry.disabled = tied;
     this.lock.checked = Boolean(parameter.fixed);
@@ -63,11 +93,11 @@ class Slider {
     this.entry.setAttribute("aria-invalid", "false");
     this.element.classList.toggle("locked", Boolean(parameter.fixed));
     const error = parameter.std_error;
-    setText(this.error, tied ? `tied to ${symbolText(parameter.tied_to ?? "")}` : parameter.at_bound ? "rests on its bound: no estimate" : error ? `± ${quantity(error, parameter.unit, 2)} standard error of the last fit` : "");
+    setText(this.error, tied ? `follows ${symbolText(parameter.tied_to ?? "")}` : parameter.at_bound ? "rests on its bound: no estimate" : error ? `± ${quantity(error, parameter.unit, 2)} standard error` : "");
   }
 
   private write(value: number): void {
-    if (document.activeElement !== this.entry) this.entry.value = plain(value, 5).replace(/×10(.*)/, (_all, e: string) => `e${e.replace(/[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]/g, (c) => (c === "⁻" ? "-" : String("⁰¹²³⁴⁵⁶⁷⁸⁹".indexOf(c))))}`);
+    if (document.activeElement !== this.entry) this.entry.value = typed(value);
     this.range.setAttribute("aria-valuetext", quantity(value, this.parameter.unit));
   }
 }
