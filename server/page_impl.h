@@ -33,7 +33,6 @@ struct PageServer::Impl {
   boost::asio::io_context context{1};
   boost::asio::signal_set signals{context};
   std::vector<std::unique_ptr<boost::asio::ip::tcp::acceptor>> acceptors;
-  boost::asio::steady_timer retry{context};
   WorkQueue work;
   std::map<std::uint64_t, std::weak_ptr<PageClient>> clients;
   std::uint64_t next_id = 1;

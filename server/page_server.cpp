@@ -42,8 +42,8 @@ void PageServer::Impl::accept(tcp::acceptor& acceptor) {
   acceptor.async_accept([this, &acceptor](const error_code& error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (error) {  // no file descriptors left: try again when some may be free
-      retry.expires_after(std::chrono::milliseconds(100));
-      retry.async_wait([this, &acceptor](const error_code& stopped) {
+      const auto retry = std::make_shared<asio::steady_timer>(context, std::chrono::milliseconds(100));
+      retry->async_wait([this, &acceptor, retry](const error_code& stopped) {
         if (!stopped) accept(acceptor);
       });
       return;
