@@ -55,7 +55,7 @@ const greek: {[name: string]: string} = {
 
 const words: {[signal: string]: string} = {
   u_ref: "Reference", e_a: "Armature voltage", i_a: "Armature current", omega: "Speed", theta: "Angle", torque: "Load torque",
-  i_f: "Field current", temperature: "Temperature", armature_open: "Armature open", t: "Time",
+  i_f: "Field current", temperature: "Temperature", armature_open: "Armature open", t: "Time", "sign(omega)": "Direction",
 };
 
 export function isSymbol(name: string): boolean {

@@ -2,7 +2,7 @@
 
 import uPlot from "uplot";
 import {h, newId, put, setText, svg, symbol} from "./dom";
-import {plain, Scale, scaleFor} from "./numbers";
+import {plain, Scale, scaleFor, unitText} from "./numbers";
 import {exportCsv, exportPng, numbersTable} from "./plot_export";
 import {colour, faint, Ink, onTheme} from "./theme";
 
@@ -139,7 +139,8 @@ export class Plot {
     if (!this.chart) return;
     const x = this.columns[0];
     const [low, high] = this.xRange ?? [x.length ? x[0] : 0, x.length ? x[x.length - 1] : 1];
-    this.chart.batch(() => this.chart?.setScale("x", {min: low, max: high > low ? high : low + 1}));
+    const margin = !this.xRange && this.traces.length && this.traces.every((t) => t.as === "points") ? 0.02 * (high - low) : 0;
+    this.chart.batch(() => this.chart?.setScale("x", {min: low - margin, max: high > low ? high + margin : low + 1}));
   }
 
   private zoomTo(range: [number, number] | null): void {
@@ -266,7 +267,7 @@ function chartOptions(plot: Plot, width: number, zoom: (range: [number, number])
   const axis = {stroke: () => colour("muted"), grid: {stroke: () => colour("grid"), width: 1}, ticks: {stroke: () => colour("grid"), size: 4}, font: "12px system-ui, sans-serif"};
   const decades = {...axis.grid, filter: (_u: uPlot, splits: number[]) => splits.map((v) => (Math.abs(Math.log10(v) % 1) < 1e-6 ? v : null))};
   const gridX = options.logX ? {grid: decades, ticks: decades} : {}, gridY = options.log ? {grid: decades, ticks: decades} : {};
-  const xUnit = options.x.unit && options.x.unit !== "1" ? ` ${options.x.unit}` : "";
+  const xUnit = unitText(options.x.unit) && ` ${unitText(options.x.unit)}`;
   return {
     width, height: plot.height(), pxAlign: 0, padding: [8, 22, 0, 0],
     cursor: {sync: options.group ? {key: options.group.key, setSeries: false} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
@@ -298,6 +299,14 @@ function yRange(plot: Plot, low: number | null, high: number | null): uPlot.Rang
   if (plot.floor) {
     low = Math.min(low, -1.6 * plot.floor);
     high = Math.max(high, 1.6 * plot.floor);
+  }
+  for (const trace of plot.traces) {
+    for (let n = 0; trace.error && n < trace.x.length; ++n) {
+      const value = trace.y[n], error = trace.error[n];
+      if (value === null || error === null || !Number.isFinite(value + error)) continue;
+      low = Math.min(low, value - error);
+      high = Math.max(high, value + error);
+    }
   }
   if (plot.options.zero) {
     low = Math.min(low, 0);

@@ -33,7 +33,7 @@ function signature(s: any): SVGElement | null {
 function card(c: any, best: boolean): HTMLElement {
   const values = Object.entries<any>(c.value ?? c.expected ?? {}).map(([name, v]) => {
     const p = typeof v === "object" && v !== null ? v : {value: v, unit: ""};
-    return h("dd", {}, symbol(name), " = ", p.std_error ? withError(p.value, p.std_error, p.unit) : quantity(p.value, p.unit ?? ""));
+    return h("div", {}, symbol(name), " = ", p.std_error ? withError(p.value, p.std_error, p.unit) : quantity(p.value, p.unit ?? ""));
   });
   const add = h("button", {class: best ? "main" : "", "data-add": c.id, "aria-label": `Add ${c.name}`, onclick: () => work.change("add", {effect: c.id}, `Adding ${c.name} and fitting again`)}, "Add");
   const what = c.what ?? "";
@@ -43,11 +43,11 @@ function card(c: any, best: boolean): HTMLElement {
     h("dl", {class: "facts small"},
       c.held_out_error !== null && c.held_out_error !== undefined ? h("dt", {}, "Error held out with it") : null, c.held_out_error !== null && c.held_out_error !== undefined ? h("dd", {}, floors(c.held_out_error)) : null,
       h("dt", {}, "Predicted drop"), h("dd", {}, dropWords(c)),
-      values.length ? h("dt", {}, "Value") : null, ...values,
+      values.length ? h("dt", {}, values.length > 1 ? "Values" : "Value") : null, values.length ? h("dd", {}, ...values) : null,
       c.tied_with?.length ? h("dt", {}, "Tied with") : null, c.tied_with?.length ? h("dd", {}, c.tied_with.map((id: string) => id.replace(/_/g, " ")).join(", ")) : null,
       c.detectable_size !== null && c.detectable_size !== undefined ? h("dt", {}, "Would be found from") : null,
       c.detectable_size !== null && c.detectable_size !== undefined ? h("dd", {}, quantity(c.detectable_size, firstUnit(c), 2)) : null),
-    h("div", {class: "actions"}, add, c.equation ? h("span", {class: "mono muted"}, c.equation) : null));
+    c.equation ? h("p", {class: "mono muted"}, c.equation) : null, h("div", {class: "actions"}, add));
 }
 
 /// The unit of the parameter that says how large the effect is.
@@ -66,7 +66,7 @@ class Diagnose {
   private readonly stairs = h("div", {});
   private readonly verdict = h("div", {class: "stack"});
   private readonly cards = h("div", {class: "cards"});
-  private readonly key = h("p", {class: "muted small", hidden: true}, "In the small pictures: ", h("span", {class: "measured-word"}, "what is left"), " of the signal that shows it most, and ", h("span", {class: "base-word"}, "what the effect would add"), ".");
+  private readonly key = h("p", {class: "muted small key", hidden: true}, "In the small pictures: ", h("span", {class: "measured-word"}, "what is left"), " of the signal that shows it most, and ", h("span", {class: "base-word"}, "what the effect would add"), ".");
   private readonly others = h("div", {class: "cards"});
   private readonly more = h("details", {hidden: true}, h("summary", {}, "Other candidates"), this.others);
   private readonly model = h("div", {});

@@ -29,11 +29,17 @@ export function missingFigures(): {element: HTMLElement; load: () => void; close
     }
   }
 
+  /// In the order of x, as a plot needs it.
+  function sorted(x: number[], y: number[], error: number[]): {x: number[]; y: number[]; error: number[]} {
+    const order = x.map((_v, n) => n).sort((a, b) => x[a] - x[b]);
+    return {x: order.map((n) => x[n]), y: order.map((n) => y[n]), error: order.map((n) => error[n])};
+  }
+
   function curvePlot(curve: any): HTMLElement {
     const plot = new Plot({title: `Missing ${curve.quantity} against ${signalWords(curve.against).toLowerCase()}`, about: "what would have to act on the model to make it agree with the measurement, with standard errors",
       x: {name: curve.against, unit: curve.against_unit ?? "rad/s"}, y: {name: `missing ${curve.quantity}`, unit: curve.unit}, height: 200, zero: true});
     plots.push(plot);
-    plot.show([{label: "missing", ink: "base", x: curve.x, y: curve.value, error: curve.std_error, as: "points"}]);
+    plot.show([{label: "missing", ink: "base", ...sorted(curve.x, curve.value, curve.std_error), as: "points"}]);
     return plot.element;
   }
 
@@ -41,7 +47,7 @@ export function missingFigures(): {element: HTMLElement; load: () => void; close
     const plot = new Plot({title: `${signalWords(map.signal)} against ${signalWords(map.against).toLowerCase()}`, about: "mean residual of each bin with its standard error",
       x: {name: map.against, unit: map.against_unit ?? ""}, y: {name: map.signal, unit: map.unit}, height: 150, zero: true, floor: map.floor});
     plots.push(plot);
-    plot.show([{label: "mean residual", ink: "base", x: map.bins, y: map.mean, error: map.std_error, as: "points"}]);
+    plot.show([{label: "mean residual", ink: "base", ...sorted(map.bins, map.mean, map.std_error), as: "points"}]);
     return plot.element;
   }
 
