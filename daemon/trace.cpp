@@ -17,6 +17,9 @@ namespace {
 constexpr double queue_seconds = 1, ring_seconds = 8;  // [s] that this thread, and a follower, may be away
 constexpr double anew = 1;                             // [s] backwards: the clock began anew, as in a replay
 
+/// Which bin a time is in; one that is its beginning but for rounding is in it.
+std::int64_t bin_at(double t, double width) noexcept { return static_cast<std::int64_t>(std::floor(t / width + 1e-6)); }
+
 /// Times to the microsecond.
 double time_of(double t) { return std::round(t * 1e6) / 1e6; }
 
@@ -40,7 +43,7 @@ void Trace::Bin::take(double value) noexcept {
 }
 
 void Trace::Bins::take(double t, double value) noexcept {
-  const auto index = static_cast<std::int64_t>(std::floor(t / width));
+  const std::int64_t index = bin_at(t, width);
   if (count > 0) {
     Bin& newest = ring[(count - 1) % ring.size()];
     if (index <= newest.index) return newest.take(value);
@@ -125,7 +128,7 @@ json Trace::binned(Follower& f, Signal signal, Track& track, std::size_t& room) 
   };
   for (; cursor.next < track.count && room > 0; ++cursor.next) {
     const Sample& s = track.ring[cursor.next % track.ring.size()];
-    const auto index = static_cast<std::int64_t>(std::floor(s.at / f.bin));
+    const std::int64_t index = bin_at(s.at, f.bin);
     if (cursor.open && index == cursor.bin.index) {
       cursor.bin.take(s.value);
       continue;

@@ -35,7 +35,14 @@ void Work::save() const {
   const auto to_json = [](const State& s) {
     json steps = json::array();
     for (const Step& step : s.steps) steps.push_back({step.added, number(step.train), number(step.held_out)});
-    return json{{"label", s.label}, {"model", to_yaml(s.model)}, {"steps", steps}, {"at_bound", s.at_bound}};
+    json bounds = json::object();  // a model file knows none of what is fixed; the work frees it again
+    const std::vector<std::string> names = s.model.names();
+    for (std::size_t i = 0; i < names.size(); ++i) bounds[names[i]] = {s.model.at(i).min, s.model.at(i).max};
+    return json{{"label", s.label},
+                {"model", to_yaml(s.model)},
+                {"bounds", bounds},
+                {"steps", steps},
+                {"at_bound", s.at_bound}};
   };
   json all{{"version", version}, {"train", train_specs_}, {"held_out", held_out_specs_}, {"now", to_json(now_)}};
   all["past"] = all["future"] = json::array();
@@ -69,6 +76,11 @@ void Work::restore() {
                 .steps = {},
                 .at_bound = s.at("at_bound"),
                 .label = s.at("label")};
+      const std::vector<std::string> names = out.model.names();
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        out.model.at(i).min = number_of(s.at("bounds").at(names[i]).at(0));
+        out.model.at(i).max = number_of(s.at("bounds").at(names[i]).at(1));
+      }
       for (const json& step : s.at("steps")) {
         out.steps.push_back({step.at(0), number_of(step.at(1)), number_of(step.at(2))});
       }
