@@ -4,9 +4,9 @@ import {Bench, benchFile, emtb, goTo, newPage, open, recordStory, root, runAll, 
 
 const out = process.env.EMTB_PICTURES;
 let served, bench;
-async function shot(page, name) {
+async function shot(page, name, height = 720) {
   await page.mouse.move(4, 700);  // nothing under the pointer
-  await page.screenshot({path: path.join(out, `page-${name}.png`)});
+  await page.screenshot({path: path.join(out, `page-${name}.png`), clip: {x: 0, y: 0, width: page.viewportSize().width, height}});
 }
 
 /// All pictures of the page have the size of a small screen.
@@ -29,7 +29,7 @@ test("pictures", async () => {
   await page.locator("#verdict").waitFor({timeout: 90_000});
   await page.locator(".card.best button[data-add]").click();
   await until("the fallen error", async () => Number(await page.locator("#error-held-out").innerText()) < 1.3, 60_000);
-  await shot(page, "diagnose");
+  await shot(page, "diagnose", 650);
 
   await goTo(page, "sessions");
   await page.locator("tbody input[type=checkbox]").nth(1).check();
@@ -51,13 +51,13 @@ test("pictures", async () => {
   await shot(page, "bench");
   await goTo(page, "estimates");
   await page.locator(".figure canvas").nth(1).waitFor();
-  await until("some seconds of innovation", async () => JSON.parse(emtb("--socket", bench.socket, "status", "--json", "-")).run?.t > 13).catch(() => undefined);
+  await until("some seconds of innovation", async () => JSON.parse(emtb("--socket", bench.socket, "status", "--json", "-")).run?.t > 22).catch(() => undefined);
   await shot(page, "estimates");
 
   const phone = await newPage({viewport: {width: 360, height: 740}, hasTouch: true});
   await open(phone, served.url, "bench");
   await until("readings", async () => Number.isFinite(Number((await phone.locator(".strip .value").nth(1).innerText()).replace("−", "-"))));
-  await shot(phone, "phone");
+  await shot(phone, "phone", 740);
   const dark = await newPage({...small, colorScheme: "dark"});
   await open(dark, served.url, "bench");
   await until("readings", async () => Number.isFinite(Number((await dark.locator(".strip .value").nth(1).innerText()).replace("−", "-"))));

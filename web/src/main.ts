@@ -11,7 +11,7 @@ import {View} from "./view";
 import {benchView} from "./views/bench";
 import {compareView} from "./views/compare";
 import {diagnoseView} from "./views/diagnose";
-import {estimatesView} from "./views/estimates";
+import {estimatesView, followEstimates} from "./views/estimates";
 import {formulaView} from "./views/formula";
 import {reportView} from "./views/report";
 import {sessionsView} from "./views/sessions";
@@ -98,6 +98,7 @@ function start(): void {
   frame();
   stop.hidden = true;
   startStop(() => bench.runIsOn());
+  followEstimates();
   window.addEventListener("hashchange", navigate);
   window.addEventListener("beforeunload", (event) => {
     if (!bench.runIsOn()) return;

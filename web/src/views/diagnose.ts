@@ -42,7 +42,7 @@ function card(c: any, best: boolean): HTMLElement {
     what ? h("p", {class: "small"}, what) : null, signature(c.signature),
     h("dl", {class: "facts small"},
       c.held_out_error !== null && c.held_out_error !== undefined ? h("dt", {}, "Error held out with it") : null, c.held_out_error !== null && c.held_out_error !== undefined ? h("dd", {}, floors(c.held_out_error)) : null,
-      h("dt", {}, "Predicted drop"), h("dd", {}, dropWords(c)),
+      h("dt", {}, "Drop foretold"), h("dd", {}, dropWords(c)),
       values.length ? h("dt", {}, values.length > 1 ? "Values" : "Value") : null, values.length ? h("dd", {}, ...values) : null,
       c.tied_with?.length ? h("dt", {}, "Tied with") : null, c.tied_with?.length ? h("dd", {}, c.tied_with.map((id: string) => id.replace(/_/g, " ")).join(", ")) : null,
       c.detectable_size !== null && c.detectable_size !== undefined ? h("dt", {}, "Would be found from") : null,
@@ -56,7 +56,7 @@ function firstUnit(c: any): string {
 }
 
 function dropWords(c: any): string {
-  if (c.drop_percent !== null && c.drop_percent !== undefined) return `${plain(c.drop_percent, 3)} % of what is left`;
+  if (c.drop_percent !== null && c.drop_percent !== undefined) return `${plain(c.drop_percent, 3)} %, to first order`;
   return c.predicted_drop > 0 ? `${plain(c.predicted_drop, 3)} in the sum of squares` : "none";
 }
 

@@ -11,15 +11,50 @@ import {View} from "../view";
 const period = 250;   // [ms] between questions
 const seconds = 60;  // [s] of innovation and of values that the strips show
 
+interface Moment {
+  t: number;
+  value: number;
+  error: number;
+}
+
+// What was estimated in the last seconds, whichever view was open.
+const remembered = 40;  // [s] of values
+const pasts = new Map<string, Moment[]>(), innovations = new Map<string, Trail>();
+let followed = "";
+
+function remember(e: any): void {
+  if (e.model !== followed) pasts.clear();
+  followed = e.model;
+  for (const [name, p] of Object.entries<any>(e.parameters)) {
+    const past = pasts.get(name) ?? [];
+    pasts.set(name, past);
+    if (past.length && e.t < past[past.length - 1].t) past.length = 0;  // the daemon began anew
+    if (!past.length || e.t > past[past.length - 1].t) past.push({t: e.t, value: p.value, error: p.std_error});
+    while (past.length && past[0].t < e.t - remembered) past.shift();
+  }
+  for (const [signal, i] of Object.entries<any>(e.innovation ?? {})) {
+    const trail = innovations.get(signal) ?? new Trail(2048);
+    innovations.set(signal, trail);
+    if (trail.last > e.t) trail.clear();
+    if (Number.isFinite(i.normalised)) trail.push(e.t, i.normalised, i.normalised);
+  }
+}
+
+/// Follows the estimates in the background while a run is on, so that the view has a past when it is opened.
+export function followEstimates(): void {
+  setInterval(() => {
+    if (bench.present && bench.state === "running" && rpc.state === "open") rpc.call("estimates").then(remember, () => undefined);
+  }, 1000);
+}
+
 /// Value over time with its band of two standard errors.
 class Row {
   readonly element: HTMLElement;
   private readonly value = h("td", {class: "n"});
   private readonly tag = h("td", {});
   private readonly spark = svg("svg", {viewBox: "0 0 160 34", class: "spark", width: "160", height: "34", "aria-hidden": "true"});
-  private readonly past: {value: number; error: number}[] = [];
 
-  constructor(name: string, private readonly unit: string) {
+  constructor(private readonly name: string, private readonly unit: string) {
     this.element = h("tr", {}, h("th", {scope: "row"}, nameOf(name)), this.value, h("td", {}, this.spark), this.tag);
   }
 
@@ -29,15 +64,14 @@ class Row {
     this.value.classList.toggle("muted", !fits || !excited);
     const [word, kind] = fixed ? ["fixed", ""] : bound ? ["at its bound: no estimate", "warn"] : !excited ? ["not excited", "warn"] : fits ? ["excited", "good"] : ["do not trust", "bad"];
     put(this.tag, h("span", {class: `tag ${kind}`}, word));
-    this.past.push({value, error});
-    if (this.past.length > 160) this.past.shift();
-    this.draw();
+    this.draw(pasts.get(this.name) ?? []);
   }
 
-  private draw(): void {
-    const low = Math.min(...this.past.map((p) => p.value - 2 * p.error)), high = Math.max(...this.past.map((p) => p.value + 2 * p.error));
+  private draw(past: Moment[]): void {
+    const now = past[past.length - 1]?.t ?? 0;
+    const low = Math.min(...past.map((p) => p.value - 2 * p.error)), high = Math.max(...past.map((p) => p.value + 2 * p.error));
     const y = (v: number) => (high > low ? 32 - (30 * (v - low)) / (high - low) : 17).toFixed(1);
-    const line = (f: (p: {value: number; error: number}) => number) => this.past.map((p, n) => `${n},${y(f(p))}`);
+    const line = (f: (p: Moment) => number) => past.map((p) => `${(160 * (1 + (p.t - now) / remembered)).toFixed(1)},${y(f(p))}`);
     put(this.spark, svg("polygon", {points: [...line((p) => p.value + 2 * p.error), ...line((p) => p.value - 2 * p.error).reverse()].join(" "), class: "area ink-model"}),
       svg("polyline", {points: line((p) => p.value).join(" "), class: "curve ink-model", "fill-opacity": 0}));
   }
@@ -63,7 +97,7 @@ class Estimates {
   private readonly innovation = h("div", {class: "stack"});
   private readonly changes = h("div", {});
   private readonly byName = new Map<string, Row>();
-  private readonly plots = new Map<string, {plot: Plot; trail: Trail}>();
+  private readonly plots = new Map<string, Plot>();
   private readonly timer: number;
   private asking = false;
   private model = "";
@@ -83,14 +117,16 @@ class Estimates {
 
   close(): void {
     clearInterval(this.timer);
-    for (const {plot} of this.plots.values()) plot.destroy();
+    for (const plot of this.plots.values()) plot.destroy();
   }
 
   private async ask(): Promise<void> {
     if (this.asking || rpc.state !== "open") return;
     this.asking = true;
     try {
-      this.write(await rpc.call("estimates"));
+      const answer = await rpc.call("estimates");
+      remember(answer);
+      this.write(answer);
     } catch (error) {
       if (error instanceof RpcError && error.code !== 0) put(this.verdict, h("p", {class: "empty"}, error.message));
     }
@@ -122,17 +158,16 @@ class Estimates {
   }
 
   private writeInnovation(e: any): void {
-    for (const [signal, i] of Object.entries<any>(e.innovation ?? {})) {
+    for (const signal of Object.keys(e.innovation ?? {})) {
       let one = this.plots.get(signal);
       if (!one) {
-        one = {trail: new Trail(2048), plot: new Plot({title: signalWords(signal), about: "innovation in noise floors over the last minute", x: {name: "t", unit: "s"}, y: {name: "noise floors", unit: "1"}, height: 105, zero: true, smallest: 3})};
+        one = new Plot({title: signalWords(signal), about: "innovation in noise floors over the last minute", x: {name: "t", unit: "s"}, y: {name: "noise floors", unit: "1"}, height: 105, zero: true, smallest: 3});
         this.plots.set(signal, one);
-        this.innovation.append(one.plot.element);
+        this.innovation.append(one.element);
       }
-      if (Number.isFinite(i.normalised)) one.trail.push(e.t, i.normalised, i.normalised);
-      const {x, low} = one.trail.view(e.t - seconds, 480, e.t);
-      one.plot.show([{label: "RMS", ink: "model", x, y: low}, {label: "right model", ink: "floor", x, y: x.map(() => 1), dash: true}]);
-      one.plot.showRange([-seconds, 0]);
+      const {x, low} = (innovations.get(signal) as Trail).view(e.t - seconds, 480, e.t);
+      one.show([{label: "RMS", ink: "model", x, y: low}, {label: "right model", ink: "floor", x, y: x.map(() => 1), dash: true}]);
+      one.showRange([-seconds, 0]);
     }
     if (this.plots.size === 0) put(this.innovation, h("p", {class: "empty"}, "Nothing yet: it begins with a run."));
     else this.innovation.querySelector(".empty")?.remove();
