@@ -7,6 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "config/guards.h"
 #include "daemon/finite_or_null.h"
 #include "daemon/sent_model.h"
 #include "daemon/status_json.h"
@@ -142,12 +143,14 @@ json Service::status(const rpc::Peer& peer) const {
                  {"black_box", nullptr}};
   const std::lock_guard lock(mutex_);
   if (current_) {
+    json controller = who(current_->controller);
+    controller["you"] = current_->controller.id == peer.id;
     answer["run"] = {{"id", current_->order->id},
                      {"profile", current_->order->profile.name()},
                      {"t", live_.run_time.load()},
                      {"duration", current_->order->profile.duration()},
                      {"session", current_->path.string()},
-                     {"controller", who(current_->controller)},
+                     {"controller", controller},
                      {"pause", pause()}};
   }
   if (last_) answer["last_run"] = *last_;
@@ -364,6 +367,10 @@ json Service::config() const {
                         {"lsb", channel.lsb},
                         {"source", channel.source}});
   }
+  json guards = json::array();
+  for (const Guard& guard : guards_of(bench_, settings_.channels)) {
+    guards.push_back({{"key", guard.key}, {"text", guard.text}, {"wrong", guard.wrong}});
+  }
   const Limits& limits = bench_.reference.limits;
   return {
       {"bench", bench_.name},
@@ -372,7 +379,8 @@ json Service::config() const {
       {"data", settings_.data.string()},
       {"rate", bench_.rate},
       {"reference", {{"min", limits.min}, {"max", limits.max}, {"safe", limits.safe}, {"rate", bench_.reference.rate}}},
-      {"channels", channels}};
+      {"channels", channels},
+      {"guards", guards}};
 }
 
 void Service::gone(const rpc::Peer& peer) {
