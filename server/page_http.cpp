@@ -72,7 +72,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   static bool is_loopback(const asio::ip::tcp::socket& socket) {
     error_code error;
     const auto end = socket.local_endpoint(error);
-    return !error && end.address().is_loopback();
+    const auto address = end.address();
+    return !error && (address == asio::ip::address(asio::ip::address_v4::loopback()) ||
+                      address == asio::ip::address(asio::ip::address_v6::loopback()));
   }
 
   void close() {

@@ -62,11 +62,11 @@ PageServer::PageServer(Settings settings) : impl_(std::make_unique<Impl>(std::mo
   } catch (const ProtocolError&) {  // a computer without IPv6; the URL's name leads to the other
   }
   if (!s.settings.listen.empty()) {
-    const auto address = asio::ip::make_address(s.settings.listen);
-    if (address.is_unspecified()) {
+    error_code error;
+    if (asio::ip::make_address(s.settings.listen, error).is_unspecified() && !error) {
       throw ProtocolError("--listen " + s.settings.listen + ": give one address of this computer, not all of them");
     }
-    if (!address.is_loopback()) s.listen(s.settings.listen, s.port);
+    if (s.settings.listen != "127.0.0.1" && s.settings.listen != "::1") s.listen(s.settings.listen, s.port);
   }
   for (const auto& acceptor : s.acceptors) s.accept(*acceptor);
 }

@@ -18,9 +18,10 @@
 namespace emtb {
 
 /// What a browser does, without one: a request, or a WebSocket with a page on it.
-inline boost::asio::ip::tcp::socket connected_to(boost::asio::io_context& context, std::uint16_t port) {
+inline boost::asio::ip::tcp::socket connected_to(boost::asio::io_context& context, std::uint16_t port,
+                                                 const std::string& address = "127.0.0.1") {
   boost::asio::ip::tcp::socket socket(context);
-  socket.connect({boost::asio::ip::make_address("127.0.0.1"), port});
+  socket.connect({boost::asio::ip::make_address(address), port});
   const timeval patience{.tv_sec = 30, .tv_usec = 0};
   setsockopt(socket.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   return socket;
@@ -65,8 +66,8 @@ inline HttpAnswer http(std::uint16_t port, const HttpRequest& asked) {
 class Browser {
  public:
   explicit Browser(std::uint16_t port, const std::string& host = "localhost",
-                   const std::string& origin = "http://localhost")
-      : socket_(connected_to(context_, port)) {
+                   const std::string& origin = "http://localhost", const std::string& address = "127.0.0.1")
+      : socket_(connected_to(context_, port, address)) {
     socket_.set_option(boost::beast::websocket::stream_base::decorator(
         [&](boost::beast::websocket::request_type& r) { r.set(boost::beast::http::field::origin, origin); }));
     socket_.read_message_max(std::size_t{64} << 20);

@@ -58,7 +58,7 @@ class PageOfBench : public Scratch {
   PageOfBench() : daemon_(std::make_unique<UnixSocketServer>(path("s"))) {
     serve_daemon();
     server_.emplace(PageServer::Settings{.port = 0,
-                                         .listen = "",
+                                         .listen = "127.0.0.2",
                                          .token = token,
                                          .version = "1",
                                          .socket = path("s"),
@@ -172,6 +172,29 @@ TEST_F(PageOfBench, EachPageHasItsOwnConnectionToTheDaemonWhichEndsWithIt) {
   one.reset();
   EXPECT_TRUE(eventually([&] { return gone_ == 1; }, 10));
   EXPECT_EQ(two.ask("status")["result"]["asked"], "status");
+}
+
+TEST_F(PageOfBench, WhoComesByAnotherAddressMayLookAndStopButNotMove) {
+  Browser page(port(), "127.0.0.2", "http://127.0.0.2", "127.0.0.2");
+  ASSERT_TRUE(page.open);
+  EXPECT_EQ(hello(page)["result"]["may_move"], false);
+  EXPECT_EQ(page.ask("status")["result"]["asked"], "status");
+  for (const char* method : {"run", "reset", "confirm"}) {
+    EXPECT_THAT(page.ask(method)["error"]["message"], HasSubstr("look and stop")) << method;
+  }
+  EXPECT_EQ(page.ask("stop")["result"]["asked"], "stop");
+}
+
+TEST_F(PageOfBench, PagesThatComeAndGoLeaveNothingBehind) {
+  for (int round = 0; round < 200; ++round) {
+    Browser page(port());
+    ASSERT_TRUE(page.open) << round;
+    if (round % 2 == 0) {
+      ASSERT_TRUE(hello(page).contains("result")) << round;
+    }
+    ASSERT_EQ(http(port(), {}).status, 200u) << round;
+  }
+  EXPECT_TRUE(eventually([&] { return gone_ == 100; }, 10));
 }
 
 TEST_F(PageOfBench, TellsThatTheDaemonWentAndCameBack) {
