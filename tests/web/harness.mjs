@@ -11,7 +11,7 @@ const {chromium} = modules("playwright-core");
 export const axeSource = fs.readFileSync(modules.resolve("axe-core/axe.min.js"), "utf8");
 export const root = path.resolve(path.dirname(new URL(import.meta.url).pathname), "../..");
 export const bin = process.env.EMTB_BIN ?? path.join(root, "build/release/bin");
-export const folder = fs.mkdtempSync(path.join(os.tmpdir(), "emtb-web-"));
+export const folder = process.env.EMTB_TEST_FOLDER ?? fs.mkdtempSync(path.join(os.tmpdir(), "emtb-web-"));
 export const patience = 20_000;  // [ms] for any condition to come true
 
 const children = new Set();

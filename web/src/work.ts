@@ -47,6 +47,7 @@ class WorkStore extends Changing {
   present = false;
   state: Work | null = null;
   busy = "";         ///< what is being computed, in words
+  private method = "";
   progress: {done: number; of: number; text: string} | null = null;
   diagnosis: any = null;
   diagnosed: Work | null = null;  ///< the state that the diagnosis is of
@@ -86,6 +87,7 @@ class WorkStore extends Changing {
   async lasting(method: string, params: any, busy: string): Promise<any> {
     if (this.busy) throw new Error(`Wait for this to end, or cancel it: ${this.busy}.`);
     this.busy = busy;
+    this.method = method;
     this.progress = null;
     this.changed();
     try {
@@ -97,8 +99,12 @@ class WorkStore extends Changing {
     }
   }
 
+  /// Ends what lasts. While something else is before it at the server, asks again.
   cancel(): void {
-    rpc.call("cancel").catch(failed);
+    const method = this.method;
+    rpc.call("cancel").then((answer) => {
+      if (answer.cancelled !== method && this.busy && this.method === method) window.setTimeout(() => this.method === method && this.busy && this.cancel(), 150);
+    }, failed);
   }
 
   take(state: Work): void {

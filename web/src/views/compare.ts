@@ -99,7 +99,7 @@ class Compare {
 
   private change(): void {
     const state = work.state;
-    this.fit.disabled = Boolean(work.busy);
+    this.fit.disabled = Boolean(work.busy || state?.findings);
     if (!state || state === this.of) return;
     this.of = state;
     this.draft = {};

@@ -42,7 +42,7 @@ class Sessions {
     try {
       this.list = (await rpc.call("sessions")).sessions;
       this.writeList();
-      const first = this.list.find((s) => !s.wrong);
+      const first = this.list.find((s) => !s.error);
       if (!this.chosen.length && first) this.choose(first.path, true);
     } catch (error) {
       put(this.rows, h("tr", {}, h("td", {colspan: "7"}, String((error as Error).message))));
@@ -64,7 +64,7 @@ class Sessions {
       this.load();
     }, failed)}, ...[["", "–"], ["train", "training"], ["held_out", "held out"]].map(([value, text]) => h("option", {value}, text)));
     use.value = s.used ?? "";
-    return h("tr", {}, h("td", {}, show), h("th", {scope: "row"}, s.name, s.wrong ? h("span", {class: "tag bad after", title: s.wrong}, "not readable") : null, s.complete === false ? h("span", {class: "tag warn after"}, "not complete") : null), h("td", {}, localTime(s.started_utc)), h("td", {}, s.profile ?? ""),
+    return h("tr", {}, h("td", {}, show), h("th", {scope: "row", title: s.path}, s.name, s.error ? h("span", {class: "tag bad after", title: s.error}, "not readable") : null, s.complete === false && !s.error ? h("span", {class: "tag warn after"}, "not complete") : null), h("td", {}, localTime(s.started_utc)), h("td", {}, s.profile ?? ""),
       h("td", {class: "n"}, s.duration ? duration(s.duration) : "–"), h("td", {}, ...(s.tags ?? []).map((tag: string) => h("span", {class: "tag"}, tag)), s.note ? h("div", {class: "small muted"}, s.note) : null), h("td", {}, use));
   }
 

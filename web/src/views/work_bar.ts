@@ -37,7 +37,8 @@ export function workHead(title: string, ...more: HTMLElement[]): {element: HTMLE
   const change = () => {
     const state = work.state;
     findings.hidden = !state?.findings;
-    setText(findings, state?.findings ? `These recordings contradict themselves, so nothing is fitted to them. ${state.findings}` : "");
+    const lines = (state?.findings ?? "").split("\n").filter((line) => line && !line.startsWith("Nothing was fitted"));  // and what to do at a terminal
+    setText(findings, lines.length ? `These recordings contradict themselves, so nothing is fitted to them:\n${lines.join("\n")}` : "");
     undo.disabled = Boolean(work.busy) || !state?.undo;
     redo.disabled = Boolean(work.busy) || !state?.redo;
     undo.title = state?.undo ? `Undo: ${state.undo}` : "There is nothing to undo";
