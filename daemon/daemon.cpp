@@ -164,7 +164,8 @@ void Daemon::record() {
 /// The trace's thread.
 void Daemon::keep_trace() {
   while (!quit_) {
-    if (!trace_.work()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    // In simulated time there is always more: those who ask get their turn in between.
+    std::this_thread::sleep_for(trace_.work() ? std::chrono::microseconds(200) : std::chrono::microseconds(10'000));
   }
 }
 
