@@ -55,13 +55,14 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
         return std::move(settings);
       }()),
       ring_(ring_size(config_, bench_)),
+      trace_(channels_, config_.rate),
       estimator_({.channels = channels_,
                   .loop_rate = config_.rate,
                   .rate = config_.estimates ? config_.estimates->rate : BenchConfig::Estimates{}.rate}),
       recorder_(ring_, mailbox_.recorder_failed, settings_.open_sink, listeners_of_recorder(),
                 surroundings_of_recorder()),
-      service_(config_, service_settings(), mailbox_, live_, recorder_, estimator_),
-      loop_(bench_, loop_settings(), mailbox_, live_, ring_, &estimator_.feed()) {
+      service_(config_, service_settings(), mailbox_, live_, recorder_, estimator_, trace_),
+      loop_(bench_, loop_settings(), mailbox_, live_, ring_, &estimator_.feed(), &trace_) {
   if (settings_.replay_of.empty()) {
     refuse_what_guards_nothing(config_, channels_);
     for (const Guard& guard : guards_of(config_, channels_)) settings_.log(guard.text);
@@ -71,6 +72,7 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
   }
   follow_named_model();
   service_.connect({.subscribe = [this](std::uint64_t peer, double period) { server_.subscribe(peer, period); },
+                    .stream = [this](std::uint64_t peer, double period) { server_.stream(peer, period); },
                     .clients = [this] { return server_.clients(); },
                     .publish = [this](std::string line) { server_.publish(std::move(line)); }});
   loop_thread_ = std::make_unique<LoopThread>(
@@ -81,9 +83,11 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
   }
   service_.set_realtime(loop_thread_->realtime());
   recorder_thread_ = std::thread([this] { record(); });
+  trace_thread_ = std::thread([this] { keep_trace(); });
   server_.start({.line = [this](std::string_view line, const rpc::Peer& peer) { return service_.answer(line, peer); },
                  .gone = [this](const rpc::Peer& peer) { service_.gone(peer); },
                  .live = [this](std::uint64_t peer) { return service_.live_line(peer); },
+                 .block = [this](std::uint64_t peer) { return trace_.block(peer); },
                  .stop = {.stop = [this] { return ++mailbox_.stops; },
                           .stopped = [this](std::uint64_t number) { return stopped(number); }}});
 }
@@ -157,6 +161,14 @@ void Daemon::record() {
   }
 }
 
+/// The trace's thread.
+void Daemon::keep_trace() {
+  while (!quit_) {
+    // In simulated time there is always more: those who ask get their turn in between.
+    std::this_thread::sleep_for(trace_.work() ? std::chrono::microseconds(200) : std::chrono::microseconds(10'000));
+  }
+}
+
 Daemon::~Daemon() {
   terminate();
   server_.stop();
@@ -164,6 +176,7 @@ Daemon::~Daemon() {
   bench_.reference->make_safe();
   quit_ = true;
   recorder_thread_.join();
+  trace_thread_.join();
   recorder_.finish();
 }
 

@@ -12,6 +12,7 @@
 #include "daemon/loop_thread.h"
 #include "daemon/recorder.h"
 #include "daemon/service.h"
+#include "daemon/trace.h"
 #include "hal/bench.h"
 #include "server/unix_socket.h"
 
@@ -60,6 +61,7 @@ class Daemon {
   void follow_named_model();
   std::optional<Stopped> stopped(std::uint64_t number) const noexcept;
   void record();
+  void keep_trace();
 
   const BenchConfig& config_;
   GuardedBench bench_;
@@ -69,13 +71,14 @@ class Daemon {
   Mailbox mailbox_;
   Live live_;
   Ring ring_;
+  Trace trace_;
   Estimator estimator_;
   Recorder recorder_;
   Service service_;
   Loop loop_;
   std::unique_ptr<LoopThread> loop_thread_;
   std::atomic<bool> quit_{false};
-  std::thread recorder_thread_;
+  std::thread recorder_thread_, trace_thread_;
 };
 
 }  // namespace emtb

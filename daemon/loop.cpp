@@ -25,13 +25,15 @@ bool is_fault(std::uint16_t code) noexcept { return code >= 100; }
 
 }  // namespace
 
-Loop::Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring, EstimatorFeed* feed)
+Loop::Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring, EstimatorFeed* feed,
+           Trace* trace)
     : bench_(bench),
       settings_(settings),
       mailbox_(mailbox),
       live_(live),
       ring_(ring),
       feed_(feed),
+      trace_(trace),
       safety_(settings.limits, settings.reference, settings.rate),
       buffer_(buffer_size),
       u_(settings.reference.safe) {
@@ -406,10 +408,14 @@ void Loop::enter(LoopState state) noexcept {
 
 /// Where the ring is full, the black box has a gap; a run has a fault.
 void Loop::glimpse(Signal signal, double at, double value) noexcept {
+  if (trace_ != nullptr) trace_->take(signal, at, value);
   ring_.push({.kind = Record::Kind::glimpse, .signal = signal, .value = value, .at = at});
 }
 
 void Loop::push(const Record& record) noexcept {
+  if (trace_ != nullptr && record.kind == Record::Kind::sample && record.signal) {
+    trace_->take(*record.signal, record.at, record.value);
+  }
   if (feed_ != nullptr) feed_->take(record);
   if (ring_.push(record)) return;
   if (!settings_.real_time) {  // simulated time can wait, and the recorder empties the ring even when it has failed

@@ -12,6 +12,7 @@
 #include "daemon/ring.h"
 #include "daemon/safety.h"
 #include "daemon/tacho_watch.h"
+#include "daemon/trace.h"
 #include "experiment/conditions.h"
 #include "hal/bench.h"
 
@@ -97,9 +98,10 @@ class Loop {
     double late_limit = 0.5;  ///< [s] of missed deadlines within about a second: overrun
   };
 
-  /// @param feed of the live estimator; null: there is none
+  /// @param feed of the live estimator; null: there is none @param trace for those who watch; null: nobody does
   /// @throws ConfigError where two channels measure one signal, or a check needs one that none measures.
-  Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring, EstimatorFeed* feed = nullptr);
+  Loop(Bench& bench, const Settings& settings, Mailbox& mailbox, Live& live, Ring& ring, EstimatorFeed* feed = nullptr,
+       Trace* trace = nullptr);
 
   /// Starts the devices. Not real-time. A device that refuses is a fault, not an exception.
   void start() noexcept;
@@ -161,6 +163,7 @@ class Loop {
   Live& live_;
   Ring& ring_;
   EstimatorFeed* feed_;
+  Trace* trace_;
   Safety safety_;
   std::optional<TachoWatch> tacho_;
 

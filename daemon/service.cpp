@@ -7,6 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "config/guards.h"
 #include "daemon/finite_or_null.h"
 #include "daemon/sent_model.h"
 #include "daemon/status_json.h"
@@ -20,6 +21,8 @@ using rpc::Refusal;
 
 constexpr double default_rate = 20;                      // [Hz] of live lines
 constexpr double highest_rate = 50;                      // [Hz]
+constexpr int protocol_version = 1;                      // members are only added to it
+constexpr double block_period = 0.05;                    // [s] between blocks of samples
 constexpr auto reset_within = std::chrono::seconds(15);  // the slowest meter's patience
 
 double utc_now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
@@ -27,13 +30,14 @@ double utc_now() { return std::chrono::duration<double>(std::chrono::system_cloc
 }  // namespace
 
 Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder,
-                 Estimator& estimator)
+                 Estimator& estimator, Trace& trace)
     : bench_(bench),
       settings_(std::move(settings)),
       mailbox_(mailbox),
       live_(live),
       recorder_(recorder),
       estimator_(estimator),
+      trace_(trace),
       admission_(bench, live,
                  {.data = settings_.data,
                   .channels = settings_.channels,
@@ -58,6 +62,8 @@ Service::Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, 
   plain("config", [this](const Peer&) { return config(); });
   methods_.add("run", [this](const Params& params, const Peer& peer) { return run(params, peer); });
   methods_.add_slow("estimates", [this](const Params& params, const Peer&) { return estimates(params); });
+  methods_.add("samples", [this](const Params& params, const Peer& peer) { return samples(params, peer); });
+  methods_.add("history", [this](const Params& params, const Peer&) { return history(params); });
   methods_.add("subscribe", [this](const Params& params, const Peer& peer) { return subscribe(params, peer); });
 }
 
@@ -113,7 +119,8 @@ json Service::status(const rpc::Peer& peer) const {
   }
   const Durations late = live_.lateness.durations();
   const Durations work = live_.work.durations();
-  json answer = {{"version", version},
+  json answer = {{"protocol", protocol_version},
+                 {"version", version},
                  {"bench", bench_.name},
                  {"state", word(live_.state.load())},
                  {"fault", fault()},
@@ -136,12 +143,14 @@ json Service::status(const rpc::Peer& peer) const {
                  {"black_box", nullptr}};
   const std::lock_guard lock(mutex_);
   if (current_) {
+    json controller = who(current_->controller);
+    controller["you"] = current_->controller.id == peer.id;
     answer["run"] = {{"id", current_->order->id},
                      {"profile", current_->order->profile.name()},
                      {"t", live_.run_time.load()},
                      {"duration", current_->order->profile.duration()},
                      {"session", current_->path.string()},
-                     {"controller", who(current_->controller)},
+                     {"controller", controller},
                      {"pause", pause()}};
   }
   if (last_) answer["last_run"] = *last_;
@@ -317,6 +326,21 @@ json Service::subscribe(const rpc::Params& params, const rpc::Peer& peer) {
   return {{"rate", rate}};
 }
 
+json Service::samples(const rpc::Params& params, const rpc::Peer& peer) {
+  params.only({"bin"});
+  const double bin = params.number_or("bin", 0.02, 0, 60);
+  if (bin > 0 && bin < 1e-4) throw Refusal(rpc::code::invalid_params, "`bin` is 0, or 0.0001 to 60 s");
+  trace_.follow(peer.id, bin);
+  if (socket_.stream) socket_.stream(peer.id, block_period);
+  return {{"bin", bin}};
+}
+
+json Service::history(const rpc::Params& params) const {
+  params.only({"last", "points"});
+  const double last = params.number_or("last", 600, 0.1, 3600), points = params.number_or("points", 700, 10, 2000);
+  return trace_.history(last, static_cast<std::size_t>(points));
+}
+
 /// @param params `model`: the text of a model file to follow from now on; it moves nothing, so that anybody may
 rpc::Later Service::estimates(const rpc::Params& params) {
   params.only({"model"});
@@ -343,6 +367,10 @@ json Service::config() const {
                         {"lsb", channel.lsb},
                         {"source", channel.source}});
   }
+  json guards = json::array();
+  for (const Guard& guard : guards_of(bench_, settings_.channels)) {
+    guards.push_back({{"key", guard.key}, {"text", guard.text}, {"wrong", guard.wrong}});
+  }
   const Limits& limits = bench_.reference.limits;
   return {
       {"bench", bench_.name},
@@ -351,10 +379,12 @@ json Service::config() const {
       {"data", settings_.data.string()},
       {"rate", bench_.rate},
       {"reference", {{"min", limits.min}, {"max", limits.max}, {"safe", limits.safe}, {"rate", bench_.reference.rate}}},
-      {"channels", channels}};
+      {"channels", channels},
+      {"guards", guards}};
 }
 
 void Service::gone(const rpc::Peer& peer) {
+  trace_.forget(peer.id);
   const std::lock_guard lock(mutex_);
   want_estimates_.erase(peer.id);
   if (current_ && current_->controller.id == peer.id) mailbox_.lost = current_->order->id;

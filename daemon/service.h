@@ -18,6 +18,7 @@
 #include "daemon/loop.h"
 #include "daemon/realtime.h"
 #include "daemon/recorder.h"
+#include "daemon/trace.h"
 #include "server/rpc.h"
 
 namespace emtb {
@@ -40,12 +41,13 @@ class Service {
   /// What the service wants of the socket. Both only from within a method.
   struct Socket {
     std::function<void(std::uint64_t peer, double period)> subscribe;
+    std::function<void(std::uint64_t peer, double period)> stream;  ///< blocks of samples
     std::function<std::vector<rpc::Peer>()> clients;
     std::function<void(std::string line)> publish;  ///< from any thread
   };
 
   Service(const BenchConfig& bench, Settings settings, Mailbox& mailbox, Live& live, Recorder& recorder,
-          Estimator& estimator);
+          Estimator& estimator, Trace& trace);
   ~Service();
 
   void connect(Socket socket) { socket_ = std::move(socket); }
@@ -87,6 +89,8 @@ class Service {
   rpc::Later reset(const rpc::Peer& peer);
   nlohmann::json subscribe(const rpc::Params& params, const rpc::Peer& peer);
   rpc::Later estimates(const rpc::Params& params);
+  nlohmann::json samples(const rpc::Params& params, const rpc::Peer& peer);
+  nlohmann::json history(const rpc::Params& params) const;
   nlohmann::json config() const;
 
   SessionWriter::Description session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
@@ -103,6 +107,7 @@ class Service {
   Live& live_;
   Recorder& recorder_;
   Estimator& estimator_;
+  Trace& trace_;
   Admission admission_;
   Socket socket_;
   std::vector<RealtimeStep> realtime_;

@@ -215,6 +215,25 @@ std::string notification(std::string_view method, const json& params) {
   return dump({{"jsonrpc", "2.0"}, {"method", method}, {"params", params}});
 }
 
+json parsed_request(std::string_view text) {
+  json request;
+  try {
+    request = parse(text);
+  } catch (const std::exception& e) {
+    throw Refusal(code::parse_error, std::string("no JSON: ") + e.what());
+  }
+  if (!request.is_object() || !request.contains("method") || !request["method"].is_string()) {
+    throw Refusal(code::invalid_request, "a request is an object with a `method`");
+  }
+  if (!request.contains("params") || request["params"].is_null()) request["params"] = json::object();
+  if (!request["params"].is_object()) throw Refusal(code::invalid_params, "`params` is an object");
+  return request;
+}
+
+std::string answer_result(const json& id, const json& value) { return result(id, value); }
+
+std::string answer_error(const json& id, int number, std::string_view message) { return failure(id, number, message); }
+
 std::string error_line(int code, std::string_view message) { return failure(nullptr, code, message); }
 
 }  // namespace emtb::rpc

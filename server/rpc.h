@@ -39,6 +39,8 @@ inline constexpr int cause_stands = 5;   ///< reset refused; data: fault
 inline constexpr int not_available = 6;  ///< nothing of the kind is there
 inline constexpr int not_ready = 7;      ///< a need of the profile is not met; data: need
 
+inline constexpr int superseded = -32000;  ///< of the page: a newer one came, or it was cancelled
+
 /// All of emtb's own, by number.
 inline constexpr std::array names{std::pair{latched, "latched"},           std::pair{busy, "busy"},
                                   std::pair{bad_profile, "bad_profile"},   std::pair{cannot_record, "cannot_record"},
@@ -112,6 +114,14 @@ bool begins_request(std::string_view line, std::string_view method);
 
 /// A line that is no answer: `{"jsonrpc": "2.0", "method": ..., "params": ...}`.
 std::string notification(std::string_view method, const nlohmann::json& params);
+
+/// An object, nothing of it nested deeply: copying a value recurses, and a line of brackets would end the stack.
+/// @throws Refusal where the text is no such thing
+nlohmann::json parsed_request(std::string_view text);
+
+/// Answers to a request with this id.
+std::string answer_result(const nlohmann::json& id, const nlohmann::json& result);
+std::string answer_error(const nlohmann::json& id, int code, std::string_view message);
 
 /// The answer to a line that cannot even be read, e.g. a too long one.
 std::string error_line(int code, std::string_view message);

@@ -50,6 +50,7 @@ struct UnixSocketServer::Impl {
           socket(std::move(from)),
           peer(credentials(socket, id)),
           timer(server.context),
+          blocks(server.context),
           rest(server.context) {}
 
     /// The end of the connection is told even while we rest from the client's requests.
@@ -161,11 +162,23 @@ struct UnixSocketServer::Impl {
       });
     }
 
+    void show_blocks() {
+      blocks.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(block_period));
+      blocks.async_wait([self = shared_from_this()](const error_code& error) {
+        if (error || self->closed) return;
+        if (self->queue.empty()) {
+          if (std::string line = self->owner.handlers.block(self->peer.id); !line.empty()) self->send(std::move(line));
+        }
+        self->show_blocks();
+      });
+    }
+
     void close() {
       if (closed) return;
       closed = true;
       error_code ignored;
       timer.cancel(ignored);
+      blocks.cancel(ignored);
       rest.cancel(ignored);
       socket.close(ignored);
       const auto self = shared_from_this();  // erase() may hold the last reference
@@ -177,11 +190,13 @@ struct UnixSocketServer::Impl {
     Protocol::socket socket;
     rpc::Peer peer;
     asio::steady_timer timer;
+    asio::steady_timer blocks;
     asio::steady_timer rest;
     double left = most_requests;  // that it may send at once
     std::chrono::steady_clock::time_point counted = std::chrono::steady_clock::now();
     bool asked = false;                       // at least one line came
     std::chrono::duration<double> period{0};  // 0: not subscribed
+    std::chrono::duration<double> block_period{0};
     std::string input;
     std::deque<std::string> queue;
     std::size_t queued = 0;              // [byte]
@@ -270,6 +285,13 @@ void UnixSocketServer::subscribe(std::uint64_t peer, double period) {
   if (found == impl_->clients.end()) return;
   found->second->period = std::chrono::duration<double>(period);
   found->second->show_live();
+}
+
+void UnixSocketServer::stream(std::uint64_t peer, double period) {
+  const auto found = impl_->clients.find(peer);
+  if (found == impl_->clients.end() || !impl_->handlers.block) return;
+  found->second->block_period = std::chrono::duration<double>(period);
+  found->second->show_blocks();
 }
 
 void UnixSocketServer::publish(std::string line) {

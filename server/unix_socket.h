@@ -31,9 +31,10 @@ class UnixSocketServer {
   /// All but `stop` called on the server's thread.
   struct Handlers {
     std::function<rpc::Reply(std::string_view line, const rpc::Peer&)> line;
-    std::function<void(const rpc::Peer&)> gone;           ///< a client's connection ended
-    std::function<std::string(std::uint64_t peer)> live;  ///< what this subscriber is sent
-    StopSocket::Handlers stop{};                          ///< on a thread of their own; empty: to connect does nothing
+    std::function<void(const rpc::Peer&)> gone;              ///< a client's connection ended
+    std::function<std::string(std::uint64_t peer)> live;     ///< what this subscriber is sent
+    std::function<std::string(std::uint64_t peer)> block{};  ///< what one that is streamed to is sent; empty: nothing
+    StopSocket::Handlers stop{};  ///< on a thread of their own; empty: to connect does nothing
   };
 
   /// Takes the path (mode 0660, group emtb where there is one); the socket file of a dead daemon is replaced.
@@ -48,6 +49,9 @@ class UnixSocketServer {
 
   /// Sends live() to this client every `period` [s] from now on, and all that is published. Only from within a handler.
   void subscribe(std::uint64_t peer, double period);
+
+  /// The same with block(). A slow reader gets fewer, larger ones.
+  void stream(std::uint64_t peer, double period);
 
   /// Sends a line to all subscribers. From any thread.
   void publish(std::string line);

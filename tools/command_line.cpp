@@ -28,6 +28,15 @@ Command& Command::arguments(const std::string& name, std::vector<std::string>& v
   impl_->app->add_option(name, values, help)->required();
   return *this;
 }
+Command& Command::optional_arguments(const std::string& name, std::vector<std::string>& values,
+                                     const std::string& help) {
+  impl_->app->add_option(name, values, help);
+  return *this;
+}
+Command& Command::hidden_option(const std::string& name, std::string& value, const std::string& help) {
+  impl_->app->add_option(name, value, help)->group("");
+  return *this;
+}
 Command& Command::option(const std::string& name, std::string& value, const std::string& help) {
   impl_->app->add_option(name, value, help);
   return *this;

@@ -22,8 +22,10 @@ class Command {
   Command& argument(const std::string& name, std::string& value, const std::string& help);  ///< must be given
   Command& optional_argument(const std::string& name, std::string& value, const std::string& help);
   Command& arguments(const std::string& name, std::vector<std::string>& values,
-                     const std::string& help);                                            ///< one or more
-  Command& option(const std::string& name, std::string& value, const std::string& help);  ///< `--note`
+                     const std::string& help);  ///< one or more
+  Command& optional_arguments(const std::string& name, std::vector<std::string>& values, const std::string& help);
+  Command& option(const std::string& name, std::string& value, const std::string& help);         ///< `--note`
+  Command& hidden_option(const std::string& name, std::string& value, const std::string& help);  ///< not in the help
   Command& option(const std::string& name, double& value, const std::string& help);
   Command& option(const std::string& name, int& value, const std::string& help);
   Command& options(const std::string& name, std::vector<std::string>& values,

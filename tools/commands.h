@@ -44,6 +44,10 @@ void add_paper_command(CommandLine& line);
 /// report: the diagnosis as a page. @param argv the command line, for those who repeat it
 void add_report_command(CommandLine& line, int argc, const char* const* argv);
 
+/// page: the page in a browser, of the bench, of files, or of both. @param argv the command line, for reports
+void add_page_command(CommandLine& line, const std::shared_ptr<const std::string>& socket, int argc,
+                      const char* const* argv);
+
 /// devices: what is connected to this machine.
 void add_devices_command(CommandLine& line);
 

@@ -19,5 +19,6 @@ int main(int argc, char** argv) {
   emtb::add_paper_command(line);
   emtb::add_investigate_command(line, socket, argc, argv);
   emtb::add_report_command(line, argc, argv);
+  emtb::add_page_command(line, socket, argc, argv);
   return line.run(argc, argv);
 }

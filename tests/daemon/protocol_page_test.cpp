@@ -46,7 +46,8 @@ std::map<std::string, std::string> sections(const std::string& part) {
 std::set<std::string> parameters(const std::string& section) {
   std::set<std::string> names;
   const std::string text = section.substr(0, section.find("```"));
-  for (const char* name : {"profile", "note", "operator", "brake", "rate", "model", "estimates"}) {
+  for (const char* name :
+       {"profile", "note", "operator", "brake", "rate", "model", "estimates", "bin", "last", "points"}) {
     if (text.find("`" + std::string(name) + "`") != std::string::npos) names.insert(name);
   }
   return text.starts_with("Parameters: none.") ? std::set<std::string>{} : names;

@@ -37,7 +37,7 @@ LIBRARIES = {
     "Eigen/|unsupported/Eigen": ["model"] + ["analysis/" + r for r in "numerics record fit live diagnose".split()],
     "yaml-cpp/|muParser": ["config"],
     "hdf5|H5": ["session"],
-    "boost/asio|sys/socket.h|sys/un.h": ["server"],
+    "boost/asio|boost/beast|sys/socket.h|sys/un.h": ["server"],
     "libusb|modbus/|comedilib": ["drivers"],
     "librsvg/|cairo": ["figures"],
 }

@@ -1,0 +1,215 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "tests/process.h"
+#include "tests/server/page_browser.h"
+#include "tests/session/scratch.h"
+
+namespace emtb {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// `emtb page` on recordings of the simulated bench, with work kept in a folder of the test's own.
+class PageCommand : public Scratch {
+ protected:
+  PageCommand() {
+    setenv("XDG_STATE_HOME", path("state").c_str(), 1);
+    model_ = write("work/model.yaml", read(std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml"));
+    record("step_low", "fh2_step_low", 1);
+    record("step_mid", "fh2_step_mid", 2);
+  }
+  ~PageCommand() override { unsetenv("XDG_STATE_HOME"); }
+
+  /// A motor with dry friction, which the model lacks, as the model itself simulates it.
+  void record(const std::string& name, const std::string& profile, int) {
+    std::string text = read(std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml");
+    const auto at = text.find("effects: {}");
+    if (at != std::string::npos) {
+      text.replace(at, 11, "effects:\n  " + dry_friction + ": {T_c: {value: 0.05, min: 0, max: 1, unit: N m}}");
+    }
+    const auto truth = write("truth.yaml", text);
+    Process simulate({EMTB, "simulate", truth, profile, "--rate", "200", "--out", path("work/" + name + ".csv")},
+                     path("simulate"));
+    EXPECT_EQ(simulate.wait(), 0) << simulate.err();
+  }
+
+  void start() {
+    page_ = std::make_unique<Process>(std::vector<std::string>{EMTB, "page", model_, path("work/step_low.csv"),
+                                                               "--held-out", path("work/step_mid.csv"), "--port", "0"},
+                                      path("page"));
+    std::smatch found;
+    std::string said;
+    EXPECT_TRUE(eventually([&] {
+      said = page_->out();
+      return std::regex_search(said, found, std::regex(":(\\d+)/#token=([0-9a-f]{32})\n"));
+    })) << page_->err();
+    port_ = static_cast<std::uint16_t>(std::stoi(found[1]));
+    token_ = found[2];
+  }
+
+  std::unique_ptr<Browser> open() {
+    auto browser = std::make_unique<Browser>(port_);
+    const json welcome = browser->ask("hello", {{"token", token_}, {"protocol", 1}});
+    EXPECT_EQ(welcome["result"]["files"], true) << welcome;
+    return browser;
+  }
+
+  json result(Browser& browser, const std::string& method, const json& params = json::object()) {
+    json answer = browser.ask(method, params);
+    EXPECT_TRUE(answer.contains("result")) << method << ": " << answer;
+    return answer["result"];
+  }
+
+  /// The only effect whose name this test must know.
+  const std::string dry_friction = "coulomb_friction";
+  std::filesystem::path model_;
+  std::unique_ptr<Process> page_;
+  std::uint16_t port_ = 0;
+  std::string token_;
+};
+
+TEST_F(PageCommand, TheErrorFallsAsTheEffectIsAddedAndRisesWithUndo) {
+  start();
+  const auto page = open();
+  const std::string given = read(model_);
+  const double first = result(*page, "work")["error"]["held_out"];
+  const double fitted = result(*page, "fit")["error"]["held_out"];
+  EXPECT_LT(fitted, first);
+  const json with = result(*page, "add", {{"effect", dry_friction}});
+  EXPECT_LT(with["error"]["held_out"].get<double>(), 0.5 * fitted);
+  EXPECT_EQ(with["steps"].back()["added"], dry_friction);
+  EXPECT_EQ(with["undo"], "add " + dry_friction);
+  const json undone = result(*page, "undo");
+  EXPECT_NEAR(undone["error"]["held_out"].get<double>(), fitted, 0.01 * fitted);
+  EXPECT_EQ(undone["redo"], "add " + dry_friction);
+  EXPECT_TRUE(undone["effects"].empty());
+  EXPECT_FALSE(result(*page, "redo")["effects"].empty());
+  EXPECT_EQ(read(model_), given) << "a MODEL is never overwritten";
+}
+
+TEST_F(PageCommand, ADragAnswersWithItsNumberAndChangesNothing) {
+  start();
+  const auto page = open();
+  const json before = result(*page, "work");
+  const json answer =
+      result(*page, "simulate", {{"seq", 41}, {"run", "0"}, {"points", 100}, {"parameters", {{"R_a", 60}}}});
+  EXPECT_EQ(answer["seq"], 41);
+  const json& omega = answer["signals"]["omega"];
+  EXPECT_LE(omega["t"].size(), 101u);
+  EXPECT_EQ(omega["t"].size(), omega["simulated"].size());
+  EXPECT_EQ(omega["t"].size(), omega["measured"]["min"].size());
+  EXPECT_EQ(omega["t"].size(), omega["residual"]["mean"].size());
+  const json lean =
+      result(*page, "simulate", {{"seq", 42}, {"run", "0"}, {"measured", false}, {"parameters", json::object()}});
+  EXPECT_FALSE(lean["signals"]["omega"].contains("measured"));
+  EXPECT_NE(lean["error"], answer["error"]);
+  EXPECT_EQ(result(*page, "work"), before);
+  EXPECT_THAT(page->ask("simulate", {{"run", "0"}, {"parameters", {{"nonsense", 1}}}})["error"]["message"],
+              HasSubstr("nonsense"));
+}
+
+TEST_F(PageCommand, ARestartAndADeadWorkerLoseNothing) {
+  start();
+  auto page = open();
+  result(*page, "set", {{"parameters", {{"R_a", 40}}}});
+  const json kept = result(*page, "lock", {{"parameter", "J"}, {"fixed", true}});
+  page_->signal(SIGTERM);
+  EXPECT_EQ(page_->wait(), 0);
+  start();
+  page = open();
+  const json again = result(*page, "work");
+  EXPECT_EQ(again["parameters"], kept["parameters"]);
+  EXPECT_EQ(again["undo"], kept["undo"]);
+  int worker = 0;
+  std::ifstream children("/proc/" + std::to_string(page_->pid()) + "/task/" + std::to_string(page_->pid()) +
+                         "/children");
+  ASSERT_TRUE(children >> worker);
+  kill(worker, SIGKILL);
+  const json told = page->notification("worker_died");
+  EXPECT_THAT(told["params"]["text"], HasSubstr("signal 9"));
+  EXPECT_EQ(result(*page, "work")["parameters"], kept["parameters"]);
+  EXPECT_EQ(result(*page, "undo")["parameters"]["J"]["fixed"], false);
+}
+
+TEST_F(PageCommand, DiagnosesReportsAndIsCancelled) {
+  start();
+  const auto page = open();
+  const json found = result(*page, "diagnose");
+  EXPECT_EQ(found["missing"][0]["id"], dry_friction) << found["verdict_text"];
+  EXPECT_FALSE(found["candidates"][0]["signature"]["effect"].empty());
+  EXPECT_FALSE(found["candidates"][0]["what"].get<std::string>().empty());
+  EXPECT_EQ(page->notification("progress")["params"]["what"], "diagnose");
+  EXPECT_THAT(result(*page, "report")["html"].get<std::string>(), HasSubstr("<html"));
+  result(*page, "set", {{"parameters", {{"R_a", 40}}}});
+  page->send(R"({"jsonrpc":"2.0","id":"long","method":"diagnose"})");
+  const json cancelled = page->ask("cancel");
+  EXPECT_EQ(cancelled["result"]["cancelled"], "diagnose");
+  EXPECT_EQ(result(*page, "work")["parameters"]["R_a"]["value"], 40);
+}
+
+TEST_F(PageCommand, ScoresAndAddsAFormula) {
+  start();
+  const auto page = open();
+  result(*page, "fit");
+  const json formula{
+      {"id", "mine"},
+      {"place", "torque"},
+      {"formula", "-T*tanh(omega/w)"},
+      {"parameters",
+       {{"T", {{"value", 0}, {"min", 0}, {"max", 1}}}, {"w", {{"value", 5}, {"min", 0.5}, {"max", 50}}}}}};
+  const json scored = result(*page, "formula", formula);
+  EXPECT_LT(scored["train"]["after"].get<double>(), scored["train"]["before"].get<double>());
+  EXPECT_EQ(result(*page, "add", {{"formula", formula}})["effects"][0]["id"], "mine");
+  EXPECT_TRUE(result(*page, "remove", {{"effect", "mine"}})["effects"].empty());
+  json wrong = formula;
+  wrong["formula"] = "system(1";
+  EXPECT_TRUE(page->ask("formula", wrong).contains("error"));
+}
+
+TEST_F(PageCommand, ReadsTheFoldersThatWereNamedAndNoOther) {
+  start();
+  const auto page = open();
+  const json sessions = result(*page, "sessions")["sessions"];
+  ASSERT_EQ(sessions.size(), 2u) << sessions;
+  const std::string low = sessions[0]["path"];
+  EXPECT_EQ(sessions[0]["used"], "train");
+  EXPECT_EQ(sessions[1]["used"], "held_out");
+  const std::string foreign = write("elsewhere/secret.csv", "t_s,omega_rad_s\n0,1\n1,2\n");
+  for (const std::string& outside :
+       {foreign, path("work/../elsewhere/secret.csv").string(), std::string("/etc/passwd")}) {
+    EXPECT_THAT(page->ask("session_data", {{"path", outside}})["error"]["message"], HasSubstr("no recording"))
+        << outside;
+    EXPECT_TRUE(page->ask("session_use", {{"path", outside}, {"as", "train"}}).contains("error"));
+  }
+  const std::string note = "<img src=x onerror=alert(1)>";
+  result(*page, "session_note", {{"path", low}, {"note", note}, {"tags", {"cold"}}});
+  EXPECT_EQ(result(*page, "sessions")["sessions"][0]["note"], note);
+  EXPECT_EQ(result(*page, "sessions")["sessions"][0]["tags"], json({"cold"}));
+  EXPECT_FALSE(
+      result(*page, "session_data", {{"path", low}, {"points", 50}})["runs"][0]["signals"]["omega"]["t"].empty());
+  EXPECT_THAT(page->ask("status")["error"]["message"], HasSubstr("no daemon"));
+}
+
+TEST_F(PageCommand, OtherPagesAreToldOfAChange) {
+  start();
+  const auto one = open(), two = open();
+  result(*one, "set", {{"parameters", {{"R_a", 40}}}});
+  EXPECT_EQ(two->notification("work")["params"]["parameters"]["R_a"]["value"], 40);
+}
+
+TEST_F(PageCommand, SaysWhatIsWrongWithItsFiles) {
+  Process none({EMTB, "page", model_}, path("page"));
+  EXPECT_EQ(none.wait(), 2);
+  EXPECT_THAT(none.err(), HasSubstr("SESSION"));
+  Process gone({EMTB, "page", path("nowhere.yaml"), path("work/step_low.csv")}, path("page"));
+  EXPECT_EQ(gone.wait(), 2);
+  EXPECT_THAT(gone.err(), HasSubstr("nowhere.yaml"));
+}
+
+}  // namespace
+}  // namespace emtb

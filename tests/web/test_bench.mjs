@@ -1,0 +1,108 @@
+// The bench, live: start, watch, stop, a fault, two pages, a daemon that comes back, a connection that is lost.
+import {Bench, benchFile, expect, goTo, newPage, open, runAll, servePage, test, until} from "./harness.mjs";
+
+let bench, served, page;
+const state = (p) => p.locator("#state .word").innerText();
+const value = async (p, n) => Number((await p.locator(".strip .value").nth(n).innerText()).replace("−", "-"));
+
+async function startRun(p, profile) {
+  await p.locator("#profile").selectOption(profile);
+  await until("the start is allowed", () => p.locator("#start").isEnabled());
+  await p.locator("#start").click();
+  const dialog = p.locator("dialog");
+  const text = await dialog.innerText();
+  expect(text.includes(profile) && text.includes("fh2-simulated"), `the question names neither bench nor profile: ${text}`);
+  await dialog.getByRole("button", {name: "Start the run"}).click();
+  await until("the run is on", async () => (await state(p)) === "Running");
+}
+
+async function arm(p) {
+  await p.locator("#arm").click();
+  await p.locator("dialog").getByRole("button", {name: "Arm"}).click();
+  await until("the bench is armed", async () => (await state(p)) === "Armed");
+}
+
+test("the page shows the latched bench and arms it after a question", async () => {
+  await open(page, served.url, "bench");
+  await until("the state", async () => (await state(page)) === "Latched");
+  await arm(page);
+});
+
+test("a run starts after a question, and the trace moves", async () => {
+  await startRun(page, "fh2_step_high");
+  await until("the speed rises", async () => (await value(page, 2)) > 5 || (await value(page, 3)) > 5);
+  const picture = () => page.locator(".strip canvas").nth(1).evaluate((c) => c.toDataURL());
+  const first = await picture();
+  await until("the strip moves", async () => (await picture()) !== first);
+  expect(/this page/.test(await page.locator("#controller").innerText()), "who controls is not said");
+});
+
+test("a second page sees the run, cannot begin another, and stops it", async () => {
+  const other = await newPage();
+  await open(other, served.url, "bench");
+  await until("the run is seen", async () => (await state(other)) === "Running");
+  expect(!/this page/.test(await other.locator("#controller").innerText()), "both pages say that they control");
+  const begun = Date.now();
+  await other.locator(".stop").click();
+  await until("the stop is answered", async () => /reference safe/.test(await other.locator(".stop").innerText()));
+  console.log(`      click to "reference safe": ${Date.now() - begun} ms`);
+  await until("the first page sees the end", async () => (await state(page)) !== "Running");
+  await until("the run's end is told", async () => /stopped/.test(await page.locator("#last-run").innerText()));
+  await other.context().close();
+});
+
+test("Esc stops a run, in a text field too", async () => {
+  await startRun(page, "fh2_step_low");
+  await goTo(page, "sessions");
+  await page.locator("input[type=search]").focus();
+  await page.keyboard.press("Escape");
+  await until("the stop is answered", async () => /reference safe/.test(await page.locator(".stop").innerText()));
+  await goTo(page, "bench");
+  await until("the run is over", async () => (await state(page)) === "Armed");
+});
+
+test("live estimates are shown while a run is on", async () => {
+  await startRun(page, "fh2_step_low");
+  await goTo(page, "estimates");
+  await until("values of the parameters", async () => (await page.locator("tbody tr").count()) >= 4);
+  await until("the innovation", async () => (await page.locator(".figure canvas").count()) >= 1);
+  await page.keyboard.press("Escape");
+  await goTo(page, "bench");
+  await until("the run is over", async () => (await state(page)) === "Armed");
+});
+
+test("a page that is closed in mid-run is a lost client", async () => {
+  const other = await newPage();
+  await open(other, served.url, "bench");
+  await until("ready", async () => (await state(other)) === "Armed");
+  await startRun(other, "fh2_step_low");
+  await other.context().close();
+  await until("the fault is named", async () => /client_lost/.test(await page.locator(".fault-bar").innerText().catch(() => "")));
+  await arm(page);
+});
+
+test("a restart of the daemon is told and overcome", async () => {
+  await bench.stop();
+  await until("the page says that the daemon is gone", async () => /emtbd/.test(await page.locator(".fault-bar").innerText().catch(() => "")));
+  await bench.start();
+  await until("the page sees the new daemon", async () => (await state(page)) === "Latched");
+});
+
+test("a lost connection greys the values with their age, and STOP says that nothing answers", async () => {
+  await until("readings", async () => Number.isFinite(await value(page, 1)));
+  served.child.kill("SIGSTOP");  // a server that does not answer, rather than one that is gone
+  await page.locator(".lost-bar").waitFor();
+  expect(/old/.test(await page.locator(".lost-bar").innerText()), "the age of what is shown is not said");
+  await page.locator(".stop").click();
+  await until("STOP tells the truth", async () => /NO ANSWER/.test(await page.locator(".stop").innerText()));
+  served.child.kill("SIGCONT");
+  await until("the connection comes back", async () => page.locator(".lost-bar").isHidden());
+});
+
+test("nothing broke in the page meanwhile", async () => expect(page.wrong.length === 0, page.wrong.join("\n")));
+
+await runAll(async () => {
+  bench = await new Bench(benchFile("bench.yaml")).start();
+  served = await servePage([], ["--socket", bench.socket]);
+  page = await newPage();
+});
