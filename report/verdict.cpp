@@ -37,6 +37,11 @@ bool more_than_noise(const Diagnosis& d) {
   return std::ranges::any_of(d.signals, [&](const auto& s) { return multiples_of(d, s) > clearly; });
 }
 
+std::string rest_without_law(const Diagnosis& d) {
+  return more_than_noise(d) ? " What is left beyond noise is little, or follows no law that these runs show again."
+                            : "";
+}
+
 /// `Coulomb friction (T_c = 0.0547 ± 0.0003 N m)`
 std::string in_words(const Diagnosis& d, const MissingEffect& m) {
   std::vector<std::string> values;
@@ -62,6 +67,7 @@ std::string verdict_text(const Diagnosis& d) {
     case Verdict::found:
     case Verdict::tied:
       out << (d.verdict == Verdict::found ? "found:" : "found, but tied with others that do as well:");
+      if (more_than_noise(d)) out << " (left, little or of no law that comes again: " << remainder_in_words(d) << ")";
       break;
     case Verdict::unknown_effect:
       out << "unknown_effect: something is missing that nothing in the library explains; " << remainder_in_words(d)
@@ -69,7 +75,7 @@ std::string verdict_text(const Diagnosis& d) {
       break;
     case Verdict::nothing_missing:
       out << "nothing_missing: what is left is noise, or too little to matter.";
-      if (more_than_noise(d)) out << " It follows no law that these runs show again: " << remainder_in_words(d) << ".";
+      if (more_than_noise(d)) out << " Left, little or of no law that comes again: " << remainder_in_words(d) << ".";
       break;
     case Verdict::cannot_tell:
       out << "cannot_tell: nothing in these runs moves enough to inform the model.";
@@ -97,7 +103,8 @@ std::string verdict_in_words(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::found:
       return "The model lacks " + found + ". With " + (d.missing.size() == 1 ? "it" : "them") + " the error on " +
-             judged_on(d) + " falls " + fall(d) + "; nothing else is missing that these runs could show.";
+             judged_on(d) + " falls " + fall(d) + "; nothing else is missing that these runs could show." +
+             rest_without_law(d);
     case Verdict::tied: {
       std::vector<std::string> rivals;
       for (const MissingEffect& m : d.missing) {
@@ -107,7 +114,8 @@ std::string verdict_in_words(const Diagnosis& d) {
           rivals.push_back(joined(names, " or ") + " in the place of " + std::string(d.about(m.effect).name));
       }
       return "The model lacks " + found + ", or what does as well in these runs: " + joined(rivals) +
-             ". The error on " + judged_on(d) + " falls " + fall(d) + " either way; other runs must tell which it is.";
+             ". The error on " + judged_on(d) + " falls " + fall(d) + " either way; other runs must tell which it is." +
+             rest_without_law(d);
     }
     case Verdict::unknown_effect:
       return d.missing.empty()
@@ -118,8 +126,7 @@ std::string verdict_in_words(const Diagnosis& d) {
                        " are more than noise: something else is missing that no effect in the library explains.";
     case Verdict::nothing_missing:
       return "Nothing is missing that these runs could show: the error on " + judged_on(d) + " is " +
-             floors(d.final_held_out) + (d.missing.empty() ? "." : ", with " + found + ".") +
-             (more_than_noise(d) ? " What is left beyond noise follows no law that these runs show again." : "");
+             floors(d.final_held_out) + (d.missing.empty() ? "." : ", with " + found + ".") + rest_without_law(d);
     case Verdict::cannot_tell:
       return "These runs cannot tell: nothing in them moves enough to inform the model.";
   }

@@ -1,9 +1,7 @@
 #include "analysis/diagnose/fitted_trials.h"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "analysis/diagnose/moves.h"
@@ -38,8 +36,8 @@ std::optional<Trial> attempt(const Fit& fit) {
   }
 }
 
-/// Do the data tell the size of an effect from nothing, to that many of its standard errors?
-bool told_from_zero(const Fit& judged, std::size_t effect, double errors = 3) {
+/// Do the data tell the size of an effect from nothing, to three of its standard errors?
+bool told_from_zero(const Fit& judged, std::size_t effect) {
   const EffectInfo& about = judged.model.about(effect);
   const std::vector<Parameter>& included = judged.model.parameters_of(effect);
   bool any_amplitude = false;
@@ -51,17 +49,9 @@ bool told_from_zero(const Fit& judged, std::size_t effect, double errors = 3) {
     if (found.value == p.null) continue;  // it rests where the effect is absent
     const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
     const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
-    if (on_bound || (found.std_error && std::abs(size) > errors * *found.std_error)) return true;
+    if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
   }
   return !any_amplitude;
-}
-
-/// How many standard errors a size must be off nothing where as many pieces are independent, so that in one healthy
-/// motor of twenty some effect of the library is.
-double errors_wanted(std::size_t pieces) {
-  constexpr double alarms = 0.05;
-  const boost::math::students_t by_chance(static_cast<double>(std::max<std::size_t>(2, pieces) - 1));
-  return boost::math::quantile(boost::math::complement(by_chance, alarms / 2 / effect_count));
 }
 
 }  // namespace
@@ -286,7 +276,6 @@ bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   if (!told_from_zero(judged, effect)) return false;
   std::string objection = implausible_value(data_.train, fitted, effect);
   if (objection.empty()) objection = pushed_to_a_bound(judged);
-  if (objection.empty()) objection = misses_its_input(fitted, effect);
   if (objection.empty()) {
     refused_.erase(effect);
     return true;
@@ -323,42 +312,11 @@ std::string FittedTrials::misses_its_input(const Model& fitted, std::size_t effe
          "its law";
 }
 
-bool FittedTrials::holds_in_pieces(std::size_t effect, const Trial& without, const Trial& with) {
-  if (!criterion_.remainder(with.held_out)) return true;
-  constexpr double forgotten = 5;  // times the memory of what is left
-  constexpr double acts = 0.1;     // of what it changes in the mean piece
-  const double memory = with.held_out.quality ? with.held_out.quality->memory : 0;
-  const double length = std::max(forgotten * memory, 2 * shortest_piece(data_.train));
-  std::vector<double> gains, changes;
-  const auto add = [&](std::span<const Record> runs, const RotorPhases& before, const RotorPhases& after) {
-    const auto r0 = residuals_at_best_phases(runs, without.model(), without.model().values(), {}, before).residuals;
-    const auto r1 = residuals_at_best_phases(runs, with.model(), with.model().values(), {}, after).residuals;
-    std::map<std::pair<std::size_t, long>, std::pair<double, double>> pieces;
-    for (std::size_t s = 0; s < r0.size(); ++s) {
-      for_each_piece(runs[r0[s].record], r0[s], length, [&](long piece, Eigen::Index begin, Eigen::Index rows) {
-        const auto a = r0[s].value.segment(begin, rows), b = r1[s].value.segment(begin, rows);
-        auto& [gain, change] = pieces[{r0[s].record, piece}];
-        gain += a.squaredNorm() - b.squaredNorm();
-        change += (a - b).squaredNorm();
-      });
-    }
-    for (const auto& [piece, sums] : pieces) {
-      gains.push_back(sums.first);
-      changes.push_back(sums.second);
-    }
-  };
-  add(data_.train, without.fit.phases, with.fit.phases);
-  add(data_.held_out, without.held_out_phases, with.held_out_phases);
-  double mean = 0;
-  for (const double change : changes) mean += change / static_cast<double>(changes.size());
-  std::size_t acting = 0, gained = 0;
-  for (std::size_t i = 0; i < gains.size(); ++i) {
-    if (changes[i] < acts * mean) continue;
-    ++acting;
-    gained += gains[i] > 0 ? 1 : 0;
-  }
-  return 3 * gained >= 2 * acting &&
-         told_from_zero(with_standard_errors(data_.train, with.model(), true), effect, errors_wanted(gains.size()));
+bool FittedTrials::follows_its_input(const Model& fitted, std::size_t effect) {
+  std::string objection = misses_its_input(fitted, effect);
+  if (objection.empty()) return true;
+  refused_.insert_or_assign(effect, std::move(objection));
+  return false;
 }
 
 bool FittedTrials::explains_most_runs(const Trial& trial) {

@@ -35,7 +35,7 @@ class FittedTrials final : public Trials {
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                    const std::vector<std::size_t>& added) override;
   bool determined(const Model& fitted, std::size_t effect) override;
-  bool holds_in_pieces(std::size_t effect, const Trial& without, const Trial& with) override;
+  bool follows_its_input(const Model& fitted, std::size_t effect) override;
   bool explains_most_runs(const Trial& trial) override;
 
   /// The effects that were last refused for a value that they cannot have, and why.

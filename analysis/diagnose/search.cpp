@@ -311,7 +311,7 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
     if (auto again = trials_.fit_from_elsewhere_too(without->model())) without = std::move(again);
     stays = worse_without();
   }
-  stays = stays && (!without || trials_.holds_in_pieces(effect, *without, current));
+  stays = stays && trials_.follows_its_input(current.model(), effect);
   if (stays && without && mends_another(effect, without->held_out, current.held_out)) {
     // The lesser of the two goes.
     const auto other = fit_without(*same_family_as(effect, found_.effects, current.model()));

@@ -81,10 +81,9 @@ class Trials {
   /// on such a machine?
   virtual bool determined(const Model& fitted, std::size_t effect) = 0;
 
-  /// Where an error of the model remains beside an effect: does the effect bring the model nearer in two thirds of the
-  /// pieces in which it acts, and is it larger than chance makes one of so many effects in so few pieces? What a
-  /// disturbance did once or twice is no law.
-  virtual bool holds_in_pieces(std::size_t /*effect*/, const Trial& /*without*/, const Trial& /*with*/) { return true; }
+  /// The law of a signal that only drives the model: does it follow that signal? Asked at the end: the lag of a gauge
+  /// may come after the brake that it reads.
+  virtual bool follows_its_input(const Model& /*fitted*/, std::size_t /*effect*/) { return true; }
 
   /// Does a fit leave nothing of most runs?
   virtual bool explains_most_runs(const Trial& trial) = 0;

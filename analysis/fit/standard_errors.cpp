@@ -118,6 +118,7 @@ void judge_optimum(Calibration& result, const FitProblem& problem, std::span<con
   for (const auto& gradients : n.block_gradients) {
     constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
     const bool shortest = &gradients == &n.block_gradients.front();
+    if (!shortest && problem.quick_errors()) break;
     if (!shortest && static_cast<double>(gradients.size()) < enough + static_cast<double>(inner.size())) break;
     const Eigen::MatrixXd of_these = sandwich_of(inverse, gradients, inner);
     if (shortest) sandwich = of_these;

@@ -83,7 +83,7 @@ TEST_F(RealData, Jga25HidesFrictionOrADeadZoneAndALag) {
 
 TEST_F(RealData, EmpsHidesFrictionThatDiffersBetweenTheDirections) {
   const json d = diagnosed("emps", "emps/emps.csv", {"@0:14.9"}, {"@14.9:"});
-  EXPECT_EQ(d["verdict"], "unknown_effect");
+  EXPECT_EQ(d["verdict"], "found");  // 1.7 % of how much the position varies is left, 83 noise floors
   EXPECT_THAT(names(d), ElementsAre("coulomb_friction", "asymmetric_friction"));
   EXPECT_NEAR(value(d, "coulomb_friction", "T_c"), 20.39, 2);                 // published
   EXPECT_NEAR(value(d, "asymmetric_friction", "B_d"), (166 - 240) / 2.0, 6);  // half the difference of the directions
