@@ -10,8 +10,6 @@
 namespace emtb {
 namespace {
 
-constexpr std::size_t bin_count = 12;
-
 /// What passes by itself tells no law.
 bool passes(Condition c) { return c == Condition::time || c == Condition::heat; }
 
@@ -23,7 +21,7 @@ struct Table {
   /// What the pieces have in common, each with a sign.
   double in_common(std::span<const double> signs) const {
     double squares = 0;
-    for (std::size_t b = 0; b < bin_count; ++b) {
+    for (std::size_t b = 0; b < Bins::count; ++b) {
       double sum = 0;
       for (std::size_t p = 0; p < sums.size(); ++p) sum += signs[p] * sums[p][b];
       squares += sum * sum;
@@ -33,18 +31,16 @@ struct Table {
 };
 
 Table table_of(const std::vector<ConditionedReading>& readings, std::size_t pieces) {
-  Table table{std::vector<std::vector<double>>(pieces, std::vector<double>(bin_count, 0.0)), 0};
-  const auto [low, high] = std::ranges::minmax(readings, {}, &ConditionedReading::condition);
-  const double from = low.condition, width = (high.condition - from) / bin_count;
-  std::vector<double> counts(bin_count, 0.0);
+  Table table{std::vector<std::vector<double>>(pieces, std::vector<double>(Bins::count, 0.0)), 0};
+  const Bins bins(readings);
+  std::vector<double> counts(Bins::count, 0.0);
   for (const ConditionedReading& r : readings) {
-    const std::size_t bin =
-        width > 0 ? std::min(bin_count - 1, static_cast<std::size_t>((r.condition - from) / width)) : 0;
+    const std::size_t bin = bins.of(r.condition);
     table.sums[r.piece][bin] += r.scaled;
     counts[bin] += 1;
   }
   for (std::vector<double>& of_piece : table.sums) {
-    for (std::size_t b = 0; b < bin_count; ++b) {
+    for (std::size_t b = 0; b < Bins::count; ++b) {
       if (counts[b] > 0) of_piece[b] /= std::sqrt(counts[b]);
       table.by_itself += of_piece[b] * of_piece[b];
     }

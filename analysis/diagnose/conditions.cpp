@@ -1,5 +1,6 @@
 #include "analysis/diagnose/conditions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -84,6 +85,16 @@ void add_readings(ReadingsByCondition& readings, const Record& record, const Obs
 
 std::string_view name_of(Condition condition) noexcept { return names[static_cast<std::size_t>(condition)].name; }
 std::string_view unit_of(Condition condition) noexcept { return names[static_cast<std::size_t>(condition)].unit; }
+
+Bins::Bins(std::span<const ConditionedReading> readings) {
+  const auto [low, high] = std::ranges::minmax(readings, {}, &ConditionedReading::condition);
+  from_ = low.condition;
+  width_ = (high.condition - low.condition) / count;
+}
+
+std::size_t Bins::of(double condition) const {
+  return width_ > 0 ? std::min(count - 1, static_cast<std::size_t>((condition - from_) / width_)) : 0;
+}
 
 std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Record> records, const Model& model,
                                                             double piece) {

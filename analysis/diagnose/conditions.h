@@ -27,6 +27,17 @@ struct ConditionedReading {
   std::size_t piece = 0;  ///< of all records
 };
 
+/// The range of a condition in twelve equal bins.
+class Bins {
+ public:
+  static constexpr std::size_t count = 12;
+  explicit Bins(std::span<const ConditionedReading> readings);
+  std::size_t of(double condition) const;
+
+ private:
+  double from_, width_;
+};
+
 /// The readings of a signal by condition; none where the condition is not known of it.
 using ReadingsByCondition = std::array<std::vector<ConditionedReading>, condition_count>;
 

@@ -299,23 +299,18 @@ std::string FittedTrials::pushed_to_a_bound(const Fit& judged) const {
 
 /// A measured torque drives the model, whatever its law. Where a law follows it, it is worth a name; one that follows
 /// it badly would only stand for another.
-std::string FittedTrials::misses_its_input(const Model& fitted, std::size_t effect) const {
+bool FittedTrials::follows_its_input(const Model& fitted, std::size_t effect) {
   const EffectInfo& about = fitted.about(effect);
-  if (std::ranges::find(inputs_, Signal::torque) == inputs_.end()) return {};
-  if (about.stage != Stage::load && about.reads != Signal::torque) return {};
+  if (std::ranges::find(inputs_, Signal::torque) == inputs_.end()) return true;
+  if (about.stage != Stage::load && about.reads != Signal::torque) return true;
   const Loss left = loss_on(data_.train, fitted, {});
   const std::vector<Signal> signals = left.signals();
-  if (std::ranges::find(signals, Signal::torque) == signals.end()) return {};
+  if (std::ranges::find(signals, Signal::torque) == signals.end()) return true;
   const Materiality rule;
-  if (!remainder_in(left, Signal::torque, rule) || left.share_left(Signal::torque) <= rule.far_off) return {};
-  return "it leaves more than a tenth of how much the measured torque varies, which is an input of the model whatever "
-         "its law";
-}
-
-bool FittedTrials::follows_its_input(const Model& fitted, std::size_t effect) {
-  std::string objection = misses_its_input(fitted, effect);
-  if (objection.empty()) return true;
-  refused_.insert_or_assign(effect, std::move(objection));
+  if (!remainder_in(left, Signal::torque, rule) || left.share_left(Signal::torque) <= rule.far_off) return true;
+  refused_.insert_or_assign(effect,
+                            "it leaves more than a tenth of how much the measured torque varies, which is an input of "
+                            "the model whatever its law");
   return false;
 }
 

@@ -43,7 +43,6 @@ class FittedTrials final : public Trials {
 
  private:
   std::string pushed_to_a_bound(const Fit& judged) const;
-  std::string misses_its_input(const Model& fitted, std::size_t effect) const;
   Fit begun_anew(const Trial& fitted, Score score) const;
   Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;

@@ -9,19 +9,15 @@
 namespace emtb {
 namespace {
 
-constexpr std::size_t bin_count = 12;
-
 ResidualMap map_of(Signal signal, Condition against, const std::vector<ConditionedReading>& points) {
   ResidualMap map{signal, against, {}, {}, {}, {}, {}, 0};
-  const auto [low, high] = std::ranges::minmax(points, {}, &ConditionedReading::condition);
-  const double from = low.condition, width = (high.condition - from) / bin_count;
-  std::vector<ConditionedReading> sums(bin_count);
-  std::vector<double> squares(bin_count, 0.0), counts(bin_count, 0.0);
+  const Bins bins(points);
+  std::vector<ConditionedReading> sums(Bins::count);
+  std::vector<double> squares(Bins::count, 0.0), counts(Bins::count, 0.0);
   double total = 0, mean = 0;
   for (const ConditionedReading& p : points) mean += p.residual / static_cast<double>(points.size());
   for (const ConditionedReading& p : points) {
-    const std::size_t bin =
-        width > 0 ? std::min(bin_count - 1, static_cast<std::size_t>((p.condition - from) / width)) : 0;
+    const std::size_t bin = bins.of(p.condition);
     sums[bin].condition += p.condition;
     sums[bin].residual += p.residual;
     sums[bin].scaled += p.scaled * p.scaled;
@@ -30,7 +26,7 @@ ResidualMap map_of(Signal signal, Condition against, const std::vector<Condition
     total += (p.residual - mean) * (p.residual - mean);
   }
   double between = 0;
-  for (std::size_t b = 0; b < bin_count; ++b) {
+  for (std::size_t b = 0; b < Bins::count; ++b) {
     if (counts[b] < 3) continue;  // too few to mean anything
     map.bins.push_back(sums[b].condition / counts[b]);
     map.mean.push_back(sums[b].residual / counts[b]);
