@@ -148,6 +148,11 @@ std::vector<std::string> not_tried(const Diagnosis& d) {
   }
   std::vector<std::string> lines;
   for (const auto& [why, list] : ids) lines.push_back("not tried: " + list + " (" + why + ")");
+  if (d.torque_is_input) {
+    lines.emplace_back(
+        "the measured torque loads the shaft as it was read, and no law of the library leaves less than a fifth of it: "
+        "--explain torque asks which comes nearest");
+  }
   return lines;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include "analysis/diagnose/bench_parts.h"
@@ -107,15 +108,23 @@ class WholeSearch {
   Finding from(Trial& first) {
     if (!only_drives_) return search(first);
     if (torque_left_out_) return search(without_effects_of_the_load(first));
-    std::optional<Finding> law = law_of_the_load(first, [&](const Trial& start) { return search(start); });
-    if (law) {
-      Finding found = search(without_effects_of_the_load(law->current));
-      return with_law(std::move(*law), std::move(found));
+    std::optional<Finding> law = law_beside(first.model(), first);
+    if (!law) {
+      Readings torque = leave_out(data_, is_torque);
+      const Trial without_torque = again(first);
+      Finding motion = search(without_effects_of_the_load(without_torque));
+      put_back(data_, std::move(torque));
+      // At rest a brake holds what friction leaves of the motor's torque.
+      if (!motion.effects.empty()) law = law_beside(motion.current.model(), first);
+      if (!law) {
+        leave_out(data_, is_torque);
+        torque_left_out_ = true;
+        first = without_torque;
+        return motion;
+      }
     }
-    leave_out(data_, Signal::torque);
-    torque_left_out_ = true;
-    first = again(first);
-    return search(without_effects_of_the_load(first));
+    Finding found = search(without_effects_of_the_load(law->current));
+    return with_law(std::move(*law), std::move(found));
   }
 
   /// The same model, fitted to data that have changed.
@@ -126,6 +135,19 @@ class WholeSearch {
  private:
   Finding search(const Trial& start) {
     return Search(trials_, criterion_, start, options_.longest_list, progress_).run();
+  }
+
+  static bool is_torque(Signal signal) { return signal == Signal::torque; }
+
+  /// The law of the measured torque, from its reading alone, with a model held fast; put on the first one.
+  std::optional<Finding> law_beside(const Model& fitted, const Trial& first) {
+    Readings others = leave_out(data_, std::not_fn(is_torque));
+    const std::optional<Trial> start = trials_.fit(with_only_the_load_open(fitted, first.model()), nullptr);
+    std::optional<Finding> law;
+    if (start) law = search(*start);
+    put_back(data_, std::move(others));
+    if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out)) return std::nullopt;
+    return put_on(*law, first, [&](const Model& model) { return trials_.fit(model, nullptr); });
   }
 
   Dataset& data_;

@@ -15,11 +15,19 @@ bool torque_loads_the_shaft(const Dataset& data);
 /// Effects of the load, and of the gauge that reads it.
 bool concerns_the_load(const EffectInfo& effect);
 
-/// The law of a measured torque, asked by itself: a search among the effects of the load and of its gauge. None where
-/// what is found leaves more than a tenth of how much the torque varies: then the torque is an input, and its reading
-/// no error of the model.
-/// @param search a search that begins with a trial
-std::optional<Finding> law_of_the_load(const Trial& fitted, const std::function<Finding(const Trial&)>& search);
+/// A fitted model of which a search may change nothing but what concerns the load.
+/// @param given which effects were withheld from the beginning
+Model with_only_the_load_open(Model fitted, const Model& given);
+
+/// Does a law leave less than a fifth of what the torque has beyond its noise? Else the torque is an input, and its
+/// reading no error of the model.
+/// @param without no law: the torque is foretold to be nothing
+bool follows_the_torque(const Loss& without, const Loss& with);
+
+/// A law that was found with all else held fast, put on a model as given.
+/// @param first the model as given, once fitted: what is free in it is free again @param fit fits
+std::optional<Finding> put_on(const Finding& law, const Trial& first,
+                              const std::function<std::optional<Trial>(const Model&)>& fit);
 
 /// A fitted model whose search leaves the load alone.
 Trial without_effects_of_the_load(Trial fitted);
@@ -27,7 +35,13 @@ Trial without_effects_of_the_load(Trial fitted);
 /// What a search found on top of a law of the load, and that law, as one.
 Finding with_law(Finding law, Finding found);
 
-/// Takes the readings of a signal out of what a model is compared with; what it drives it still drives.
-void leave_out(Dataset& data, Signal signal);
+/// Readings of some signals, of the training and of the held-out runs.
+using Readings = std::vector<std::vector<Observation>>;
+
+/// Takes the readings of some signals out of what a model is compared with; what they drive they still drive.
+Readings leave_out(Dataset& data, const std::function<bool(Signal)>& these);
+
+/// Puts them back.
+void put_back(Dataset& data, Readings readings);
 
 }  // namespace emtb
