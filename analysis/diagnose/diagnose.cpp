@@ -146,7 +146,8 @@ class WholeSearch {
     std::optional<Finding> law;
     if (start) law = search(*start);
     put_back(data_, std::move(others));
-    if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out)) return std::nullopt;
+    if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out))
+      return std::nullopt;
     return put_on(*law, first, [&](const Model& model) { return trials_.fit(model, nullptr); });
   }
 

@@ -26,6 +26,12 @@ CalibrationOptions to_the_end(int extra_starts = 0) {
 
 RotorPhases phases_of(const Trial* known) { return known != nullptr ? known->fit.phases : RotorPhases{}; }
 
+/// The phases that were found of runs: each is a free parameter, of the run that it belongs to.
+std::size_t found_in(const RotorPhases& phases) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(phases, [](const RotorPhase& phase) { return !phase.at.empty(); }));
+}
+
 /// None where it cannot be simulated from there: the search passes it over.
 template <class Fit>
 std::optional<Trial> attempt(const Fit& fit) {
@@ -52,6 +58,16 @@ bool told_from_zero(const Fit& judged, std::size_t effect) {
     if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
   }
   return !any_amplitude;
+}
+
+/// Does a wave keep step with the angle? Where its order is so uncertain that it may be a turn ahead at the end of a
+/// run, it is any force that comes and goes.
+bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t effect) {
+  const EffectInfo& about = judged.model.about(effect);
+  const std::optional<std::size_t> order = about.place_of(Role::order);
+  if (!order) return true;
+  const std::optional<double> error = judged.model.parameters_of(effect)[*order].std_error;
+  return !error || *error * most_turns(records) < 1;
 }
 
 }  // namespace
@@ -119,7 +135,8 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
   } else {
     leave_one_out(trial, std::move(options));
   }
-  trial.held_out.quality = quality_in_training(left.residuals, FreeParameters(model).size());
+  trial.held_out.quality = quality_in_training(
+      left.residuals, FreeParameters(model).size() + found_in(trial.fit.phases) + found_in(trial.held_out_phases));
   const bool judged_on_training = data_.held_out.empty() && data_.train.size() == 1;
   if (!judged_on_training) trial.held_out.quality->held_out = trial.held_out.squares();
   return trial;
@@ -149,7 +166,7 @@ Quality FittedTrials::quality_in_training(std::span<const Residuals> left, std::
 Quality FittedTrials::quality_in_training(const Fit& fit) const {
   return quality_in_training(
       residuals_at_best_phases(data_.train, fit.model, fit.model.values(), {}, fit.phases).residuals,
-      FreeParameters(fit.model).size());
+      FreeParameters(fit.model).size() + found_in(fit.phases));
 }
 
 Loss FittedTrials::loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const {
@@ -280,6 +297,9 @@ bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   const Fit judged = with_standard_errors(data_.train, fitted, true);
   if (!told_from_zero(judged, effect)) return false;
   std::string objection = implausible_value(data_.train, fitted, effect);
+  if (objection.empty() && !keeps_step(data_.train, judged, effect)) {
+    objection = "its order is not told: a wave that keeps step with the angle would";
+  }
   if (objection.empty()) objection = pushed_to_a_bound(judged);
   if (objection.empty()) {
     refused_.erase(effect);

@@ -173,6 +173,28 @@ double Quality::nats(double of_error) const {
   return sum - 0.5 * static_cast<double>(free_parameters) * std::log(std::max(1.0, readings));
 }
 
-double gain(const Quality& without, const Quality& with) { return with.nats(with.memory) - without.nats(with.memory); }
+namespace {
+
+/// By how much the mean squares of the training runs are above their floors.
+double excess(const Quality& quality) {
+  double sum = 0;
+  for (const auto& [signal, left] : quality.training) sum += std::max(0.0, left.squares / left.readings - 1);
+  return sum;
+}
+
+/// The memory at which two models are compared: of the better one, since what the other lacks has one of its own. Where
+/// the better one leaves next to nothing of the other's error, its memory is that of next to nothing.
+double memory_between(const Quality& without, const Quality& with) {
+  constexpr double next_to_nothing = 0.1;  // by hand
+  const bool tells = excess(with) > next_to_nothing * excess(without);
+  return tells ? with.memory : std::min(with.memory, without.memory);
+}
+
+}  // namespace
+
+double gain(const Quality& without, const Quality& with) {
+  const double memory = memory_between(without, with);
+  return with.nats(memory) - without.nats(memory);
+}
 
 }  // namespace emtb

@@ -1,14 +1,36 @@
 #include "analysis/diagnose/plausibility.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
+#include <numbers>
 #include <vector>
 
 #include "analysis/diagnose/null_fit.h"
+#include "analysis/fit/rotor_phase.h"
 #include "model/catalogue.h"
 #include "model/plausible.h"
 
 namespace emtb {
 namespace {
+
+/// Does what repeats with the angle stand at the same place of its turn in several runs, as read by an absolute
+/// encoder?
+bool at_the_same_place(std::span<const Record> records, const Model& fitted) {
+  constexpr double near = 0.5;  // [rad] by chance in one of six runs
+  const std::vector<double> values = fitted.values();
+  std::vector<std::complex<double>> places;
+  std::complex<double> sum;
+  for (const Record& record : records) {
+    const RotorPhase phase = best_phase(record, record.structure(fitted), values);
+    if (phase.at.empty()) continue;
+    places.push_back(std::polar(1.0, phase.at.front()));
+    sum += places.back();
+  }
+  return places.size() > 1 && std::ranges::all_of(places, [&](const std::complex<double>& place) {
+           return std::abs(std::arg(place / sum)) < near;
+         });
+}
 
 /// What rests on a bound at which it is not absent. (A limit of the driver may be so far off that it is none.)
 std::string at_its_bound(const EffectInfo& about, const std::vector<Parameter>& parameters,
@@ -30,15 +52,28 @@ std::string at_its_bound(const EffectInfo& about, const std::vector<Parameter>& 
 
 }  // namespace
 
+double most_turns(std::span<const Record> records) {
+  double most = 0;
+  for (const Record& record : records) {
+    if (record.excitation.angle.empty()) continue;
+    const auto [low, high] = std::ranges::minmax(record.excitation.angle);
+    most = std::max(most, (high - low) / (2 * std::numbers::pi));
+  }
+  return most;
+}
+
 FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
   const std::vector<double> values = fitted.values();
+  const double turns = most_turns(records);
   return {.R_a = values[base::R_a],
           .K_b = values[base::K_b],
           .K_m = values[base::K_m],
           .B = values[base::B],
           .J = values[base::J],
           .current_driven = fitted.input == Signal::i_a,
-          .seen = ranges_of(records, without_sensors(fitted))};
+          .seen = ranges_of(records, without_sensors(fitted)),
+          .turns = turns,
+          .same_place = turns >= 1 || at_the_same_place(records, fitted)};
 }
 
 std::string implausible_value(std::span<const Record> records, const Model& fitted, std::size_t effect) {

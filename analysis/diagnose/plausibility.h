@@ -10,6 +10,9 @@
 
 namespace emtb {
 
+/// How many turns the shaft makes in a run, at most.
+double most_turns(std::span<const Record> records);
+
 /// The fitted machine, and how far it goes on some records.
 FittedMachine machine_of(std::span<const Record> records, const Model& fitted);
 

@@ -234,6 +234,19 @@ TEST(Catalogue, PlausibilityOfTorquesDoesNotHangOnTheirScale) {
   EXPECT_NE(implausible(friction, std::vector{1100 * stall}, machine), "");
 }
 
+TEST(Catalogue, AWeightOffCentreTurnsOnceOrHangsAtOneAngle) {
+  FittedMachine machine = machine_of(testing_benches::fast_bench());
+  const std::size_t weight = effect_index("eccentric_load");
+  const std::vector<double> little{0.01 * machine.stall_torque(), 0};
+  for (const double turns : {0.2, 5.0}) {
+    for (const bool same_place : {false, true}) {
+      machine.turns = turns;
+      machine.same_place = same_place;
+      EXPECT_EQ(implausible(weight, little, machine).empty(), turns > 1 || same_place) << turns << ' ' << same_place;
+    }
+  }
+}
+
 TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {
   EXPECT_TRUE(effect_catalogue()[effect_index("cogging")].is_detent());
   EXPECT_FALSE(effect_catalogue()[effect_index("eccentric_load")].is_detent()) << "once a turn";

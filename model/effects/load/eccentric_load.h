@@ -34,8 +34,11 @@ struct EccentricLoad {
     balance.load_torque += T_e * mean_sine<Scalar>(x.theta + phase, x.omega * x.h);
   }
 
-  /// The motor at least swung it.
+  /// The motor at least swung it. A part of a turn, at another place in each run, is any force that drifts.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    if (machine.turns < 1 && !machine.same_place) {
+      return "no run makes a whole turn, and the weight would hang at another angle in each";
+    }
     return Plausible(info, p).at_most(0, 5 * machine.stall_torque(), "five times what stalls the motor");
   }
 };
