@@ -9,10 +9,11 @@
 
 namespace emtb {
 
-/// The definition of simulate(), for any scalar; included only where it is instantiated.
+/// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
+/// instantiated.
 template <class Scalar>
-void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
-              Reader<Scalar>& reader, const Variation& variation) {
+void simulate_here(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
+                   Reader<Scalar>& reader, const Variation& variation) {
   const std::size_t n = x.t.size();
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
@@ -87,6 +88,13 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
     }
     read(k + 1);
   }
+}
+
+/// For a scalar that model/simulation_code.h does not name.
+template <class Scalar>
+void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
+              Reader<Scalar>& reader, const Variation& variation) {
+  simulate_here(structure, parameters, x, reader, variation);
 }
 
 }  // namespace emtb
