@@ -84,7 +84,7 @@ endfunction()
 set(EMTB_PROCESSORS "")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
   set(EMTB_PROCESSORS avx2)
-  set(EMTB_OPTIONS_avx2 -mavx2 -mfma)
+  set(EMTB_OPTIONS_avx2 -mavx2 -mfma)  # what hal/processor.cpp asks for
 endif()
 function(emtb_for_processors room source entry)
   foreach(processor IN LISTS EMTB_PROCESSORS)

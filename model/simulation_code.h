@@ -3,21 +3,11 @@
 #include <cstddef>
 #include <span>
 
+#include "hal/processor.h"
 #include "model/simulation.h"
 #include "model/step.h"
 
 namespace emtb {
-
-/// The processors that the simulation is compiled for. The program as a whole runs on any of its architecture; what is
-/// here compiled for one of them is called where the machine has it.
-enum class Processor {
-  any,  ///< of the architecture: SSE2 on x86-64, NEON on arm64
-  avx2  ///< x86-64 with AVX2 and FMA: Intel since 2013, AMD since 2015
-};
-
-/// The best that this machine has; or what the environment variable EMTB_SIMD names: `baseline` or `avx2`.
-/// @throws ModelError where EMTB_SIMD names something else, or what this machine has not
-Processor processor();
 
 /// The innermost loops of the program: what costs nearly all of the time of a fit. All arguments are in memory, so that
 /// the callers need not agree on registers.

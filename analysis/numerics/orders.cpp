@@ -10,6 +10,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "analysis/numerics/statistics.h"
+#include "analysis/numerics/wave_sums.h"
 
 namespace emtb {
 namespace {
@@ -38,9 +39,7 @@ struct Spectrum {
 };
 
 double mean_of(std::span<const double> x) {
-  double mean = 0;
-  for (const double v : x) mean += v / static_cast<double>(x.size());
-  return mean;
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
 }
 
 bool turns_enough(const TurningStretch& s, double lowest) {
@@ -108,12 +107,14 @@ struct FittedWave {
 };
 
 FittedWave fitted_wave(const TurningStretch& s, double per_turn) {
-  const Eigen::MatrixXd w = waves(s, per_turn);
-  const double mean = mean_of(s.value);
-  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(s.value.data(), w.rows()).array() - mean;
-  const Eigen::Matrix2d information = w.transpose() * w;
+  const WaveSums w = wave_sums(s.angle, s.value, per_turn);
+  const double n = static_cast<double>(s.angle.size());
+  Eigen::Matrix2d information;  // about the means
+  information(0, 0) = w.sine_sine - w.sine * w.sine / n;
+  information(1, 1) = w.cosine_cosine - w.cosine * w.cosine / n;
+  information(0, 1) = information(1, 0) = w.sine_cosine - w.sine * w.cosine / n;
   if (information.determinant() <= collinear * information(0, 0) * information(1, 1)) return {};
-  const Eigen::Vector2d product = w.transpose() * y;
+  const Eigen::Vector2d product(w.sine_value - w.sine * w.value / n, w.cosine_value - w.cosine * w.value / n);
   const Eigen::Vector2d size = information.inverse() * product;
   return {size, size.dot(product)};
 }
