@@ -12,9 +12,9 @@ namespace emtb {
 template <>
 SimulationCode simulation_code_for<Processor::EMTB_PROCESSOR>() {
   return {
-      .plain = simulate_here<double>,
-      .sensitive = simulate_here<Sensitive>,
-      .wide = simulate_here<WideSensitive>,
+      .plain = simulate_here<double, Reader<double>>,
+      .sensitive = simulate_here<Sensitive, Reader<Sensitive>>,
+      .wide = simulate_here<WideSensitive, Reader<WideSensitive>>,
       .step = [](Machine<WideSensitive>& machine, const StepInput& in, double t, double h) { machine.step(in, t, h); },
       .machine_size = sizeof(Machine<WideSensitive>)};
 }

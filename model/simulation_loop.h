@@ -11,9 +11,10 @@ namespace emtb {
 
 /// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
 /// instantiated.
-template <class Scalar>
-void simulate_here(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
-                   Reader<Scalar>& reader, const Variation& variation) {
+/// @param reader a Reader, or what is called alike
+template <class Scalar, class To>
+void simulate_here(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x, To& reader,
+                   const Variation& variation) {
   const std::size_t n = x.t.size();
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
