@@ -8,6 +8,7 @@ import argparse
 import ctypes
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -230,7 +231,38 @@ def diagnose_seconds(options):
 
 
 def batch_efficiency_2_ranks(options):
-    raise NotMeasured("emtb batch is not there yet")
+    """Two ranks that share a folder beside two processes that know nothing of each other, each with half of the work."""
+    motors = 200 if options.quick else 1000
+    line = os.path.join(WORK, f"line{motors}")
+    if not os.path.exists(os.path.join(line, f"motor_{motors - 1:04d}.csv")):
+        say(f"recording {motors} motors")
+        subprocess.run([os.path.join(BIN, "benchmark_runs"), BENCH, line, "--motors", str(motors)], check=True)
+    names = sorted(os.listdir(line))
+
+    def manifest(name, part):
+        path = os.path.join(WORK, name + ".yaml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(f"model: {MODEL}\nitems:\n")
+            file.writelines(f"  - {{serial: {n}, session: {os.path.join(line, n)}}}\n" for n in part)
+        return path
+
+    def seconds(calls):
+        for _, folder, _ in calls:
+            shutil.rmtree(folder, ignore_errors=True)
+        begin = time.perf_counter()
+        running = [subprocess.Popen([os.path.join(BIN, "emtb"), "batch", m, "--out", folder, "--jobs", "1", *more],
+                                    stdout=subprocess.DEVNULL) for m, folder, more in calls]
+        for process in running:
+            if process.wait() not in (0, 1):
+                raise NotMeasured("emtb batch failed")
+        return time.perf_counter() - begin
+
+    out = os.path.join(WORK, "batch")
+    whole, halves = manifest("whole", names), [manifest("half1", names[::2]), manifest("half2", names[1::2])]
+    shared = lambda: seconds([(whole, out, ["--shard", f"{k}/2"]) for k in (1, 2)])
+    apart = lambda: seconds([(half, out + str(k), []) for k, half in enumerate(halves)])
+    together, independent = least([shared, apart], 2 if options.quick else 3)
+    return independent / together, {"two_ranks": together, "two_processes": independent, "sessions": motors}
 
 
 def hour():
