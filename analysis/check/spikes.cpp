@@ -36,7 +36,7 @@ DataFindings spikes(const Run& run) {
     double energy = 0;
     for (std::size_t k = 2; k + 2 < x.size(); ++k) {
       const double least = std::max(10 * usual, 4 * step);
-      if (sizes[k] < least) continue;
+      if (sizes[k] < least || sizes[k] == 0) continue;  // a signal that stands has neither noise nor steps
       const double neighbours =
           std::max({std::abs(x[k + 1] - x[k - 1]), std::abs(x[k - 1] - x[k - 2]), std::abs(x[k + 2] - x[k + 1])});
       if (neighbours > 0.3 * sizes[k]) continue;

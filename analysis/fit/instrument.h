@@ -19,6 +19,7 @@ class Instrument {
   }
 
   const Observation& observation() const { return o_; }
+  bool at_once() const { return at_once_; }  ///< its readings are the signal's values at one grid point each
 
   /// @param take called with the number of each reading that ends at grid point k, and its prediction
   template <class Take>

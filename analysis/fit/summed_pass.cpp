@@ -1,7 +1,9 @@
 // Compiled once for each processor (emtb_for_processors() in cmake/EmtbBuild.cmake), which EMTB_PROCESSOR names.
 #include "analysis/fit/summed_pass.h"
 
+#include <cstdint>
 #include <type_traits>
+#include <utility>
 
 #include "analysis/fit/instrument.h"
 #include "model/simulation_loop.h"
@@ -20,11 +22,24 @@ class Summing {
  public:
   Summing(const Record& record, const std::vector<char>& wanted) {
     for (std::size_t i = 0; i < record.observations.size(); ++i) {
-      if (wanted[i]) instruments_.emplace_back(record.observations[i]);
+      if (!wanted[i]) continue;
+      const Observation& o = record.observations[i];
+      Instrument<Scalar> instrument(o);
+      if (instrument.at_once()) {
+        instant_.push_back(
+            {o.simulated(), o.last.data(), o.last.data() + o.last.size(), o.value.data(), o.sigma.data()});
+      } else {
+        instruments_.push_back(std::move(instrument));
+      }
     }
   }
 
   void read(std::size_t k, const SimulatedReadings<Scalar>& y) {
+    for (Instant& o : instant_) {
+      for (; o.last != o.end && *o.last == k; ++o.last, ++o.value, ++o.sigma) {
+        add(*o.value, y.of(o.signal), 1 / *o.sigma);
+      }
+    }
     for (Instrument<Scalar>& instrument : instruments_) {
       const Observation& o = instrument.observation();
       instrument.see(k, y.of(o.simulated()), [&](std::size_t reading, const Scalar& predicted) {
@@ -88,6 +103,13 @@ class Summing {
     double r;
   };
 
+  /// Most instruments read a value at a time: where in their readings it has come to.
+  struct Instant {
+    Signal signal;
+    const std::uint32_t *last, *end;
+    const double *value, *sigma;
+  };
+  std::vector<Instant> instant_;
   std::vector<Instrument<Scalar>> instruments_;
   double squares_ = 0;
   Gradient gradient_{};
