@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 SKIPPED = 77
-ENTRY = "_code_for"
+ENTRY = "_forILNS_9ProcessorE"
 FOR_ONE_PROCESSOR = re.compile(r"_(avx2)\.o$")
 AVX = re.compile(r"\tv[a-z0-9]+ +.*%[xyz]mm|%[yz]mm")
 
