@@ -9,19 +9,8 @@ endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # asserts stay on: a bench would rather stop than run on nonsense
 set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")  # and where a sanitizer looks
 
-# The sensitivities are computed in vector registers of four doubles (docs/decisions/sensitivities.md). Every unit must agree on
-# them. EMTB_MARCH="" builds for any x86-64 machine, about 1.6 times slower there.
-include(CheckCXXSourceRuns)
-check_cxx_source_runs("int main() { return __builtin_cpu_supports(\"avx2\") && __builtin_cpu_supports(\"fma\") ? 0 : 1; }"
-                      EMTB_HAS_AVX2)
-if(EMTB_HAS_AVX2)
-  set(EMTB_MARCH "x86-64-v3" CACHE STRING "The processor to build for, as -march= takes it; empty: any")
-else()
-  set(EMTB_MARCH "" CACHE STRING "The processor to build for, as -march= takes it; empty: any")
-endif()
-if(EMTB_MARCH)
-  add_compile_options(-march=${EMTB_MARCH})
-endif()
+# The program runs on any processor of its architecture; its innermost loops are compiled for better ones as well, and chosen
+# at run time (emtb_for_processors() below, docs/decisions/simd.md).
 add_compile_options(-Wno-psabi)  # vectors are passed between our own units only
 
 find_program(CCACHE ccache)
@@ -86,6 +75,39 @@ function(emtb_room name)
     emtb_sees(emtb_${name} INTERFACE)
     target_link_libraries(emtb_${name} INTERFACE ${ROOM_USES})
   endif()
+endfunction()
+
+# emtb_for_processors(ROOM SOURCE ENTRY): a source of a room that is compiled once more for each better processor that a machine
+# may have, with EMTB_PROCESSOR for its name, and of which only the symbols with ENTRY in their names are seen outside. All else
+# in it, each copy of an inline function of the standard library or of Eigen, becomes local: otherwise the linker might take that
+# copy for the whole program, which then dies on a processor without those instructions.
+set(EMTB_PROCESSORS "")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+  set(EMTB_PROCESSORS avx2)
+  set(EMTB_OPTIONS_avx2 -mavx2 -mfma)  # what hal/processor.cpp asks for
+endif()
+function(emtb_for_processors room source entry)
+  foreach(processor IN LISTS EMTB_PROCESSORS)
+    string(TOUPPER ${processor} upper)
+    cmake_path(GET source STEM stem)
+    set(objects emtb_${room}_${stem}_${processor})
+    add_library(${objects} OBJECT ${source})
+    set_target_properties(${objects} PROPERTIES UNITY_BUILD OFF)
+    target_compile_definitions(${objects} PRIVATE EMTB_PROCESSOR=${processor})
+    # Unique symbols, which GCC makes of what an inline function keeps, cannot be made local.
+    target_compile_options(${objects} PRIVATE ${EMTB_OPTIONS_${processor}} $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
+    target_include_directories(${objects} PRIVATE $<TARGET_PROPERTY:emtb_${room},INCLUDE_DIRECTORIES>)
+    emtb_warnings(${objects})
+    set(local ${CMAKE_CURRENT_BINARY_DIR}/${stem}_${processor}.o)
+    add_custom_command(OUTPUT ${local}
+      COMMAND ${CMAKE_LINKER} -r --force-group-allocation -o ${local}.all $<TARGET_OBJECTS:${objects}>
+      COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=*${entry}* ${local}.all ${local}
+      DEPENDS ${objects} $<TARGET_OBJECTS:${objects}> COMMAND_EXPAND_LISTS VERBATIM
+      COMMENT "${stem} for ${processor}, seen by its entry alone")
+    set_source_files_properties(${local} PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
+    target_sources(emtb_${room} PRIVATE ${local})
+    target_compile_definitions(emtb_${room} PRIVATE EMTB_FOR_${upper})
+  endforeach()
 endfunction()
 
 # Small sources at once compile in half the time; `debug` is for changing one file. A folder whose files have names of their own in

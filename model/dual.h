@@ -7,7 +7,9 @@
 
 namespace emtb {
 
-/// N doubles that the compiler keeps in vector registers.
+/// N doubles that the compiler keeps in vector registers. They stand in memory alike for every processor, so that code
+/// compiled for one can work on the numbers of code compiled for another: GCC would align them by the registers there
+/// are.
 template <std::size_t N>
 struct VectorOf;
 template <>
@@ -22,7 +24,7 @@ struct VectorOf<4> {
 /// times slower.)
 template <>
 struct VectorOf<8> {
-  class type {
+  class alignas(32) type {
    public:
     using Half = VectorOf<4>::type;
 
@@ -55,7 +57,7 @@ struct VectorOf<8> {
 /// docs/decisions/sensitivities.md. Comparisons look at the value alone, so that a simulation takes the same branches
 /// with and without derivatives.
 template <std::size_t N>
-struct Dual {
+struct alignas(N < 4 ? 16 : 32) Dual {
   using Gradient = typename VectorOf<N>::type;
 
   double v = 0;

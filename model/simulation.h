@@ -41,7 +41,8 @@ struct Variation {
   bool half_steps = false;             ///< steps of at most half the length: tells what their length does
 };
 
-/// How many derivatives one pass carries: one or two vector registers of AVX2 (docs/decisions/sensitivities.md).
+/// How many derivatives one pass carries: one or two vector registers of AVX2, two or four of SSE2
+/// (docs/decisions/sensitivities.md).
 inline constexpr std::size_t derivatives_per_pass = 4;
 using Sensitive = Dual<derivatives_per_pass>;
 using WideSensitive = Dual<2 * derivatives_per_pass>;
@@ -120,11 +121,15 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
   simulate(structure, parameters, excitation, static_cast<Reader<Scalar>&>(keep));
 }
 
-extern template void simulate<double>(const ModelStructure&, std::span<const double>, const Excitation&,
-                                      Reader<double>&, const Variation&);
-extern template void simulate<Sensitive>(const ModelStructure&, std::span<const Sensitive>, const Excitation&,
-                                         Reader<Sensitive>&, const Variation&);
-extern template void simulate<WideSensitive>(const ModelStructure&, std::span<const WideSensitive>, const Excitation&,
-                                             Reader<WideSensitive>&, const Variation&);
+// These are compiled for several processors, and the one for this machine is taken (model/simulation_code.h).
+template <>
+void simulate<double>(const ModelStructure& structure, std::span<const double> parameters, const Excitation& excitation,
+                      Reader<double>& reader, const Variation& variation);
+template <>
+void simulate<Sensitive>(const ModelStructure& structure, std::span<const Sensitive> parameters,
+                         const Excitation& excitation, Reader<Sensitive>& reader, const Variation& variation);
+template <>
+void simulate<WideSensitive>(const ModelStructure& structure, std::span<const WideSensitive> parameters,
+                             const Excitation& excitation, Reader<WideSensitive>& reader, const Variation& variation);
 
 }  // namespace emtb

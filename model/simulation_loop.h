@@ -9,10 +9,12 @@
 
 namespace emtb {
 
-/// The definition of simulate(), for any scalar; included only where it is instantiated.
-template <class Scalar>
-void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
-              Reader<Scalar>& reader, const Variation& variation) {
+/// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
+/// instantiated.
+/// @param reader a Reader, or what is called alike
+template <class Scalar, class To>
+void simulate_here(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x, To& reader,
+                   const Variation& variation) {
   const std::size_t n = x.t.size();
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
@@ -87,6 +89,13 @@ void simulate(const ModelStructure& structure, std::span<const Scalar> parameter
     }
     read(k + 1);
   }
+}
+
+/// For a scalar that model/simulation_code.h does not name.
+template <class Scalar>
+void simulate(const ModelStructure& structure, std::span<const Scalar> parameters, const Excitation& x,
+              Reader<Scalar>& reader, const Variation& variation) {
+  simulate_here(structure, parameters, x, reader, variation);
 }
 
 }  // namespace emtb

@@ -64,10 +64,15 @@ class Machine : public Motion<Scalar> {
     }
     driver_.reset(equations_.terms);
     reset_motor_terms();
+    is_free_ = structure.effects.empty() && structure.terms.empty() && structure.measured_voltage &&
+               !structure.measured_load && structure.input != Signal::i_a;
   }
 
   /// Goes on with other parameters, in place of those it was made with.
-  void follow(std::span<const Scalar> p) { equations_.p = p; }
+  void follow(std::span<const Scalar> p) {
+    equations_.p = p;
+    free_h_ = 0;
+  }
 
   /// Puts the machine into its state at the start of a run, and takes the first readings.
   void start(const InitialState& initial, const StepInput& in) {
@@ -94,6 +99,7 @@ class Machine : public Motion<Scalar> {
 
   /// Advances from t to t + h.
   void step(const StepInput& in, double t, double h) {
+    if (is_free_ && !in.armature_open) return step_freely(in, t, h);
     if (!structure_.effects.empty() || !structure_.terms.empty()) look_at_middle(in, t, h);
 
     Ramp<Scalar> e = drive(in, t, h);
@@ -148,6 +154,27 @@ class Machine : public Motion<Scalar> {
     open,    ///< the armature's terminals are open
     blocked  ///< the driver takes no current back
   };
+
+  /// The linear motor under a measured voltage: what the step says in general, multiplied out.
+  void step_freely(const StepInput& in, double t, double h) {
+    drive(in, t, h);
+    if (h != free_h_) {
+      solve_for(h, true);
+      free_ = shaft_.free(armature_);
+      current_by_voltage_ = armature_.end().v1;
+      current_by_omega_ = -(current_by_voltage_ * armature_.k_b());
+      free_h_ = h;
+    }
+    const double start = 2 * in.e_a_mean - in.e_a_end;
+    const Scalar omega_end = free_.omega * omega + free_.start * start + free_.end * in.e_a_end;
+    i_a_before = i_a;
+    i_a = current_by_voltage_ * in.e_a_end + current_by_omega_ * omega_end;
+    e_a_reading = driver_.terminal_voltage(equations_.terms, i_a);
+    angle_.advance(in, h, 0.5 * h * (omega + omega_end));
+    omega_before = omega;
+    omega = omega_end;
+    read_sensors(t + h, h, in);
+  }
 
   Scalar first_current(const InitialState& initial, const StepInput& in) const {
     const bool on_the_way = initial.as_read && initial.omega != 0;
@@ -257,6 +284,7 @@ class Machine : public Motion<Scalar> {
     if (h == solved_h_ && conducts == solved_conducts_ && !changed) return;
     solved_h_ = h;
     solved_conducts_ = conducts;
+    free_h_ = 0;
     armature_.solve(resistance, equations_, h, conducts);
     shaft_.solve(armature_, equations_.terms, h);
   }
@@ -363,6 +391,10 @@ class Machine : public Motion<Scalar> {
   double field_on_ = 0;   ///< [s] for which the field had been on at the start
   double solved_h_ = 0;   ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
+  bool is_free_ = false;               ///< nothing but the base model under a measured voltage
+  typename Shaft<Scalar>::Free free_;  ///< that it then steps by,
+  Scalar current_by_voltage_{}, current_by_omega_{};
+  double free_h_ = 0;  ///< [s] for this step
 };
 
 }  // namespace emtb

@@ -35,6 +35,9 @@ void add_file_commands(CommandLine& line);
 /// check: whether recordings are what they say.
 void add_check_command(CommandLine& line);
 
+/// batch: many motors, on many cores and machines.
+void add_batch_command(CommandLine& line);
+
 /// estimate: the paper's static experiments on recorded sessions.
 void add_estimate_command(CommandLine& line);
 

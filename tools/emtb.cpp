@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   emtb::add_model_commands(line);
   emtb::add_file_commands(line);
   emtb::add_check_command(line);
+  emtb::add_batch_command(line);
   emtb::add_estimate_command(line);
   emtb::add_paper_command(line);
   emtb::add_investigate_command(line, socket, argc, argv);

@@ -75,6 +75,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const double step = step_of(series), size = size_of(x);
   if (step == 0) return;
   const bool angle = signal == Signal::theta;
+  const Drives drives(run, signal);
   const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
   const std::vector<Stretch> all = stretches(x);
   const Restlessness usual = angle ? Restlessness{} : restlessness(x, rest, step);
@@ -90,7 +91,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
         s.length() < std::max<std::size_t>({20, 20 * usual.length, 3 * usual.rare})) {
       continue;
     }
-    const bool jump = jumps_after(x, s, step) && !driven(run, signal, series.t[s.end - 1], series.t[s.end]);
+    const bool jump = jumps_after(x, s, step) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     if (usual.noisy || jump || others_move(run, signal, series.t[s.begin], series.t[s.end - 1])) found.push_back(s);
   }
   if (found.empty()) return;

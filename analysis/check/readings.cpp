@@ -74,17 +74,22 @@ Restlessness restlessness(std::span<const double> x, double rest, double step, s
   return r;
 }
 
-bool driven(const Run& run, Signal signal, double from, double to) {
+Drives::Drives(const Run& run, Signal signal) {
   for (const Signal s : {Signal::u_ref, Signal::e_a}) {
     if (!run.has(s) || s == signal || run.at(s).t.size() < 2) continue;
     const Series& input = run.at(s);
-    const double rows = 3 * input.t.back() / static_cast<double>(input.t.size() - 1);
-    const double least = std::max(3 * step_of(input), 0.02 * size_of(input.value));
+    drives_.push_back({&input, 3 * input.t.back() / static_cast<double>(input.t.size() - 1),
+                       std::max(3 * step_of(input), 0.02 * size_of(input.value))});
+  }
+}
+
+bool Drives::change(double from, double to) const {
+  for (const auto& [input, rows, least] : drives_) {
     double low = HUGE_VAL, high = -HUGE_VAL;
-    for (auto k = static_cast<std::size_t>(std::ranges::lower_bound(input.t, from - rows) - input.t.begin());
-         k < input.t.size() && input.t[k] <= to + rows; ++k) {
-      low = std::min(low, input.value[k]);
-      high = std::max(high, input.value[k]);
+    for (auto k = static_cast<std::size_t>(std::ranges::lower_bound(input->t, from - rows) - input->t.begin());
+         k < input->t.size() && input->t[k] <= to + rows; ++k) {
+      low = std::min(low, input->value[k]);
+      high = std::max(high, input->value[k]);
     }
     if (high - low > least) return true;
   }

@@ -39,9 +39,25 @@ struct Restlessness {
 /// @param without readings of this value are left out
 Restlessness restlessness(std::span<const double> x, double rest, double step, std::optional<double> without = {});
 
-/// Whether what drives the motor changes from three rows before a time to three rows after another [s]: there a signal
-/// may change at once. An e_a does not drive itself.
-bool driven(const Run& run, Signal signal, double from, double to);
+/// What drives the motor, for asking again and again: how much of a change counts is told once for a run, which may be
+/// hours long.
+class Drives {
+ public:
+  /// @param signal that is looked at: an e_a does not drive itself
+  Drives(const Run& run, Signal signal);
+
+  /// Whether one of them changes from three rows before a time to three rows after another [s]: there a signal may
+  /// change at once.
+  bool change(double from, double to) const;
+
+ private:
+  struct Drive {
+    const Series* series;
+    double rows;   ///< [s] three of them
+    double least;  ///< that counts as a change
+  };
+  std::vector<Drive> drives_;
+};
 
 /// Whether a speed or an angle moves, by more than noise and than the instrument's steps: its range is far above that
 /// of noise, white or coloured, or its mean over a hundred readings lies once far further off zero than they scatter.

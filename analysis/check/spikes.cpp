@@ -31,11 +31,12 @@ DataFindings spikes(const Run& run) {
     for (const double o : off) sizes.push_back(std::abs(o));
     const double usual = robust_sigma(sizes);
     const double step = step_of(series);
+    const Drives drives(run, signal);
     std::vector<std::size_t> found;
     double energy = 0;
     for (std::size_t k = 2; k + 2 < x.size(); ++k) {
       const double least = std::max(10 * usual, 4 * step);
-      if (sizes[k] < least) continue;
+      if (sizes[k] < least || sizes[k] == 0) continue;  // a signal that stands has neither noise nor steps
       const double neighbours =
           std::max({std::abs(x[k + 1] - x[k - 1]), std::abs(x[k - 1] - x[k - 2]), std::abs(x[k + 2] - x[k + 1])});
       if (neighbours > 0.3 * sizes[k]) continue;
@@ -44,7 +45,7 @@ DataFindings spikes(const Run& run) {
                                sizes.begin() + static_cast<std::ptrdiff_t>(to));
       std::ranges::sort(near);
       // Not where readings near by lie as far off: a signal that is rough there.
-      if (sizes[k] < 3 * near[near.size() * 9 / 10] || driven(run, signal, series.t[k], series.t[k])) continue;
+      if (sizes[k] < 3 * near[near.size() * 9 / 10] || drives.change(series.t[k], series.t[k])) continue;
       found.push_back(k);
       energy += sizes[k] * sizes[k];
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "analysis/fit/summed_pass.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
 
@@ -21,6 +22,21 @@ void add_blocks(const Record& record, const Residuals& r, double length, std::ma
     if (sum.size() == 0) sum.setZero(g.size());
     sum += g;
   });
+}
+
+std::vector<char> wanted_of(const Record& record, const CalibrationOptions& options) {
+  std::vector<char> out;
+  for (const Observation& o : record.observations) out.push_back(wanted(o.signal, options) ? 1 : 0);
+  return out;
+}
+
+/// @param with_sensitivities of all parameters; else the squares alone
+void add(NormalEquations& n, const PassSums& sums, bool with_sensitivities) {
+  using Rows = Eigen::Matrix<double, PassSums::most, PassSums::most, Eigen::RowMajor>;
+  n.rtr += sums.rtr;
+  if (!with_sensitivities) return;
+  n.sts += Eigen::Map<const Rows>(sums.sts.data()).topLeftCorner(n.sts.rows(), n.sts.cols());
+  n.str += Eigen::Map<const Eigen::VectorXd>(sums.str.data(), n.str.size());
 }
 
 /// The gradients of blocks of one piece, of two, four ...
@@ -81,6 +97,10 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
   const ModelStructure structure = record.structure(model_);
   phase = best_phase(record, structure, values, phases_.empty() ? nullptr : &phases_[i]);
   n.rtr += phase.unlikely;
+  if (!to_judge && phase.at.empty() && moved.size() <= PassSums::most) {
+    add(n, summed_pass(record, structure, values, moved, wanted_of(record, options_)), with_sensitivities);
+    return n;
+  }
   std::vector<Residuals> finer;
   if (in_steps) finer = residuals_at_phase(record, structure, values, {}, phase, StepLength::half).residuals;
   const auto [all, prior] = residuals_at_phase(record, structure, values, moved, phase);

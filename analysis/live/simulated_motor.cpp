@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/simulation_code.h"
+
 namespace emtb {
 namespace {
 
@@ -142,7 +144,7 @@ void SimulatedMotor::step_to(const LiveTick& now) {
   for (int s = 0; s < steps; ++s) {
     in.e_a_mean = e_a_before + (e_a_ - e_a_before) * (s + 0.5) / steps;
     in.e_a_end = e_a_before + (e_a_ - e_a_before) * (s + 1) / steps;
-    for (auto& machine : machines_) machine.step(in, before_.t + s * h, h);
+    for (auto& machine : machines_) simulation_code().step(machine, in, before_.t + s * h, h);
   }
   before_ = now;
 }

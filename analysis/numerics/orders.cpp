@@ -10,6 +10,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "analysis/numerics/statistics.h"
+#include "analysis/numerics/wave_sums.h"
 
 namespace emtb {
 namespace {
@@ -38,14 +39,17 @@ struct Spectrum {
 };
 
 double mean_of(std::span<const double> x) {
-  double mean = 0;
-  for (const double v : x) mean += v / static_cast<double>(x.size());
-  return mean;
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+}
+
+/// How far a stretch goes in angle [rad].
+double reach_of(const TurningStretch& s) {
+  const auto [low, high] = std::ranges::minmax(s.angle);
+  return high - low;
 }
 
 bool turns_enough(const TurningStretch& s, double lowest) {
-  const auto [low, high] = std::ranges::minmax(s.angle);
-  return s.value.size() >= fewest_readings && high - low >= fewest_periods * two_pi / lowest;
+  return s.value.size() >= fewest_readings && reach_of(s) >= fewest_periods * two_pi / lowest;
 }
 
 /// Sum of the squares about the mean; 0 where that is rounding alone.
@@ -56,30 +60,54 @@ double squares_of(const TurningStretch& s) {
   return squares > rounding * mean * mean * static_cast<double>(s.value.size()) ? squares : 0;
 }
 
+/// Power of one stretch in a spectrum of `size` bins, up to where it is of use.
+std::vector<double> power_of(const TurningStretch& s, double bin, std::size_t size, Eigen::FFT<double>& fft) {
+  const double mean = mean_of(s.value), low = *std::ranges::min_element(s.angle);
+  std::vector<double> bins(size, 0.0);
+  for (std::size_t k = 0; k < s.value.size(); ++k) {
+    const auto at = static_cast<std::size_t>((s.angle[k] - low) / bin);
+    if (at < size) bins[at] += s.value[k] - mean;
+  }
+  std::vector<std::complex<double>> transformed;
+  fft.fwd(transformed, bins);
+  std::vector<double> power(size / 2);
+  for (std::size_t i = 0; i < power.size(); ++i) power[i] = std::norm(transformed[i]);
+  return power;
+}
+
+/// Between the points of a spectrum that is smooth from one to the next: a cubic through four of them.
+double between(std::span<const double> power, double at) {
+  const auto i = static_cast<std::size_t>(at);
+  if (i + 2 >= power.size()) return power.back();
+  const double x = at - static_cast<double>(i), a = power[i > 0 ? i - 1 : 1], b = power[i], c = power[i + 1],
+               d = power[i + 2];
+  return std::max(0.0, b + 0.5 * x * (c - a + x * (2 * a - 5 * b + 4 * c - d + x * (3 * (b - c) + d - a))));
+}
+
+/// A stretch of a tenth of the longest one's length tells its power at a tenth of the points; its transform is that
+/// much shorter, and the points between are smooth.
 Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest) {
+  constexpr double smooth = 8;  // points of the spectrum in the width of a line: between them a cubic errs by 0.1 %
   const double bin = two_pi / highest / bins_per_period;
   double longest = 0;
-  for (const TurningStretch& s : stretches) {
-    const auto [low, high] = std::ranges::minmax(s.angle);
-    longest = std::max(longest, high - low);
-  }
+  for (const TurningStretch& s : stretches) longest = std::max(longest, reach_of(s));
   std::size_t size = shortest_spectrum;
   while (static_cast<double>(size) * bin < 2 * longest && size < longest_spectrum) size *= 2;
   Spectrum spectrum{std::vector<double>(size / 2, 0.0), two_pi / (static_cast<double>(size) * bin), 0};
+  const double last = (1 + surroundings) * highest / spectrum.step + 2;  // nobody looks beyond
+  const auto used = std::min(spectrum.power.size(), static_cast<std::size_t>(last));
   Eigen::FFT<double> fft;
   fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
   for (const TurningStretch& s : stretches) {
     const double squares = squares_of(s);
     if (squares <= 0) continue;
-    const double mean = mean_of(s.value), low = *std::ranges::min_element(s.angle);
-    std::vector<double> bins(size, 0.0);
-    for (std::size_t k = 0; k < s.value.size(); ++k) {
-      const auto at = static_cast<std::size_t>((s.angle[k] - low) / bin);
-      if (at < size) bins[at] += s.value[k] - mean;
+    std::size_t own = shortest_spectrum;
+    while (static_cast<double>(own) * bin < smooth * reach_of(s) && own < size) own *= 2;
+    const std::vector<double> power = power_of(s, bin, own, fft);
+    const double step = static_cast<double>(own) / static_cast<double>(size);
+    for (std::size_t i = 0; i < used; ++i) {
+      spectrum.power[i] += (own == size ? power[i] : between(power, static_cast<double>(i) * step)) / squares;
     }
-    std::vector<std::complex<double>> transformed;
-    fft.fwd(transformed, bins);
-    for (std::size_t i = 0; i < spectrum.power.size(); ++i) spectrum.power[i] += std::norm(transformed[i]) / squares;
     spectrum.stretches += 1;
   }
   return spectrum;
@@ -108,12 +136,14 @@ struct FittedWave {
 };
 
 FittedWave fitted_wave(const TurningStretch& s, double per_turn) {
-  const Eigen::MatrixXd w = waves(s, per_turn);
-  const double mean = mean_of(s.value);
-  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(s.value.data(), w.rows()).array() - mean;
-  const Eigen::Matrix2d information = w.transpose() * w;
+  const WaveSums w = wave_sums(s.angle, s.value, per_turn);
+  const double n = static_cast<double>(s.angle.size());
+  Eigen::Matrix2d information;  // about the means
+  information(0, 0) = w.sine_sine - w.sine * w.sine / n;
+  information(1, 1) = w.cosine_cosine - w.cosine * w.cosine / n;
+  information(0, 1) = information(1, 0) = w.sine_cosine - w.sine * w.cosine / n;
   if (information.determinant() <= collinear * information(0, 0) * information(1, 1)) return {};
-  const Eigen::Vector2d product = w.transpose() * y;
+  const Eigen::Vector2d product(w.sine_value - w.sine * w.value / n, w.cosine_value - w.cosine * w.value / n);
   const Eigen::Vector2d size = information.inverse() * product;
   return {size, size.dot(product)};
 }
@@ -140,8 +170,7 @@ bool clear_in_half(std::span<const TurningStretch> stretches, double per_turn) {
   constexpr double far_more = 8;  // of two squares over the mean of sixteen: one in 250 by chance
   std::size_t clear = 0, looked_at = 0;
   for (const TurningStretch& s : stretches) {
-    const auto [low, high] = std::ranges::minmax(s.angle);
-    const double line = two_pi / (high - low);  // the width of a line in this stretch
+    const double line = two_pi / reach_of(s);  // the width of a line in this stretch
     double beside = 0;
     int count = 0;
     for (const double away : {-5.5, -4.5, -3.5, -2.5, 2.5, 3.5, 4.5, 5.5}) {

@@ -12,10 +12,28 @@
 
 namespace emtb {
 
+/// While one of these lives, parallel_for() on this thread takes no other: for who shares out larger work by himself.
+class OneThreadHere {
+ public:
+  OneThreadHere() { ++count(); }
+  ~OneThreadHere() { --count(); }
+  OneThreadHere(const OneThreadHere&) = delete;
+  OneThreadHere& operator=(const OneThreadHere&) = delete;
+
+  static bool on() { return count() > 0; }
+
+ private:
+  static int& count() {
+    thread_local int here = 0;
+    return here;
+  }
+};
+
 /// Calls f(0) ... f(n - 1), shared out over the machine's cores. The first exception is passed on.
 template <class Function>
 void parallel_for(std::size_t n, const Function& f) {
-  const std::size_t workers = std::min<std::size_t>(n, std::max(1U, std::thread::hardware_concurrency()));
+  const std::size_t cores = OneThreadHere::on() ? 1 : std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t workers = std::min(n, cores);
   if (workers <= 1) {
     for (std::size_t i = 0; i < n; ++i) f(i);
     return;

@@ -75,9 +75,11 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
         settled.time.push_back(time);
       }
     };
-    for (std::size_t i = 0; i < o.size(); ++i) {
+    const auto ends = [&](std::uint32_t last) { return x.t[last]; };
+    for (auto i = static_cast<std::size_t>(std::ranges::lower_bound(o.last, from, {}, ends) - o.last.begin());
+         i < o.size() && x.t[o.last[i]] <= until; ++i) {
       const double t = x.t[o.last[i]];
-      if (x.t[o.first[i]] < from || t > until) continue;
+      if (x.t[o.first[i]] < from) continue;
       if (!o.slow && t - piece_begin >= settled_stretch) {
         take();
         piece = {};

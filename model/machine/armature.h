@@ -75,6 +75,9 @@ class Armature {
     return current;
   }
 
+  /// The same at the end of the step.
+  const Response<Scalar>& end() const { return end_; }
+
   /// [A] At the end of the step.
   Scalar end_current(const Scalar& v0, const Scalar& v1, const Scalar& i_a) const {
     return inductive_ ? end_.v0 * v0 + end_.v1 * v1 + end_.i * i_a : end_.v1 * v1;

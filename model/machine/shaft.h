@@ -61,6 +61,17 @@ class Shaft {
     inverse_inertia_ = 1.0 / (fitted + 0.5 * terms.viscous + k_m * k_b * armature.mean().v1);
   }
 
+  /// The speed at the end of a step as a sum, where nothing but a closed armature acts on the shaft: by the speed at
+  /// its start, and by the voltage at its start and its end.
+  struct Free {
+    Scalar omega{}, start{}, end{};
+  };
+  Free free(const Armature<Scalar>& armature) const {
+    const Scalar at_start = armature.k_m() * armature.mean().v0;
+    return {inverse_inertia_ * (momentum_ - at_start * armature.k_b()), inverse_inertia_ * (at_start - late_),
+            inverse_inertia_ * (armature.k_m() * armature.mean().v1 + late_)};
+  }
+
   /// [N m/V] of a voltage that grows over the step.
   const Scalar& late() const { return late_; }
 

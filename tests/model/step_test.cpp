@@ -274,6 +274,31 @@ TEST(Step, IsTheOneThatItsEquationsSay) {
   }
 }
 
+/// A friction of zero changes nothing, but that the step is then made as it is in general.
+TEST(Step, TheLinearMotorStepsAsTheGeneralOne) {
+  const auto [structure, excitation] = [] {
+    ModelStructure s = with({});
+    Excitation x = holds(1e-3, {{0.2, 0.5}, {0.2, -3}, {0.2, 0}});
+    const std::vector<double> e = run(s, servo, x).e_a;
+    for (std::size_t k = 0; k < e.size(); ++k) {
+      x.e_a.push_back(e[k] * 1.01 + 0.1 * std::sin(0.01 * static_cast<double>(k)));
+      x.armature_open.push_back(k > 300 && k < 340 ? 1 : 0);
+    }
+    s.measured_voltage = true;
+    return std::pair(s, x);
+  }();
+  ModelStructure general = with({"coulomb_friction"});
+  general.measured_voltage = true;
+  const Trajectory<double> quick = run(structure, servo, excitation);
+  const Trajectory<double> slow = run(general, and_(servo, {0}), excitation);
+  for (std::size_t k = 0; k < quick.omega.size(); ++k) {
+    ASSERT_NEAR(quick.omega[k], slow.omega[k], 1e-10) << k;
+    ASSERT_NEAR(quick.i_a[k], slow.i_a[k], 1e-11) << k;
+    ASSERT_NEAR(quick.theta[k], slow.theta[k], 1e-10) << k;
+    ASSERT_NEAR(quick.e_a[k], slow.e_a[k], 1e-12) << k;
+  }
+}
+
 // ---- time
 
 TEST(Step, LongIntervalsAreDividedIntoTheSameSteps) {

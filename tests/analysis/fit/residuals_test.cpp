@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "analysis/fit/summed_pass.h"
 #include "analysis/record/noise_floor.h"
 #include "tests/analysis/synthetic.h"
 
@@ -127,6 +129,47 @@ TEST(ErrorOfTheContract, CountsEachSignalEqually) {
   EXPECT_DOUBLE_EQ(squares.at(Signal::omega), (1000 * 4 + 3000 * 16) / 4000.0);
   EXPECT_DOUBLE_EQ(squares.at(Signal::i_a), 1);
   EXPECT_DOUBLE_EQ(error_of(squares), std::sqrt((13.0 + 1) / 2));
+}
+
+/// Slow meter, fast speed, and e_a, which no parameter moves.
+TEST(SummedPass, SaysWhatTheResidualsAndTheirSensitivitiesSumUpTo) {
+  const auto runs = records();
+  Model model = servo_model();
+  model.tie.clear();
+  const ModelStructure structure = runs[0].structure(model);
+  const std::vector<double> values = model.values();
+  const Places four{{0}, {1, 2}, {3}, {4}}, five{{0}, {1}, {2}, {3}, {4}}, none{};
+  for (const Places& moved : {none, four, five}) {
+    for (const bool all_wanted : {true, false}) {
+      std::vector<char> wanted(runs[0].observations.size(), 1);
+      if (!all_wanted) wanted.back() = 0;
+      const auto p = static_cast<Eigen::Index>(moved.size());
+      Eigen::MatrixXd sts = Eigen::MatrixXd::Zero(p, p);
+      Eigen::VectorXd str = Eigen::VectorXd::Zero(p);
+      double rtr = 0;
+      const std::vector<Residuals> each = simulated_residuals(runs[0], structure, values, moved);
+      for (std::size_t s = 0; s < each.size(); ++s) {
+        if (!wanted[s]) continue;
+        rtr += each[s].value.squaredNorm();
+        if (!each[s].informed()) continue;
+        sts += each[s].sensitivity.transpose() * each[s].sensitivity;
+        str += each[s].sensitivity.transpose() * each[s].value;
+      }
+      for (const PassSums& sums : {summed_pass(runs[0], structure, values, moved, wanted),
+                                   summed_pass_for<Processor::any>(runs[0], structure, values, moved, wanted)}) {
+        EXPECT_NEAR(sums.rtr, rtr, 1e-9 * rtr);
+        for (Eigen::Index i = 0; i < p; ++i) {
+          const auto row = static_cast<std::size_t>(i);
+          EXPECT_NEAR(sums.str[row], str[i], 1e-9 * std::sqrt(sts(i, i) * rtr)) << i;
+          for (Eigen::Index j = 0; j < p; ++j) {
+            EXPECT_NEAR(sums.sts[row * PassSums::most + static_cast<std::size_t>(j)], sts(i, j),
+                        1e-9 * std::sqrt(sts(i, i) * sts(j, j)))
+                << i << ", " << j;
+          }
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
