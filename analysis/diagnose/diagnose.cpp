@@ -148,7 +148,7 @@ class WholeSearch {
     put_back(data_, std::move(others));
     if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out))
       return std::nullopt;
-    return put_on(*law, first, [&](const Model& model) { return trials_.fit(model, nullptr); });
+    return put_on(*law, first, trials_, criterion_);
   }
 
   Dataset& data_;

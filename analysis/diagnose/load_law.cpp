@@ -32,6 +32,29 @@ Model with_freedom_of(Model model, const Model& other) {
   return model;
 }
 
+/// A model with the effects of a law, as free as it was itself; what was found beside the law is left out.
+Model on_top_of(const Model& first, Model with_law, const std::vector<std::size_t>& effects) {
+  const std::vector<IncludedEffect> included = with_law.effects;
+  for (const IncludedEffect& e : included) {
+    if (!first.includes(e.effect) && std::ranges::find(effects, e.effect) == effects.end()) with_law.exclude(e.effect);
+  }
+  return with_freedom_of(std::move(with_law), first);
+}
+
+/// A law, or the same with a rival in the place of a member.
+struct Variant {
+  std::vector<std::size_t> effects;
+  std::optional<Trial> fitted;
+};
+
+/// Are two laws the same but for one place?
+bool differ_at(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b, std::size_t place) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if ((a[i] != b[i]) != (i == place)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool torque_loads_the_shaft(const Dataset& data) { return std::ranges::any_of(data.train, &Record::measured_load); }
@@ -55,32 +78,36 @@ bool follows_the_torque(const Loss& without, const Loss& with) {
   return with.mean_square(Signal::torque) - 1 <= a_fifth * a_fifth * (without.mean_square(Signal::torque) - 1);
 }
 
-std::optional<Finding> put_on(const Finding& law, const Trial& first,
-                              const std::function<std::optional<Trial>(const Model&)>& fit) {
-  const auto on_the_first = [&](Model model, const std::vector<std::size_t>& effects) {
-    for (const IncludedEffect& e : law.current.model().effects) {
-      const bool found_beside =
-          !first.model().includes(e.effect) && std::ranges::find(effects, e.effect) == effects.end();
-      if (found_beside) model.exclude(e.effect);
+std::optional<Finding> put_on(const Finding& law, const Trial& first, Trials& trials, const Criterion& criterion) {
+  std::vector<Variant> variants{{law.effects, {}}};
+  std::vector<Model> models{law.current.model()};
+  for (const auto& [member, rivals] : law.rivals) {
+    for (const Rival& rival : rivals) {
+      variants.push_back({law.effects, {}});
+      std::ranges::replace(variants.back().effects, member, rival.effect);
+      models.push_back(rival.model);
     }
-    return with_freedom_of(std::move(model), first.model());
-  };
-  std::optional<Trial> fitted = fit(on_the_first(law.current.model(), law.effects));
-  if (!fitted) return std::nullopt;
-  Finding found{std::move(*fitted), law.effects, {}, {}, law.candidates, {}};
+  }
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    const Model model = on_top_of(first.model(), models[i], variants[i].effects);
+    variants[i].fitted = trials.fit(model, nullptr);
+  }
+  std::erase_if(variants, [](const Variant& v) { return !v.fitted; });
+  if (variants.empty()) return std::nullopt;
+  const Variant best = *std::ranges::max_element(variants, [](const Variant& a, const Variant& b) {
+    return gain(*a.fitted->held_out.quality, *b.fitted->held_out.quality) > 0;
+  });
+  Finding found{*best.fitted, best.effects, {}, {}, law.candidates, {}};
   found.steps.push_back({"fitted", {}, first.train, first.held_out.error()});
-  for (const std::size_t effect : law.effects) {
+  for (std::size_t place = 0; place < best.effects.size(); ++place) {
+    const std::size_t effect = best.effects[place];
     const std::string id(first.model().about(effect).id);
     found.steps.push_back({"added " + id, effect, found.current.train, found.current.held_out.error()});
     found.before.insert_or_assign(effect, first.held_out);
-  }
-  for (const auto& [member, rivals] : law.rivals) {
-    std::vector<std::size_t> others = law.effects;
-    std::erase(others, member);
-    for (const Rival& rival : rivals) {
-      others.push_back(rival.effect);
-      found.rivals[member].push_back({rival.effect, on_the_first(rival.model, others)});
-      others.pop_back();
+    for (const Variant& other : variants) {
+      if (!differ_at(best.effects, other.effects, place)) continue;
+      if (!criterion.tied(found.current.held_out, other.fitted->held_out)) continue;
+      found.rivals[effect].push_back({other.effects[place], other.fitted->model()});
     }
   }
   return found;

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "analysis/diagnose/search.h"
 #include "analysis/record/dataset.h"
@@ -24,10 +25,10 @@ Model with_only_the_load_open(Model fitted, const Model& given);
 /// @param without no law: the torque is foretold to be nothing
 bool follows_the_torque(const Loss& without, const Loss& with);
 
-/// A law that was found with all else held fast, put on a model as given.
-/// @param first the model as given, once fitted: what is free in it is free again @param fit fits
-std::optional<Finding> put_on(const Finding& law, const Trial& first,
-                              const std::function<std::optional<Trial>(const Model&)>& fit);
+/// A law that was found with all else held fast, put on a model as given and fitted. The gauge alone may not tell a
+/// weight from an offset of its own, the motion does: of what ties with a member, the likeliest is taken.
+/// @param first the model as given, once fitted: what is free in it is free again
+std::optional<Finding> put_on(const Finding& law, const Trial& first, Trials& trials, const Criterion& criterion);
 
 /// A fitted model whose search leaves the load alone.
 Trial without_effects_of_the_load(Trial fitted);
