@@ -48,6 +48,9 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv);
 void add_page_command(CommandLine& line, const std::shared_ptr<const std::string>& socket, int argc,
                       const char* const* argv);
 
+/// profiles: the experiments that come with emtb.
+void add_profiles_command(CommandLine& line);
+
 /// devices: what is connected to this machine.
 void add_devices_command(CommandLine& line);
 

@@ -36,7 +36,7 @@ say "3. The linear model, fitted to all training runs, on the held-out ones: whe
 emtb compare "$configs/models/fh2.yaml" "${train[@]}" --fit --held-out "${held_out[@]}" --out linear.yaml
 
 say "4. What is missing"
-emtb diagnose "$configs/models/fh2.yaml" "${train[@]}" --held-out "${held_out[@]}" --json diagnosis.json | sed '/^Where the model/,$d'
+emtb diagnose "$configs/models/fh2.yaml" "${train[@]}" --held-out "${held_out[@]}" --json diagnosis.json | sed '/^Where the model/,/^Candidates/{/^Candidates/!d}'
 
 say "5. Add it, and watch the error fall"
 emtb add coulomb_friction linear.yaml "${train[@]}" --held-out "${held_out[@]}" --out with-effect.yaml
@@ -51,7 +51,7 @@ emps=${EMTB_DATA:-$OLDPWD/../shared/data}/emps/emps.csv
 if [ -f "$emps" ]; then
   say "7. A real machine: EMPS, a motor and a ball screw in closed loop (kg, m/s and N for kg m2, rad/s and N m)"
   emtb diagnose "$configs/models/emps.yaml" "$emps@0:14.9" --held-out "$emps@14.9:" --map "$configs/mappings/emps.yaml" \
-    --json emps.json | sed -n '/^error/,/^$/p;/unknown_effect/,/^$/p'
+    --json emps.json | sed -n '/^error (1/,/^$/p;/^unknown_effect/,$p'
   emtb estimate "$emps" --map "$configs/mappings/emps.yaml" --model "$configs/models/emps.yaml"
 else
   echo "(no EMPS data: set EMTB_DATA to the folder that holds emps/emps.csv)"
