@@ -32,6 +32,9 @@ void add_model_commands(CommandLine& line);
 /// effects, simulate, import, export, info, table: files without a fit.
 void add_file_commands(CommandLine& line);
 
+/// export-model, gains: a model for other programs, and a controller for it.
+void add_export_commands(CommandLine& line);
+
 /// check: whether recordings are what they say.
 void add_check_command(CommandLine& line);
 

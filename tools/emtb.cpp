@@ -11,6 +11,7 @@ void group(emtb::CommandLine& line) {
   line.group("Recorded sessions", {"check", "info", "import", "export", "replay"});
   line.group("What the model is missing", {"diagnose", "add", "report", "page", "effects"});
   line.group("The model itself", {"estimate", "calibrate", "compare", "simulate", "table"});
+  line.group("The model elsewhere", {"export-model", "gains"});
   line.group("About emtb", {"help", "paper"});
 }
 
@@ -31,6 +32,7 @@ int main(int argc, char** argv) {
   emtb::add_profiles_command(line);
   emtb::add_model_commands(line);
   emtb::add_file_commands(line);
+  emtb::add_export_commands(line);
   emtb::add_check_command(line);
   emtb::add_estimate_command(line);
   emtb::add_paper_command(line);
