@@ -5,6 +5,7 @@
 
 #include "config/profile.h"
 #include "config/profile_path.h"
+#include "config/shipped.h"
 #include "config/yaml.h"
 #include "hal/error.h"
 
@@ -34,15 +35,15 @@ ListedProfile listed_profile(const std::string& name) { return listed(profile_pa
 
 std::vector<ListedProfile> shipped_profiles() {
   std::error_code missing;
-  for (const std::filesystem::path folder : {EMTB_SOURCE_PROFILES, EMTB_INSTALLED_PROFILES}) {
+  for (const std::filesystem::path& shipped_folder : shipped_folders()) {
     std::vector<ListedProfile> all;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, missing)) {
+    for (const auto& entry : std::filesystem::directory_iterator(shipped_folder / "profiles", missing)) {
       if (entry.path().extension() == ".yaml") all.push_back(listed(entry.path()));
     }
     std::ranges::sort(all, {}, &ListedProfile::name);
     if (!all.empty()) return all;
   }
-  throw ConfigError("no profiles in " EMTB_SOURCE_PROFILES " or " EMTB_INSTALLED_PROFILES
+  throw ConfigError("no profiles in " + shipped_folders().front().string() +
                     ". Install emtb, or build it where its source lies");
 }
 

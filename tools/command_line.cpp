@@ -9,6 +9,7 @@
 #include "figures/terminal.h"
 #include "hal/error.h"
 #include "report/text.h"
+#include "tools/completion.h"
 
 namespace emtb {
 namespace {
@@ -188,15 +189,23 @@ CommandLine::CommandLine(const std::string& description, const std::string& vers
   impl_->app->formatter(impl_->page);
   impl_->app->get_help_ptr()->description("says what there is, and ends");
   impl_->app->get_option("--version")->description("says which emtb this is, and ends");
-  const auto about = std::make_shared<std::string>();
+  struct Asked {
+    std::string about, as;
+  };
+  const auto asked = std::make_shared<Asked>();
   Command help = command("help", "explains a command: all of its options");
-  help.optional_argument("COMMAND", *about, "without it the list of all commands");
-  help.action([about, root = std::weak_ptr(impl_)] {
+  help.optional_argument("COMMAND", asked->about, "without it the list of all commands");
+  help.hidden_option("--as", asked->as, "man, bash or zsh: for the package");
+  help.action([asked, root = std::weak_ptr(impl_)] {
     const CLI::App& app = *root.lock()->app;
-    const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == *about; });
-    if (!about->empty() && commands.empty()) throw Error(no_such_command(*about, app));
+    if (!asked->as.empty()) {
+      std::cout << written_as(asked->as, app);
+      return 0;
+    }
+    const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == asked->about; });
+    if (!asked->about.empty() && commands.empty()) throw Error(no_such_command(asked->about, app));
     const CLI::App& shown = commands.empty() ? app : *commands.front();
-    const std::string name = commands.empty() ? "emtb" : "emtb " + *about;
+    const std::string name = commands.empty() ? "emtb" : "emtb " + asked->about;
     std::cout << app.get_formatter()->make_help(&shown, name, CLI::AppFormatMode::Normal);  // App::help() is of `help`
     return 0;
   });

@@ -25,6 +25,7 @@ for run in step_low step_mid step_high ramp staircase random; do
 done
 kill $daemon && wait $daemon || true
 cd "$work"
+for run in step_low step_high random staircase; do emtb export $run.h5 --out $run.csv >/dev/null; done  # as if of another logger
 configs=$OLDPWD/config
 train=(step_low.h5 step_high.h5 ramp.h5 random.h5)
 held_out=(step_mid.h5 staircase.h5)
