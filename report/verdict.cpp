@@ -15,18 +15,16 @@ namespace emtb {
 
 namespace {
 
-/// By how many noise floors a signal is off; none where it only drives the model, or has no floor to speak of.
-double multiples_of(const Diagnosis& d, const std::pair<const Signal, SignalFit>& signal_and_fit) {
-  const auto& [signal, fit] = signal_and_fit;
-  const bool drives = std::ranges::find(d.inputs, signal) != d.inputs.end();
-  return has_multiples(fit.noise) && !drives ? fit.ratio : 0;
+/// By how many noise floors a signal is off; none where it has no floor to speak of.
+double multiples_of(const std::pair<const Signal, SignalFit>& signal_and_fit) {
+  const SignalFit& fit = signal_and_fit.second;
+  return has_multiples(fit.noise) ? fit.ratio : 0;
 }
 
 /// What remains, and the signal that shows it most: the others may be at their floors.
 std::string remainder_in_words(const Diagnosis& d) {
-  const auto multiples = [&](const auto& signal_and_fit) { return multiples_of(d, signal_and_fit); };
-  const auto worst = std::ranges::max_element(d.signals, {}, multiples);
-  if (worst == d.signals.end() || multiples(*worst) == 0) return "what remains is more than noise";
+  const auto worst = std::ranges::max_element(d.signals, {}, multiples_of);
+  if (worst == d.signals.end() || multiples_of(*worst) == 0) return "what remains is more than noise";
   return in_words(worst->first, worst->second) + ". All signals together: " + pretty(d.final_held_out, 3) +
          " times the noise floor remains";
 }
@@ -34,7 +32,7 @@ std::string remainder_in_words(const Diagnosis& d) {
 /// Is more left than noise, although it is worth no name?
 bool more_than_noise(const Diagnosis& d) {
   constexpr double clearly = 1.25;  // noise floors
-  return std::ranges::any_of(d.signals, [&](const auto& s) { return multiples_of(d, s) > clearly; });
+  return std::ranges::any_of(d.signals, [&](const auto& s) { return multiples_of(s) > clearly; });
 }
 
 std::string rest_without_law(const Diagnosis& d) {
@@ -150,6 +148,11 @@ std::vector<std::string> not_tried(const Diagnosis& d) {
   }
   std::vector<std::string> lines;
   for (const auto& [why, list] : ids) lines.push_back("not tried: " + list + " (" + why + ")");
+  if (d.torque_is_input) {
+    lines.emplace_back(
+        "the measured torque loads the shaft as it was read, and no law of the library leaves less than a fifth of it: "
+        "--explain torque asks which comes nearest");
+  }
   return lines;
 }
 

@@ -14,7 +14,7 @@ double rise_to_come(std::span<const double> before, std::size_t piece, double si
   const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
   const double last = at(0) - at(1), middle = at(1) - at(2), first = at(2) - at(3);
   if (last <= 0 || middle <= 0 || first <= 0) return 0;
-  const double ratio = std::clamp(std::max(last / middle, middle / first), 0.0, 0.9);
+  const double ratio = std::clamp(std::min(last / middle, middle / first), 0.0, 0.9);
   return last * ratio / (1 - ratio);
 }
 

@@ -54,20 +54,22 @@ Restlessness restlessness(std::span<const double> x, double rest, double step, s
     if (2 * sum >= readings) break;
   }
   std::vector<double> second;
-  std::size_t turns = 0, changes = 0, far = 0;
+  std::size_t turns = 0, far = 0;
   for (std::size_t k = 1; k + 1 < x.size(); ++k) {
     if (std::abs(x[k]) <= rest || x[k - 1] == without || x[k] == without || x[k + 1] == without) continue;
     second.push_back(std::abs(x[k + 1] - 2 * x[k] + x[k - 1]));
-    turns += (x[k + 1] - x[k]) * (x[k] - x[k - 1]) < 0 ? 1 : 0;
-    changes += x[k + 1] != x[k] ? 1 : 0;
-    far += std::abs(x[k + 1] - x[k]) > 1.5 * step ? 1 : 0;
+    const double there = x[k] - x[k - 1], back = x[k + 1] - x[k];
+    if (there * back >= 0) continue;
+    ++turns;
+    far += std::max(std::abs(there), std::abs(back)) > 1.5 * step ? 1 : 0;
   }
   if (second.size() < 30) return r;
   const double noise = robust_sigma(second) / std::sqrt(6.0);
   // A ramp changes at each reading, too, but not to and fro.
   const bool to_and_fro = static_cast<double>(turns) > 0.15 * static_cast<double>(second.size());
-  // A speed from counts hops between two neighbours by itself, and where the counts are whole it does not.
-  const bool beyond_neighbours = static_cast<double>(far) > 0.1 * static_cast<double>(changes);
+  // A speed from counts hops between two neighbours by itself (to the next but one while it gathers speed), and where
+  // the counts are whole it does not.
+  const bool beyond_neighbours = static_cast<double>(far) > 0.3 * static_cast<double>(turns);
   r.noisy = to_and_fro && beyond_neighbours && (noise > 0.7 * step || r.length <= 3);
   return r;
 }

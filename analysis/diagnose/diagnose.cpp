@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/diagnose/load_law.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
@@ -90,10 +92,71 @@ void sort_best_first(std::vector<Candidate>& candidates) {
   });
 }
 
-Finding search_from(const Trial& first, FittedTrials& trials, const Criterion& criterion,
-                    const DiagnoseOptions& options, const Search::Progress& progress) {
-  return Search(trials, criterion, first, options.longest_list, progress).run();
-}
+/// The search. A measured torque of which the model as given says nothing has its law asked first; where it has none
+/// it is an input, and from there on no model is compared with it.
+class WholeSearch {
+ public:
+  WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Model& given,
+              const DiagnoseOptions& options, Search::Progress progress)
+      : data_(data), trials_(trials), criterion_(criterion), options_(options), progress_(std::move(progress)) {
+    const bool has_a_load = std::ranges::any_of(
+        given.effects, [&](const IncludedEffect& e) { return concerns_the_load(given.about(e.effect)); });
+    only_drives_ = !options.explain_torque && !has_a_load && torque_loads_the_shaft(data);
+  }
+
+  /// @param first the model as given, once fitted; fitted again where the torque is left out
+  Finding from(Trial& first) {
+    if (!only_drives_) return search(first);
+    if (torque_left_out_) return search(without_effects_of_the_load(first));
+    std::optional<Finding> law = law_beside(first.model(), first);
+    if (!law) {
+      Readings torque = leave_out(data_, is_torque);
+      const Trial without_torque = again(first);
+      Finding motion = search(without_effects_of_the_load(without_torque));
+      put_back(data_, std::move(torque));
+      // At rest a brake holds what friction leaves of the motor's torque.
+      if (!motion.effects.empty()) law = law_beside(motion.current.model(), first);
+      if (!law) {
+        leave_out(data_, is_torque);
+        torque_left_out_ = true;
+        first = without_torque;
+        return motion;
+      }
+    }
+    Finding found = search(without_effects_of_the_load(law->current));
+    return with_law(std::move(*law), std::move(found));
+  }
+
+  /// The same model, fitted to data that have changed.
+  Trial again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
+
+  bool torque_left_out() const { return torque_left_out_; }
+
+ private:
+  Finding search(const Trial& start) {
+    return Search(trials_, criterion_, start, options_.longest_list, progress_).run();
+  }
+
+  static bool is_torque(Signal signal) { return signal == Signal::torque; }
+
+  /// The law of the measured torque, from its reading alone, with a model held fast; put on the first one.
+  std::optional<Finding> law_beside(const Model& fitted, const Trial& first) {
+    Readings others = leave_out(data_, std::not_fn(is_torque));
+    const std::optional<Trial> start = trials_.fit(with_only_the_load_open(fitted, first.model()), nullptr);
+    std::optional<Finding> law;
+    if (start) law = search(*start);
+    put_back(data_, std::move(others));
+    if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out)) return std::nullopt;
+    return put_on(*law, first, [&](const Model& model) { return trials_.fit(model, nullptr); });
+  }
+
+  Dataset& data_;
+  FittedTrials& trials_;
+  const Criterion& criterion_;
+  const DiagnoseOptions& options_;
+  Search::Progress progress_;
+  bool only_drives_ = false, torque_left_out_ = false;
+};
 
 /// The model as given, once fitted, and where it fails.
 void tell_of_the_base(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Trial& first,
@@ -105,13 +168,12 @@ void tell_of_the_base(Diagnosis& d, const Dataset& data, std::span<const Record>
   if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
 }
 
-/// The first fit. Where the data cannot tell all parameters, `given` gets the pins, and all fits hold them.
-Trial first_fit(FittedTrials& trials, const Dataset& data, Model& given) {
-  Trial first = trials.first_fit();
+/// The first fit. What the data cannot tell is pinned in it, and so in all that follow.
+Trial first_fit(FittedTrials& trials, const Dataset& data, const Model& given) {
+  Trial first = trials.first_fit(given);
   const std::vector<std::size_t> places = places_to_hold(data.train, first.model());
   if (places.empty()) return first;
-  given = hold(data.train, given, first.model(), places);
-  return trials.first_fit();
+  return trials.first_fit(hold(data.train, given, first.model(), places));
 }
 
 /// What was found may tell what the model as given could not: a driver that blocks tells K_b by itself.
@@ -125,15 +187,6 @@ void free_what_is_told(Finding& found, FittedTrials& trials, const Dataset& data
     if (was_held && !told(data.train, trial->model(), i)) return;
   }
   found.current = std::move(*trial);
-}
-
-/// What only drives the model: a measured torque of which the model as given says nothing.
-std::vector<Signal> only_inputs(const Model& given, const DiagnoseOptions& options) {
-  const bool asked = options.explain_torque || std::ranges::any_of(given.effects, [&](const IncludedEffect& e) {
-                       const EffectInfo& about = given.about(e.effect);
-                       return about.stage == Stage::load || about.reads == Signal::torque;
-                     });
-  return asked ? std::vector<Signal>{} : std::vector{Signal::torque};
 }
 
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
@@ -179,22 +232,23 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Model given = without_pins(model);
   given.withheld.clear();
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
-  d.inputs = only_inputs(model, options);
-  FittedTrials trials(data, given, criterion, options.score, options.refits, d.inputs);
+  FittedTrials trials(data, given, criterion, options.score, options.refits);
   Trial first = first_fit(trials, data, given);
-  if (settle_timing(*prepared, first.model())) first = trials.fit(first.model(), nullptr).value_or(std::move(first));
+  WholeSearch search(*prepared, trials, criterion, model, options, progress);
+  if (settle_timing(*prepared, first.model())) first = search.again(first);
   // Starts bend the fit and the fit the starts.
   for (int again = 0; again < 3 && settle_starts(*prepared, first.model()); ++again) {
-    first = trials.fit(first.model(), nullptr).value_or(std::move(first));
+    first = search.again(first);
   }
-  Finding found = search_from(first, trials, criterion, options, progress);
+  Finding found = search.from(first);
   // What the model lacked may have looked like another timing, or another start.
   const bool other_starts = settle_starts(*prepared, found.current.model());
   if (settle_timing(*prepared, found.current.model()) || other_starts) {
-    first = trials.fit(first.model(), nullptr).value_or(std::move(first));
-    found = search_from(first, trials, criterion, options, progress);
+    first = search.again(first);
+    found = search.from(first);
   }
   free_what_is_told(found, trials, data);
+  d.torque_is_input = search.torque_left_out();
   const std::vector<Record> all = data.all();
   tell_of_the_base(d, data, all, first, options);
 
@@ -207,7 +261,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
   }
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality, d.inputs));
+  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality));
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");

@@ -64,12 +64,12 @@ Fit with_standard_errors(std::span<const Record> records, const Model& fitted, b
 }
 
 FittedTrials::FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion,
-                           const ScoreOptions& score, std::size_t refits, std::vector<Signal> inputs)
-    : data_(data), given_(given), criterion_(criterion), score_(score), refits_(refits), inputs_(std::move(inputs)) {}
+                           const ScoreOptions& score, std::size_t refits)
+    : data_(data), given_(given), criterion_(criterion), score_(score), refits_(refits) {}
 
-Trial FittedTrials::first_fit() {
+Trial FittedTrials::first_fit(const Model& start) {
   constexpr int extra_starts = 4;  // only where nothing good is known to start from
-  Trial first = fitted(given_, of_a_search(extra_starts), nullptr);
+  Trial first = fitted(start, of_a_search(extra_starts), nullptr);
   on_bounds_at_first_ = with_standard_errors(data_.train, first.model(), true).at_bound;
   return first;
 }
@@ -91,7 +91,10 @@ std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
     if (there) found = std::move(there);
   }
   if (!criterion_.remainder(found->held_out)) return found;
-  const Model anew = with_base_as_given(found->model());
+  Model anew = with_base_as_given(found->model());
+  for (std::size_t i = 0; i < anew.base.size(); ++i) {
+    if (found->model().base[i].pinned) anew.base[i] = found->model().base[i];
+  }
   std::optional<Trial> other = attempt([&] { return fitted(anew, to_the_end(extra_starts), nullptr); });
   return other && criterion_.material(found->held_out, other->held_out) ? other : found;
 }
@@ -193,8 +196,8 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   return additions;
 }
 
-/// A refit begun where the base parameters are as given: those of a model that lacks something may have bent so far
-/// that no descent leads back.
+/// A refit begun where the base parameters are as given, the pins among them free: those of a model that lacks
+/// something may have bent so far that no descent leads back, and a pin that had to follow them would block the way.
 Fit FittedTrials::begun_anew(const Trial& fitted, Score score) const {
   constexpr int some = 10;  // steps
   Fit anew = fitted.fit;
@@ -204,12 +207,18 @@ Fit FittedTrials::begun_anew(const Trial& fitted, Score score) const {
   const double squares =
       sum_of_squares(residuals_at_best_phases(data_.train, anew.model, anew.model.values(), {}, {}).residuals);
   const Fit begun = begun_refit(data_.train, anew, squares, score);
-  return begun.cost < infinity ? first_steps(data_.train, begun.model, some, {}) : begun;
+  if (!(begun.cost < infinity)) return begun;
+  Fit there = first_steps(data_.train, begun.model, some, {});
+  for (std::size_t i = 0; i < there.model.base.size(); ++i) {  // held again, where it has come to
+    if (fitted.model().base[i].pinned) there.model.base[i].fixed = there.model.base[i].pinned = true;
+  }
+  return there;
 }
 
 Model FittedTrials::with_base_as_given(Model model) const {
   for (std::size_t i = 0; i < model.base.size(); ++i) {
-    if (!model.base[i].fixed) model.base[i] = given_.base[i];
+    Parameter& p = model.base[i];
+    if (p.pinned || !p.fixed) p = given_.base[i];
   }
   return model;
 }
@@ -230,12 +239,10 @@ std::optional<Addition> FittedTrials::refit_at_whole_orders(const Trial& fitted)
 
 std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                                const std::vector<std::size_t>& added) {
-  constexpr double most_of_it = 0.5;  // of the largest remainder: two amplitudes can do a little of anything; by hand
-  constexpr int few = 4;              // steps, by which
-  constexpr double half_way = 0.5;    // of that must be done for a fit to go on; by hand
+  constexpr int few = 4;             // steps, by which
+  constexpr double half_way = 0.25;  // of the largest remainder must be gone for a fit to go on; by hand
   const Loss& alone = fitted.held_out;
   if (!criterion_.worth_a_wide_search(alone)) return std::nullopt;
-  const double left = largest_excess(alone);
   const double left_in_training = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
   const std::vector<Score> best = worth_pairing(scores, fitted.model(), added, score_);
   std::optional<Pair> found;
@@ -253,13 +260,11 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
                                     known_other != nullptr ? one->phases : RotorPhases{});
       if (!both) continue;
       const Fit begun = first_steps(data_.train, both->model, few, both->phases);
-      if (largest_excess(loss_on(data_.train, begun.model, begun.phases)) >
-          (1 - half_way * most_of_it) * left_in_training)
-        continue;
+      if (largest_excess(loss_on(data_.train, begun.model, begun.phases)) > (1 - half_way) * left_in_training) continue;
       std::optional<Trial> trial = fit(begun.model, known);
       if (!trial) continue;
       Pair pair{{best[i].effect, best[j].effect}, std::move(*trial)};
-      if (largest_excess(pair.trial.held_out) > (1 - most_of_it) * left) continue;
+      if (!removes_most(alone, pair.trial.held_out)) continue;
       if (found && found->trial.held_out.error() <= pair.trial.held_out.error()) continue;
       if (!criterion_.material(alone, pair.trial.held_out)) continue;
       if (!determined(pair.trial.model(), pair.effects[0]) || !determined(pair.trial.model(), pair.effects[1]))
@@ -295,23 +300,6 @@ std::string FittedTrials::pushed_to_a_bound(const Fit& judged) const {
     return name + " is then driven to its bound, where it was not before";
   }
   return {};
-}
-
-/// A measured torque drives the model, whatever its law. Where a law follows it, it is worth a name; one that follows
-/// it badly would only stand for another.
-bool FittedTrials::follows_its_input(const Model& fitted, std::size_t effect) {
-  const EffectInfo& about = fitted.about(effect);
-  if (std::ranges::find(inputs_, Signal::torque) == inputs_.end()) return true;
-  if (about.stage != Stage::load && about.reads != Signal::torque) return true;
-  const Loss left = loss_on(data_.train, fitted, {});
-  const std::vector<Signal> signals = left.signals();
-  if (std::ranges::find(signals, Signal::torque) == signals.end()) return true;
-  const Materiality rule;
-  if (!remainder_in(left, Signal::torque, rule) || left.share_left(Signal::torque) <= rule.far_off) return true;
-  refused_.insert_or_assign(effect,
-                            "it leaves more than a tenth of how much the measured torque varies, which is an input of "
-                            "the model whatever its law");
-  return false;
 }
 
 bool FittedTrials::explains_most_runs(const Trial& trial) {

@@ -16,15 +16,15 @@ namespace emtb {
 /// are named, on each training run while the others are fitted.
 class FittedTrials final : public Trials {
  public:
-  /// @param given the model as given, which fits from elsewhere start from @param refits how many in a round
-  /// @param inputs signals that only drive the model: their law is named where it fits, or not at all
+  /// @param given the model as given, without pins; fits from elsewhere start from it @param refits how many in a round
   /// All but those are borrowed.
   FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion, const ScoreOptions& score,
-               std::size_t refits, std::vector<Signal> inputs = {});
+               std::size_t refits);
 
   /// The first fit, of the model as given, from several starts.
+  /// @param start it, or with pins for what the data cannot tell
   /// @throws ModelError where it cannot be simulated
-  Trial first_fit();
+  Trial first_fit(const Model& start);
 
   std::optional<Trial> fit(const Model& start, const Trial* known) override;
   std::optional<Trial> fit_to_the_end(const Model& start) override;
@@ -35,7 +35,6 @@ class FittedTrials final : public Trials {
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                    const std::vector<std::size_t>& added) override;
   bool determined(const Model& fitted, std::size_t effect) override;
-  bool follows_its_input(const Model& fitted, std::size_t effect) override;
   bool explains_most_runs(const Trial& trial) override;
 
   /// The effects that were last refused for a value that they cannot have, and why.
@@ -56,7 +55,6 @@ class FittedTrials final : public Trials {
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
-  std::vector<Signal> inputs_;
   Valleys valleys_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;

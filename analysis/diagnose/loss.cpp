@@ -123,6 +123,11 @@ double largest_excess(const Loss& loss) {
   return largest;
 }
 
+bool removes_most(const Loss& without, const Loss& with) {
+  constexpr double most_of_it = 0.5;  // by hand
+  return largest_excess(with) <= (1 - most_of_it) * largest_excess(without);
+}
+
 bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule) {
   const double excess = loss.mean_square(signal) - 1;
   return excess > rule.remainder && excess > rule.remainder_errors * loss.noise_error(signal);

@@ -105,6 +105,9 @@ bool tied(const Loss& best, const Loss& other, const Materiality& rule = {});
 /// By how much the largest mean square of a signal is above the floor; 0 where none is.
 double largest_excess(const Loss& loss);
 
+/// Is half of that gone? Two amplitudes can do a little of anything.
+bool removes_most(const Loss& without, const Loss& with);
+
 /// Is there a material remainder: a signal whose mean square is above the floor by more than the rule allows?
 bool remainder(const Loss& loss, const Materiality& rule = {});
 bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule = {});

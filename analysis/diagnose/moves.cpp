@@ -73,7 +73,9 @@ std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& 
 std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const Model& fitted) {
   constexpr double clear = 10;  // times what would just be found; the way there is tried in parts
   std::vector<Score> all = scores;
-  std::erase_if(all, [&](const Score& s) { return !makes_sense(s.effect, fitted) || fitted.about(s.effect).periodic; });
+  std::erase_if(all, [&](const Score& s) {  // orders are searched for elsewhere
+    return !makes_sense(s.effect, fitted) || fitted.about(s.effect).place_of(Role::order);
+  });
   for (Score& s : all) {
     if (s.expected().empty()) continue;
     const EffectParameter& first = fitted.about(s.effect).parameter_list[0];
@@ -95,7 +97,8 @@ std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& 
   return best;
 }
 
-std::vector<const Addition*> near_the_best(const std::vector<Addition>& refits, double cost, std::size_t begun_with) {
+std::vector<const Addition*> near_the_best(const std::vector<Addition>& refits, double cost,
+                                           std::optional<std::size_t> begun_with) {
   constexpr std::size_t followed = 3;
   constexpr double near = 0.5;  // of what the best first step removed of the cost; by hand
   std::vector<const Addition*> begun;

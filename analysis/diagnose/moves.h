@@ -40,7 +40,8 @@ std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& 
 
 /// The first steps, other than that with `begun_with`, that came near the best: what a search passed by.
 /// @param cost of the model without them
-std::vector<const Addition*> near_the_best(const std::vector<Addition>& refits, double cost, std::size_t begun_with);
+std::vector<const Addition*> near_the_best(const std::vector<Addition>& refits, double cost,
+                                           std::optional<std::size_t> begun_with);
 
 /// The fit, as one whose rotor phases hold with an effect more or less; null where they do not.
 const Trial* known_for(std::size_t effect, const Trial& fit);

@@ -15,7 +15,7 @@
 namespace emtb {
 namespace {
 
-constexpr double longest_interval = 0.01;  // [s] between the samples of an experiment that lasts minutes
+constexpr double coarse_interval = 0.01;  // [s] at least, between the rows of an experiment that lasts minutes
 constexpr const char* heat_soak = "heat_soak";
 constexpr double share_of_range = 1e-3;  // what an instrument's noise may be where none is known
 
@@ -38,6 +38,13 @@ std::vector<Instrument> instruments_of(const Run& run) {
     all.push_back({signal, interval, slow && series.window <= 0 ? interval : series.window, series.lsb});
   }
   return all;
+}
+
+/// [s] between the rows of a log: an instrument that is read less often is sparse in it.
+double row_interval(const Run& run) {
+  double fastest = mean_interval(run.at(Signal::u_ref).t);
+  for (const Instrument& i : instruments_of(run)) fastest = std::min(fastest, i.interval);
+  return fastest;
 }
 
 struct Experiment {
@@ -79,11 +86,10 @@ std::vector<Experiment> allowed_menu(double low, double high, const Model& model
   return allowed;
 }
 
-/// What the instruments would read of a model.
-std::optional<Run> simulated(const Profile& profile, const Model& model, std::vector<Instrument> instruments) {
-  double fastest = longest_interval;
-  for (const Instrument& i : instruments) fastest = std::min(fastest, i.interval);
-  if (profile.duration() > 100) fastest = longest_interval;
+/// What the instruments would read of a model. @param fastest [s] between rows
+std::optional<Run> simulated(const Profile& profile, const Model& model, const std::vector<Instrument>& instruments,
+                             double fastest) {
+  if (profile.duration() > 100) fastest = std::max(fastest, coarse_interval);
   const std::optional<Foreseen> foreseen = foresee(model, profile, fastest);
   if (!foreseen) return std::nullopt;
   const auto& [x, y] = *foreseen;
@@ -171,8 +177,7 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
   for (const Model& other : others) known.push_back(information(data.train, other));
 
   const std::vector<Instrument> own = instruments_of(runs.front());
-  double fastest = longest_interval;
-  for (const Instrument& i : own) fastest = std::min(fastest, i.interval);
+  const double fastest = row_interval(runs.front());
   std::vector<std::vector<Signal>> additions{{}};
   for (const Signal signal : {Signal::i_a, Signal::e_a}) {
     const auto known_as = std::ranges::find(own, signal, &Instrument::signal);
@@ -193,7 +198,7 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
     }
     Noise noise = data.noise;
     for (const Signal signal : proposal.record) noise.erase(signal);
-    const std::optional<Run> run = simulated(proposal.profile, one, instruments);
+    const std::optional<Run> run = simulated(proposal.profile, one, instruments, fastest);
     if (!run) return;
     noise = completed(std::move(noise), *run);
     proposal.separation = std::numeric_limits<double>::infinity();

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "analysis/diagnose/loss.h"
 #include "analysis/record/dataset.h"
 #include "model/model.h"
@@ -14,8 +12,6 @@ namespace emtb {
 ///    only known to be no lower, by more than the colour of noise could make it,
 ///  - or it comes again from piece to piece (comes_again.h): then it is a law that the model lacks.
 /// Where a floor is only known to be no higher than it is, nothing can be said of what lies below it.
-/// @param inputs signals that only drive the model, of which nothing need be said
-bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule = {},
-                  std::span<const Signal> inputs = {});
+bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule = {});
 
 }  // namespace emtb

@@ -67,11 +67,34 @@ void Search::forward() {
   }
 }
 
-/// Where a model is far off and nothing promising mends it, each effect is refitted before that is said.
+/// Where a model is far off and nothing promising mends it, each effect is refitted before that is said, and if none
+/// helps alone, two in turn.
 bool Search::add_what_the_scores_passed_by(const Round& of_current) {
   if (!criterion_.far_off(found_.current.held_out)) return false;
   tell(0.5, "trying all effects");
-  return add_best_of(trials_.refits(of_current.fitted, of_current.scores, Breadth::all));
+  const std::vector<Addition> all = trials_.refits(of_current.fitted, of_current.scores, Breadth::all);
+  return add_best_of(all) || add_two_in_turn(of_current, all);
+}
+
+/// Half of the truth may foretell new runs worse than nothing: a weight that no friction holds swings on. What helps in
+/// training is followed by one step, and judged by that.
+bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition>& first_steps) {
+  std::optional<Pair> best;
+  for (const Addition* step : near_the_best(first_steps, of_current.fitted.fit.cost, {})) {
+    std::vector<std::size_t> with = found_.effects;
+    with.push_back(step->effect());
+    for (const Addition& second : round(with, [&] { return step->trial; })->refits) {
+      const Trial& both = second.trial;
+      if (!removes_most(found_.current.held_out, both.held_out)) continue;
+      if (!criterion_.worth_a_step(found_.current.held_out, both.held_out)) continue;
+      if (best && !better(both.held_out, best->trial.held_out)) continue;
+      if (!trials_.determined(both.model(), step->effect()) || !trials_.determined(both.model(), second.effect()))
+        continue;
+      best = Pair{{step->effect(), second.effect()}, both};
+    }
+  }
+  if (best) take(std::move(*best));
+  return best.has_value();
 }
 
 bool Search::add_best(const Round& of_current) {
@@ -138,14 +161,17 @@ const Addition* Search::best_of(const std::vector<Addition>& additions, const Tr
 
 bool Search::add_pair(const Round& of_current) {
   std::optional<Pair> two = trials_.refit_of_two(of_current.fitted, of_current.scores, found_.effects);
-  if (!two) return false;
-  for (const std::size_t effect : two->effects) {
+  if (two) take(std::move(*two));
+  return two.has_value();
+}
+
+void Search::take(Pair two) {
+  for (const std::size_t effect : two.effects) {
     found_.effects.push_back(effect);
     found_.before.insert_or_assign(effect, found_.current.held_out);
-    found_.steps.push_back({"added " + id(effect), effect, two->trial.train, two->trial.held_out.error()});
+    found_.steps.push_back({"added " + id(effect), effect, two.trial.train, two.trial.held_out.error()});
   }
-  found_.current = std::move(two->trial);
-  return true;
+  found_.current = std::move(two.trial);
 }
 
 /// Friction comes near enough to cogging to be taken first. Cogging is tried only where it explains most runs: a wave
@@ -311,7 +337,6 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
     if (auto again = trials_.fit_from_elsewhere_too(without->model())) without = std::move(again);
     stays = worse_without();
   }
-  stays = stays && trials_.follows_its_input(current.model(), effect);
   if (stays && without && mends_another(effect, without->held_out, current.held_out)) {
     // The lesser of the two goes.
     const auto other = fit_without(*same_family_as(effect, found_.effects, current.model()));

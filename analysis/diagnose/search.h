@@ -78,6 +78,8 @@ class Search {
   bool add_best_of(std::vector<Addition> additions);
   bool add_pair(const Round& round);
   bool add_what_the_scores_passed_by(const Round& round);
+  bool add_two_in_turn(const Round& round, const std::vector<Addition>& first_steps);
+  void take(Pair two);
   void settle();
   void try_cogging_first();
   void try_fewer();

@@ -81,10 +81,6 @@ class Trials {
   /// on such a machine?
   virtual bool determined(const Model& fitted, std::size_t effect) = 0;
 
-  /// The law of a signal that only drives the model: does it follow that signal? Asked at the end: the lag of a gauge
-  /// may come after the brake that it reads.
-  virtual bool follows_its_input(const Model& /*fitted*/, std::size_t /*effect*/) { return true; }
-
   /// Does a fit leave nothing of most runs?
   virtual bool explains_most_runs(const Trial& trial) = 0;
 };

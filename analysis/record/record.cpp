@@ -55,6 +55,24 @@ void observe_motion(ObservedRun& record, const Run& run, std::optional<double> o
   x.angle_integrated = measured.wanders;
 }
 
+/// The speed on the grid, straight between the middles of an encoder's slopes, and level beyond them.
+std::vector<double> between_slopes(const Observation& slopes, std::span<const double> grid) {
+  const auto middle = [&](std::size_t i) { return 0.5 * (slopes.begin[i] + slopes.end[i]); };
+  std::vector<double> speed;
+  speed.reserve(grid.size());
+  std::size_t next = 0;
+  for (const double t : grid) {
+    while (next < slopes.size() && middle(next) < t) ++next;
+    if (next == 0 || next == slopes.size()) {
+      speed.push_back(slopes.value[next == 0 ? 0 : next - 1]);
+      continue;
+    }
+    const double share = (t - middle(next - 1)) / (middle(next) - middle(next - 1));
+    speed.push_back(std::lerp(slopes.value[next - 1], slopes.value[next], share));
+  }
+  return speed;
+}
+
 /// The torque, as a reading and as what loads the shaft.
 void observe_load(ObservedRun& record, const Run& run) {
   Excitation& x = record.excitation;
@@ -66,7 +84,11 @@ void observe_load(ObservedRun& record, const Run& run) {
   record.load_noise = std::move(load.noise);
   record.measured_load = true;
   // What load effects see: noise that enters the predicted torque looks like a gauge that is too quick.
-  if (run.has(Signal::omega)) x.omega = speed.quiet();
+  if (run.has(Signal::omega)) {
+    x.omega = speed.quiet();
+  } else if (const Observation* slopes = record.find(Signal::omega)) {
+    x.omega = between_slopes(*slopes, x.t);
+  }
 }
 
 /// Steps that are short enough for the motor.

@@ -1,0 +1,132 @@
+#include "analysis/diagnose/load_law.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace emtb {
+namespace {
+
+/// Withholds those effects of which `left_alone` holds, beside those that were withheld.
+template <class LeftAlone>
+void withhold(Model& model, LeftAlone left_alone) {
+  for (std::size_t effect = 0; effect < model.known_effects(); ++effect) {
+    if (!model.withholds(effect) && left_alone(model.about(effect))) model.withheld.push_back(effect);
+  }
+}
+
+/// The model with what another has free: of the effects that both include, and of the base.
+Model with_freedom_of(Model model, const Model& other) {
+  const auto copy = [](std::vector<Parameter>& own, const std::vector<Parameter>& others) {
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      own[i].fixed = others[i].fixed;
+      own[i].pinned = others[i].pinned;
+    }
+  };
+  copy(model.base, other.base);
+  for (const IncludedEffect& e : other.effects) {
+    if (model.includes(e.effect)) copy(model.parameters_of(e.effect), e.parameters);
+  }
+  model.withheld = other.withheld;
+  return model;
+}
+
+}  // namespace
+
+bool torque_loads_the_shaft(const Dataset& data) { return std::ranges::any_of(data.train, &Record::measured_load); }
+
+bool concerns_the_load(const EffectInfo& effect) {
+  return effect.stage == Stage::load || effect.reads == Signal::torque;
+}
+
+Model with_only_the_load_open(Model fitted, const Model& given) {
+  fitted.withheld = given.withheld;
+  withhold(fitted, [](const EffectInfo& effect) { return !concerns_the_load(effect); });
+  for (std::size_t i = 0; i < fitted.names().size(); ++i) {
+    fitted.at(i).fixed = true;
+    fitted.at(i).pinned = false;
+  }
+  return fitted;
+}
+
+bool follows_the_torque(const Loss& without, const Loss& with) {
+  constexpr double a_fifth = 0.2;  // by hand
+  return with.mean_square(Signal::torque) - 1 <= a_fifth * a_fifth * (without.mean_square(Signal::torque) - 1);
+}
+
+std::optional<Finding> put_on(const Finding& law, const Trial& first,
+                              const std::function<std::optional<Trial>(const Model&)>& fit) {
+  const auto on_the_first = [&](Model model, const std::vector<std::size_t>& effects) {
+    for (const IncludedEffect& e : law.current.model().effects) {
+      const bool found_beside =
+          !first.model().includes(e.effect) && std::ranges::find(effects, e.effect) == effects.end();
+      if (found_beside) model.exclude(e.effect);
+    }
+    return with_freedom_of(std::move(model), first.model());
+  };
+  std::optional<Trial> fitted = fit(on_the_first(law.current.model(), law.effects));
+  if (!fitted) return std::nullopt;
+  Finding found{std::move(*fitted), law.effects, {}, {}, law.candidates, {}};
+  found.steps.push_back({"fitted", {}, first.train, first.held_out.error()});
+  for (const std::size_t effect : law.effects) {
+    const std::string id(first.model().about(effect).id);
+    found.steps.push_back({"added " + id, effect, found.current.train, found.current.held_out.error()});
+    found.before.insert_or_assign(effect, first.held_out);
+  }
+  for (const auto& [member, rivals] : law.rivals) {
+    std::vector<std::size_t> others = law.effects;
+    std::erase(others, member);
+    for (const Rival& rival : rivals) {
+      others.push_back(rival.effect);
+      found.rivals[member].push_back({rival.effect, on_the_first(rival.model, others)});
+      others.pop_back();
+    }
+  }
+  return found;
+}
+
+Trial without_effects_of_the_load(Trial fitted) {
+  withhold(fitted.fit.model, concerns_the_load);
+  return fitted;
+}
+
+Finding with_law(Finding law, Finding found) {
+  const auto prepend = [](auto& all, auto first) {
+    first.insert(first.end(), std::make_move_iterator(all.begin()), std::make_move_iterator(all.end()));
+    all = std::move(first);
+  };
+  found.before.merge(law.before);
+  found.rivals.merge(law.rivals);
+  if (!found.steps.empty() && !law.steps.empty())
+    found.steps.erase(found.steps.begin());  // the fit that both begin with
+  prepend(found.effects, std::move(law.effects));
+  prepend(found.candidates, std::move(law.candidates));
+  prepend(found.steps, std::move(law.steps));
+  return found;
+}
+
+Readings leave_out(Dataset& data, const std::function<bool(Signal)>& these) {
+  Readings readings;
+  for (std::vector<Record>* const records : std::array{&data.train, &data.held_out}) {
+    for (Record& record : *records) {
+      auto& all = record.observations;
+      const auto left = std::stable_partition(all.begin(), all.end(), [&](const auto& o) { return !these(o.signal); });
+      readings.emplace_back(std::make_move_iterator(left), std::make_move_iterator(all.end()));
+      all.erase(left, all.end());
+    }
+  }
+  return readings;
+}
+
+void put_back(Dataset& data, Readings readings) {
+  auto next = readings.begin();
+  for (std::vector<Record>* const records : std::array{&data.train, &data.held_out}) {
+    for (Record& record : *records) {
+      std::ranges::move(*next, std::back_inserter(record.observations));
+      ++next;
+    }
+  }
+}
+
+}  // namespace emtb

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "analysis/diagnose/search.h"
+#include "analysis/record/dataset.h"
+
+namespace emtb {
+
+/// Does a measured torque load the shaft in some run? It acts on the motion as it was read, whatever its law, so that
+/// what a model says of the load is told by the gauge alone.
+bool torque_loads_the_shaft(const Dataset& data);
+
+/// Effects of the load, and of the gauge that reads it.
+bool concerns_the_load(const EffectInfo& effect);
+
+/// A fitted model of which a search may change nothing but what concerns the load.
+/// @param given which effects were withheld from the beginning
+Model with_only_the_load_open(Model fitted, const Model& given);
+
+/// Does a law leave less than a fifth of what the torque has beyond its noise? Else the torque is an input, and its
+/// reading no error of the model.
+/// @param without no law: the torque is foretold to be nothing
+bool follows_the_torque(const Loss& without, const Loss& with);
+
+/// A law that was found with all else held fast, put on a model as given.
+/// @param first the model as given, once fitted: what is free in it is free again @param fit fits
+std::optional<Finding> put_on(const Finding& law, const Trial& first,
+                              const std::function<std::optional<Trial>(const Model&)>& fit);
+
+/// A fitted model whose search leaves the load alone.
+Trial without_effects_of_the_load(Trial fitted);
+
+/// What a search found on top of a law of the load, and that law, as one.
+Finding with_law(Finding law, Finding found);
+
+/// Readings of some signals, of the training and of the held-out runs.
+using Readings = std::vector<std::vector<Observation>>;
+
+/// Takes the readings of some signals out of what a model is compared with; what they drive they still drive.
+Readings leave_out(Dataset& data, const std::function<bool(Signal)>& these);
+
+/// Puts them back.
+void put_back(Dataset& data, Readings readings);
+
+}  // namespace emtb

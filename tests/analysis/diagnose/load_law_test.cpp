@@ -1,0 +1,86 @@
+// A torque that a gauge reads: its law, or an input without one.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/analysis/diagnose/answers.h"
+#include "tests/blind/recording.h"
+
+namespace emtb {
+namespace {
+
+using namespace answers;
+using testing::ElementsAre;
+using testing::UnorderedElementsAre;
+
+/// The same run read by an encoder in place of the tachogenerator.
+emtb::Run read_by_encoder(emtb::Run run) {
+  constexpr double count = 2 * std::numbers::pi / 4000;  // [rad]
+  const Series omega = run.at(Signal::omega);
+  Series theta = omega;
+  double angle = 0;
+  for (std::size_t k = 0; k < omega.t.size(); ++k) {
+    if (k > 0) angle += 0.5 * (omega.value[k] + omega.value[k - 1]) * (omega.t[k] - omega.t[k - 1]);
+    theta.value[k] = count * std::floor(angle / count);
+  }
+  theta.lsb = count;
+  run.signals.erase(Signal::omega);
+  run.signals[Signal::theta] = std::move(theta);
+  return run;
+}
+
+std::vector<emtb::Run> read_by_encoder(std::vector<emtb::Run> runs) {
+  for (emtb::Run& run : runs) run = read_by_encoder(std::move(run));
+  return runs;
+}
+
+/// The torque of a brake that nobody leaves alone: another in each run.
+std::vector<emtb::Run> with_another_brake_each(blind::Bench bench, const std::vector<Profile>& profiles,
+                                               std::uint64_t seed) {
+  std::vector<emtb::Run> runs;
+  for (std::size_t i = 0; i < profiles.size(); ++i) {
+    bench.plant.load.brake = 0.004 * static_cast<double>(1 + i % 3);  // [N m]
+    runs.push_back(record(bench, profiles[i], seed + i));
+  }
+  return runs;
+}
+
+TEST(LoadLaw, IsToldFromTheSpeedOfAnEncoderToo) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.brake = 0.01;
+  const Diagnosis d = diagnose(read_by_encoder(record(bench, bench.train, 1)),
+                               read_by_encoder(record(bench, bench.held_out, 101)), bench.model);
+  EXPECT_THAT(named(d), ElementsAre("dry_brake")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_b"), 0.01, 3e-4);
+  EXPECT_FALSE(d.torque_is_input);
+}
+
+TEST(LoadLaw, IsAskedBesideWhatTheMotorLacks) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.brake = 0.01;
+  bench.plant.motor.brush_drop = 0.8;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("dry_brake", "brush_drop")) << report(d);
+}
+
+TEST(LoadLaw, NeedNotBe) {
+  const blind::Bench bench = blind::fast_bench();
+  const std::vector<emtb::Run> train = with_another_brake_each(bench, bench.train, 1),
+                               held_out = with_another_brake_each(bench, bench.held_out, 101);
+  const Diagnosis d = diagnose(train, held_out, bench.model);
+  EXPECT_TRUE(d.torque_is_input);
+  EXPECT_EQ(d.verdict, Verdict::nothing_missing) << report(d);
+  EXPECT_FALSE(d.signals.contains(Signal::torque)) << "an input is no error of the model";
+  EXPECT_LT(d.final_held_out, 1.1);
+
+  DiagnoseOptions asked;
+  asked.explain_torque = true;
+  const Diagnosis explained = diagnose(train, held_out, bench.model, asked);
+  EXPECT_FALSE(explained.torque_is_input);
+  EXPECT_EQ(explained.verdict, Verdict::unknown_effect) << report(explained);
+}
+
+}  // namespace
+}  // namespace emtb
