@@ -44,14 +44,17 @@ install(CODE "
   file(WRITE ${EMTB_MADE}/emtbd.service \"\${unit}\")")
 install(FILES ${EMTB_MADE}/emtbd.service DESTINATION lib/systemd/system)
 install(FILES packaging/needrestart.conf DESTINATION /etc/needrestart/conf.d RENAME emtb.conf COMPONENT debian EXCLUDE_FROM_ALL)
+install(FILES packaging/debian/lintian-overrides DESTINATION share/lintian/overrides RENAME emtb COMPONENT debian EXCLUDE_FROM_ALL)
 install(DIRECTORY DESTINATION /etc/emtb COMPONENT debian EXCLUDE_FROM_ALL)
 install(FILES ${EMTB_MADE}/changelog.gz DESTINATION share/doc/emtb COMPONENT debian EXCLUDE_FROM_ALL)
 
+set(EMTB_MAINTAINER "The authors of emtb <emtb@localhost>" CACHE STRING "Whom the Debian package names: Name <address>")
 file(WRITE ${EMTB_MADE}/changelog "emtb (${PROJECT_VERSION}) bookworm; urgency=medium
 
-  * Built from commit ${EMTB_COMMIT}. What changed: CHANGELOG.md of the sources.
+  * Built from commit ${EMTB_COMMIT}.
+    What changed stands in CHANGELOG.md of the sources.
 
- -- The authors of emtb <emtb@localhost>  Thu, 01 Jan 2026 00:00:00 +0000
+ -- ${EMTB_MAINTAINER}  Thu, 01 Jan 2026 00:00:00 +0000
 ")
 execute_process(COMMAND gzip -9nc ${EMTB_MADE}/changelog OUTPUT_FILE ${EMTB_MADE}/changelog.gz)
 configure_file(${EMTB_PACKAGING}/debian/preinst.in ${EMTB_MADE}/preinst @ONLY)
@@ -61,7 +64,7 @@ file(WRITE ${EMTB_MADE}/conffiles "/etc/needrestart/conf.d/emtb.conf\n")
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME emtb)
 set(CPACK_PACKAGE_VENDOR "The authors of emtb")
-set(CPACK_PACKAGE_CONTACT "The authors of emtb <emtb@localhost>")
+set(CPACK_PACKAGE_CONTACT "${EMTB_MAINTAINER}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "DC-motor test bench, and what the model of the motor is missing")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
     "Runs a DC-motor test bench: a daemon that reads it, drives its reference,

@@ -11,6 +11,7 @@ import gzip
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -91,6 +92,14 @@ def check_needrestart(root):
               'print defined $no && $nrconf{override_rc}{$no} == 0 ? "left alone" : "restarted";')
     said = run("perl", "-e", script, root / "etc/needrestart/conf.d/emtb.conf").stdout
     check(said == "left alone", f"needrestart would restart emtbd: {said}")
+
+
+def check_lintian(package):
+    if not shutil.which("lintian"):
+        print("lintian is not here: the package is not looked at by it")
+        return
+    said = run("lintian", "--no-cfg", "--allow-root", "--fail-on", "error,warning", package)
+    check(said.returncode == 0, f"lintian says: {said.stdout}")
 
 
 class Machine:
@@ -174,6 +183,7 @@ def main():
         again = made(given.build, given.cpack, folder / "second")
         check(package.read_bytes() == again.read_bytes(), "made twice, the package is not the same")
         check_contents(package, folder / "files")
+        check_lintian(package)
         check_unpacked(folder / "files")
         check_completion(folder / "files")
         check_needrestart(folder / "files")
