@@ -166,6 +166,8 @@ def check_processor(package, folder):
     (folder / "cpuinfo").write_text("flags : fpu sse2\n")
     old = run(folder / "preinst", "install", env=os.environ | {"EMTB_CPUINFO": str(folder / "cpuinfo")})
     needs = "march=\"x86-64-v3\"" in (folder / "preinst").read_text()
+    image = run(folder / "preinst", "install", env=os.environ | {"EMTB_CPUINFO": str(folder / "none")})
+    check(image.returncode == 0, f"where an image is made the package refuses: {image.stdout}")
     check((old.returncode != 0) == needs, "on an old processor the package and its programs do not agree")
     check(not needs or "AVX2" in old.stdout, f"an old processor is told: {old.stdout}")
 
