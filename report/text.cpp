@@ -77,6 +77,26 @@ std::string one_message(std::string_view text) {
   return printable(text.substr(0, end)) + " ...";
 }
 
+std::string fitted(const std::string& text, std::size_t width) {
+  std::string out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t margin = std::min(line.find_first_not_of(' '), line.size());
+    const bool row = line.find("  ", margin) != std::string::npos;
+    if (row || width_of(line) <= width) {
+      out += line + "\n";
+      continue;
+    }
+    const std::string broken = wrapped(line, width - 2, margin);
+    for (std::size_t i = 0; i < broken.size(); ++i) {
+      out += broken[i];
+      if (broken[i] == '\n') out += "  ";
+    }
+    out += "\n";
+  }
+  return out;
+}
+
 Table::Table(std::vector<std::string> heading) { row(std::move(heading)); }
 
 void Table::row(std::vector<std::string> cells) {

@@ -134,11 +134,13 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     table.row(row);
   }
   std::cout << table.text();
-  for (const Pin& pin : pins) std::cout << in_words(pin) << "\n";
-  for (const Undetermined& u : undetermined) std::cout << in_words(u) << "\n";
+  const auto width = static_cast<std::size_t>(style_of_stdout().width);
+  for (const Pin& pin : pins) std::cout << fitted(in_words(pin), width);
+  for (const Undetermined& u : undetermined) std::cout << fitted(in_words(u), width);
   if (!undetermined.empty()) {
-    std::cout << "To determine " << (undetermined.size() == 1 ? "it" : "them") << ": "
-              << advice_on(undetermined, model, recorded_by(records)) << "\n";
+    std::cout << fitted("To determine " + std::string(undetermined.size() == 1 ? "it" : "them") + ": " +
+                            advice_on(undetermined, model, recorded_by(records)),
+                        width);
   }
 }
 
@@ -422,10 +424,11 @@ int diagnose_command(const ModelOptions& o) {
   print_candidates(d, o.every_candidate);
   std::cout << "\n";
   print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
+  const auto width = static_cast<std::size_t>(style_of_stdout().width);
   std::cout << "\n"
-            << signals_text(d.signals) << "timing: " << in_words(d.data->timing, d.data->interval(), d.final) << "\n"
-            << "\n"
-            << verdict_text(d) << "\n";
+            << fitted(signals_text(d.signals) + "timing: " + in_words(d.data->timing, d.data->interval(), d.final) +
+                          "\n\n" + verdict_text(d) + "\n",
+                      width);
   finish_model(o, d.final);
   std::cout << answer_text(d, {o.model, o.sessions, o.held_out, o.map, o.candidates, o.out});
   return 0;

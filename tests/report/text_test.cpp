@@ -41,6 +41,11 @@ TEST(Wrapped, BreaksAtSpacesAndKeepsTheMargin) {
   EXPECT_EQ(wrapped("", 9), "");
 }
 
+TEST(Fitted, BreaksProseAndLeavesTablesAlone) {
+  EXPECT_EQ(fitted("one two three four\nname  value  unit of it\n  in here too\n", 12),
+            "one two\n  three four\nname  value  unit of it\n  in here\n    too\n");
+}
+
 TEST(OneMessage, IsOneLineThatAPersonReads) {
   EXPECT_EQ(one_message("a\nb"), "a?b");
   const std::string cut = one_message(std::string(999, 'x') + "\xc3\xb6" + std::string(200'000, 'y'));
