@@ -8,7 +8,15 @@ tools/install_packages.sh --run
 mkdir -p build
 cmake --preset release >build/build.log 2>&1 || { tail -30 build/build.log >&2; exit 1; }
 echo "building (the first time takes some minutes) ..."
-cmake --build --preset release --target emtb emtbd emtb-safe emtb-plant >build/build.log 2>&1 || { tail -30 build/build.log >&2; exit 1; }
+# On a terminal it says how far it is; in a pipe that would be thousands of lines.
+how_far() {
+  while IFS= read -r line; do
+    if [ -t 1 ] && [[ $line =~ ^\[([0-9]+/[0-9]+)\] ]]; then printf '\r%s ' "${BASH_REMATCH[1]}"; fi
+  done
+  if [ -t 1 ]; then echo; fi
+}
+cmake --build --preset release --target emtb emtbd emtb-safe emtb-plant 2>&1 | tee build/build.log | how_far ||
+  { tail -30 build/build.log >&2; exit 1; }
 tools/story.sh
 
 story=${EMTB_STORY:-build/story}

@@ -4,6 +4,8 @@
 #include <array>
 #include <sstream>
 
+#include "config/shipped.h"
+
 namespace emtb {
 namespace {
 
@@ -123,8 +125,18 @@ std::optional<BenchConfig::Estimates> read_estimates(const YamlMap& yaml, const 
   const auto entry = yaml.map_if("estimates");
   if (!entry) return {};
   entry->only({"model", "rate"});
-  return BenchConfig::Estimates{.model = bench.parent_path() / entry->text("model"),
-                                .rate = entry->within_or("rate", 0.1, 50, 10)};
+  std::filesystem::path model = bench.parent_path() / entry->text("model");
+  std::error_code missing;
+  if (!std::filesystem::exists(model, missing)) {  // a copy of a bench elsewhere, /etc/emtb/bench.yaml for one
+    for (const auto& folder : shipped_folders()) {
+      const auto ours = folder / "models" / model.filename();
+      if (std::filesystem::exists(ours, missing)) {
+        model = ours;
+        break;
+      }
+    }
+  }
+  return BenchConfig::Estimates{.model = model, .rate = entry->within_or("rate", 0.1, 50, 10)};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "config/shipped.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -14,8 +15,7 @@ std::filesystem::path looked_up(const std::string& name, const std::filesystem::
     const auto folder = std::filesystem::absolute(bench).parent_path();
     folders = {folder / "profiles", folder.parent_path() / "profiles"};
   }
-  folders.emplace_back(EMTB_SOURCE_PROFILES);
-  folders.emplace_back(EMTB_INSTALLED_PROFILES);
+  for (const auto& folder : shipped_folders()) folders.push_back(folder / "profiles");
   std::string looked;
   std::error_code ignored;
   for (const auto& folder : folders) {

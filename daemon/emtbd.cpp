@@ -180,7 +180,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     if (options.version) {
-      std::cout << "emtbd " << version << "\n";
+      std::cout << "emtbd " << version << (*commit ? std::string(" (commit ") + commit + ")" : "") << "\n";
       return 0;
     }
     spdlog::set_default_logger(

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "figures/number.h"
+#include "report/answer.h"
 #include "report/gauge_words.h"
 #include "report/symbols.h"
 #include "report/text.h"
@@ -14,18 +15,15 @@ namespace {
 
 std::string stem_of(const std::string& file) { return std::filesystem::path(file).stem().string(); }
 
-/// ` MODEL SESSION... [--held-out ...] [--map ...]` for the next command.
-std::string files_of(const ReportInput& in) {
-  std::string train, held;
+NamedFiles files_of(const ReportInput& in) {
+  NamedFiles files{.model = in.model_file, .map = in.map_file, .candidates = in.candidates_file};
   std::vector<std::string> seen;
   for (const ReportRun& r : in.runs) {
     if (std::ranges::find(seen, r.spec) != seen.end()) continue;
     seen.push_back(r.spec);
-    (r.held_out ? held : train) += " " + shell_quoted(r.spec);
+    (r.held_out ? files.held_out : files.sessions).push_back(r.spec);
   }
-  return " " + shell_quoted(in.model_file) + train + (held.empty() ? "" : " --held-out" + held) +
-         (in.map_file.empty() ? "" : " --map " + shell_quoted(in.map_file)) +
-         (in.candidates_file.empty() ? "" : " --candidates " + shell_quoted(in.candidates_file));
+  return files;
 }
 
 }  // namespace
@@ -50,8 +48,8 @@ void next_steps(Page& page, const ReportInput& in, const Diagnosis& d) {
   if (!d.missing.empty()) {
     const std::string out = stem_of(in.model_file) + "-with-" + d.id(d.missing.front().effect) + ".yaml";
     command = d.missing.size() == 1
-                  ? "emtb add " + d.id(d.missing.front().effect) + files_of(in) + " --out " + out
-                  : "emtb diagnose" + files_of(in) + " --out " + stem_of(in.model_file) + "-final.yaml";
+                  ? "emtb add " + d.id(d.missing.front().effect) + as_arguments(files_of(in)) + " --out " + out
+                  : "emtb diagnose" + as_arguments(files_of(in)) + " --out " + stem_of(in.model_file) + "-final.yaml";
     items.push_back(
         "Put into the model what was found, with the command below; or save the final model from the last section.");
   }

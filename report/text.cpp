@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <sstream>
 
 namespace emtb {
 namespace {
@@ -18,7 +20,36 @@ std::string pretty(double value, int digits) {
   if (!std::isfinite(value)) return "-";
   char text[48];
   std::snprintf(text, sizeof text, "%.*g", digits, value);
+  constexpr double whole = 1e6;  // up to there 120 reads better than 1.2e+02
+  const double rounded = std::strtod(text, nullptr);
+  if (std::abs(rounded) < whole && std::string_view(text).find("e+") != std::string_view::npos) {
+    std::snprintf(text, sizeof text, "%.0f", rounded);
+  }
   return text;
+}
+
+std::string counted(std::size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
+  const std::string margin(indent, ' ');
+  std::string out;
+  std::istringstream lines(text);
+  for (std::string given; std::getline(lines, given);) {
+    std::istringstream words(given);
+    std::string line;
+    std::string word;
+    while (words >> word) {
+      if (!line.empty() && indent + width_of(line) + 1 + width_of(word) > width) {
+        out += (out.empty() ? "" : "\n") + margin + line;
+        line.clear();
+      }
+      line += (line.empty() ? "" : " ") + word;
+    }
+    out += (out.empty() ? "" : "\n") + (line.empty() ? "" : margin + line);
+  }
+  return out;
 }
 
 std::string pretty(double value, double std_error, const std::string& unit) {
@@ -44,6 +75,26 @@ std::string one_message(std::string_view text) {
   std::size_t end = longest;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;  // not within a character
   return printable(text.substr(0, end)) + " ...";
+}
+
+std::string fitted(const std::string& text, std::size_t width) {
+  std::string out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t margin = std::min(line.find_first_not_of(' '), line.size());
+    const bool row = line.find("  ", margin) != std::string::npos;
+    if (row || width_of(line) <= width) {
+      out += line + "\n";
+      continue;
+    }
+    const std::string broken = wrapped(line, width - 2, margin);
+    for (std::size_t i = 0; i < broken.size(); ++i) {
+      out += broken[i];
+      if (broken[i] == '\n') out += "  ";
+    }
+    out += "\n";
+  }
+  return out;
 }
 
 Table::Table(std::vector<std::string> heading) { row(std::move(heading)); }

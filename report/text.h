@@ -6,7 +6,8 @@
 
 namespace emtb {
 
-/// A number as people read it: `digits` significant ones, no trailing zeros.
+/// A number as people read it: `digits` significant ones, no trailing zeros; powers of ten only below 1e-4 and from
+/// 1e6.
 std::string pretty(double value, int digits = 4);
 
 /// `0.0547 +- 0.0003 N m`, the value with as many digits as its error is worth.
@@ -31,6 +32,17 @@ std::string one_message(std::string_view text);
 
 /// A word as a shell takes it.
 std::string shell_quoted(const std::string& word);
+
+/// `1 run`, `3 runs`.
+std::string counted(std::size_t count, const std::string& what);
+
+/// Prose in lines of at most `width` characters, broken at spaces, each with `indent` spaces before it; lines that the
+/// text has stay. A word longer than a line stands whole on one of its own. No newline at the end.
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent = 0);
+
+/// A text of prose and tables for a terminal: prose is broken into lines of `width`, those that follow two spaces further
+/// in; rows of tables, which hold two spaces in a row, stay.
+std::string fitted(const std::string& text, std::size_t width);
 
 /// A bar of at most `width` characters: to the right for positive shares (of 1), to the left of the middle for
 /// negative.

@@ -1,19 +1,132 @@
 #include "tools/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <new>
+#include <numeric>
 
+#include "figures/terminal.h"
 #include "hal/error.h"
 #include "report/text.h"
+#include "tools/completion.h"
 
 namespace emtb {
+namespace {
+
+/// Two columns: what is typed, and what it does, which goes on below itself where the line ends.
+class HelpPage : public CLI::Formatter {
+ public:
+  struct Group {
+    std::string heading;
+    std::vector<std::string> commands;
+  };
+  std::vector<Group> groups;  ///< of commands, as they are shown
+
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
+    while (text.ends_with("\n\n")) text.pop_back();
+    return text;
+  }
+
+  std::string make_description(const CLI::App* app) const override {
+    const std::string text = app->get_description();
+    return text.empty() ? "" : wrapped(text, width()) + "\n";
+  }
+
+  std::string make_option(const CLI::Option* option, bool positional) const override {
+    return row(make_option_name(option, positional) + make_option_opts(option), make_option_desc(option), 26);
+  }
+
+  std::string make_subcommand(const CLI::App* command) const override {
+    return row(command->get_name(), command->get_description(), 16);
+  }
+
+  std::string make_subcommands(const CLI::App* app, CLI::AppFormatMode) const override {
+    std::string text;
+    for (const auto& [heading, names] : groups) {
+      if (app->get_parent() != nullptr) break;
+      text += "\n" + heading + ":\n";
+      for (const std::string& name : names) text += make_subcommand(app->get_subcommand(name));
+    }
+    return text;
+  }
+
+ private:
+  static std::size_t width() { return std::min<std::size_t>(static_cast<std::size_t>(style_of_stdout().width), 120); }
+
+  std::string row(const std::string& left, const std::string& right, std::size_t column) const {
+    constexpr std::size_t gap = 2;
+    const std::string head = "  " + left;
+    const std::string body = wrapped(right, width(), column);
+    if (right.empty()) return head + "\n";
+    if (head.size() + gap > column) return head + "\n" + body + "\n";
+    return head + body.substr(head.size()) + "\n";
+  }
+};
+
+/// How many letters must be put in, taken out, changed or swapped with their neighbour to make one word of another.
+std::size_t typing_errors(std::string_view a, std::string_view b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
+  std::iota(d[0].begin(), d[0].end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+/// `; did you mean diagnose?`, or nothing where no known word is near.
+std::string did_you_mean(const std::string& typed, const std::vector<std::string>& known) {
+  const auto errors = [&](const std::string& word) { return typing_errors(typed, word); };
+  const auto nearest = std::ranges::min_element(known, {}, errors);
+  if (nearest == known.end() || errors(*nearest) > std::max<std::size_t>(1, typed.size() / 3)) return "";
+  return "; did you mean " + *nearest + "?";
+}
+
+std::vector<std::string> commands_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+std::string no_such_command(const std::string& typed, const CLI::App& app) {
+  const std::string guess = did_you_mean(typed, commands_of(app));
+  return printable(typed) + ": no such command" + (guess.empty() ? ". See emtb --help" : guess);
+}
+
+/// What was typed that nothing takes: a command, or an option of the one that was given.
+std::string not_understood(const CLI::App& app, const std::string& what) {
+  const auto chosen = app.get_subcommands();
+  const std::vector<std::string> rest = app.remaining(true);
+  if (rest.empty() && chosen.empty()) return "which command? See emtb --help";
+  if (rest.empty()) return what + ". See emtb help " + chosen.front()->get_name();
+  if (chosen.empty() && !rest.front().starts_with("-")) return no_such_command(rest.front(), app);
+  const CLI::App& owner = chosen.empty() ? app : *chosen.front();
+  const auto option = std::ranges::find_if(rest, [](const std::string& word) { return word.starts_with("-"); });
+  const std::string help = chosen.empty() ? "emtb --help" : "emtb help " + owner.get_name();
+  if (option == rest.end()) return printable(rest.front()) + ": one word too many. See " + help;
+  std::vector<std::string> known;
+  for (const CLI::Option* o : owner.get_options()) {
+    for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
+  }
+  const std::string guess = did_you_mean(*option, known);
+  return printable(*option) + ": no such option" + (guess.empty() ? "" : guess) + (guess.empty() ? ". See " : " See ") +
+         help;
+}
+
+}  // namespace
 
 struct Command::Impl {
   CLI::App* app = nullptr;
-  std::unique_ptr<CLI::App> owned;  // the root
-  std::function<int()> chosen{};    // of the root: the action of the command that was given
-  std::shared_ptr<Impl> root{};     // of a command
+  std::unique_ptr<CLI::App> owned;   // the root
+  std::function<int()> chosen{};     // of the root: the action of the command that was given
+  std::shared_ptr<Impl> root{};      // of a command
+  std::shared_ptr<HelpPage> page{};  // of the root
 };
 
 Command& Command::argument(const std::string& name, std::string& value, const std::string& help) {
@@ -71,6 +184,31 @@ CommandLine::CommandLine(const std::string& description, const std::string& vers
   impl_->app->set_version_flag("--version", "emtb " + version);
   impl_->app->require_subcommand(1);
   impl_->app->fallthrough();
+  impl_->page = std::make_shared<HelpPage>();
+  impl_->page->label("SUBCOMMAND", "COMMAND");
+  impl_->app->formatter(impl_->page);
+  impl_->app->get_help_ptr()->description("says what there is, and ends");
+  impl_->app->get_option("--version")->description("says which emtb this is, and ends");
+  struct Asked {
+    std::string about, as;
+  };
+  const auto asked = std::make_shared<Asked>();
+  Command help = command("help", "explains a command: all of its options");
+  help.optional_argument("COMMAND", asked->about, "without it the list of all commands");
+  help.hidden_option("--as", asked->as, "man, bash or zsh: for the package");
+  help.action([asked, root = std::weak_ptr(impl_)] {
+    const CLI::App& app = *root.lock()->app;
+    if (!asked->as.empty()) {
+      std::cout << written_as(asked->as, app);
+      return 0;
+    }
+    const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == asked->about; });
+    if (!asked->about.empty() && commands.empty()) throw Error(no_such_command(asked->about, app));
+    const CLI::App& shown = commands.empty() ? app : *commands.front();
+    const std::string name = commands.empty() ? "emtb" : "emtb " + asked->about;
+    std::cout << app.get_formatter()->make_help(&shown, name, CLI::AppFormatMode::Normal);  // App::help() is of `help`
+    return 0;
+  });
 }
 
 CommandLine::~CommandLine() = default;
@@ -82,6 +220,10 @@ Command CommandLine::command(const std::string& name, const std::string& help) {
   return Command(std::move(impl));
 }
 
+void CommandLine::group(const std::string& heading, const std::vector<std::string>& commands) {
+  impl_->page->groups.push_back({heading, commands});
+}
+
 int CommandLine::run(int argc, const char* const* argv) {
   try {
     impl_->app->parse(argc, argv);
@@ -89,10 +231,7 @@ int CommandLine::run(int argc, const char* const* argv) {
   } catch (const CLI::Success& e) {  // --help, --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
-    const auto rest = impl_->app->remaining();
-    const bool unknown = impl_->app->get_subcommands().empty() && !rest.empty();
-    std::cerr << "emtb: " << (unknown ? printable(rest.front()) + ": no such command or option" : one_message(e.what()))
-              << ". See emtb --help\n";
+    std::cerr << "emtb: " << not_understood(*impl_->app, one_message(e.what())) << "\n";
   } catch (const std::bad_alloc&) {
     std::cerr << "emtb: the memory that is free is not enough. Give fewer sessions, or spans of them: PATH@T0:T1\n";
   } catch (const std::exception& e) {

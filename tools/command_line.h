@@ -40,7 +40,7 @@ class Command {
   std::shared_ptr<Impl> impl_;
 };
 
-/// The command line of `emtb`.
+/// The command line of `emtb`; `help` is there from the start.
 class CommandLine {
  public:
   CommandLine(const std::string& description, const std::string& version);
@@ -50,6 +50,10 @@ class CommandLine {
   Command& global() { return global_; }
 
   Command command(const std::string& name, const std::string& help);
+
+  /// Puts commands that were added under a heading of the help, in the order of the calls. One that stands under none
+  /// is not shown.
+  void group(const std::string& heading, const std::vector<std::string>& commands);
 
   /// Parses and runs. @return the exit code; bad use is one line on stderr and 2.
   int run(int argc, const char* const* argv);

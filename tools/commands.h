@@ -32,6 +32,9 @@ void add_model_commands(CommandLine& line);
 /// effects, simulate, import, export, info, table: files without a fit.
 void add_file_commands(CommandLine& line);
 
+/// export-model, gains: a model for other programs, and a controller for it.
+void add_export_commands(CommandLine& line);
+
 /// check: whether recordings are what they say.
 void add_check_command(CommandLine& line);
 
@@ -50,6 +53,9 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv);
 /// page: the page in a browser, of the bench, of files, or of both. @param argv the command line, for reports
 void add_page_command(CommandLine& line, const std::shared_ptr<const std::string>& socket, int argc,
                       const char* const* argv);
+
+/// profiles: the experiments that come with emtb.
+void add_profiles_command(CommandLine& line);
 
 /// devices: what is connected to this machine.
 void add_devices_command(CommandLine& line);

@@ -1,9 +1,26 @@
 #include "emtb/version.h"
 #include "tools/commands.h"
 
+namespace {
+
+/// The order of the help: that in which a person with a motor comes to need them.
+void group(emtb::CommandLine& line) {
+  line.group("Bench, through the daemon emtbd",
+             {"status", "watch", "run", "stop", "confirm", "reset", "estimates", "investigate"});
+  line.group("Before a bench runs", {"devices", "bench", "latency", "profiles"});
+  line.group("Recorded sessions", {"check", "info", "import", "export", "replay"});
+  line.group("What the model is missing", {"diagnose", "add", "report", "page", "effects"});
+  line.group("The model itself", {"estimate", "calibrate", "compare", "simulate", "table"});
+  line.group("The model elsewhere", {"export-model", "gains"});
+  line.group("About emtb", {"help", "paper"});
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  const std::string commit = emtb::commit;
   emtb::CommandLine line("Runs a DC-motor test bench, and finds out what the model of the motor is missing.",
-                         emtb::version);
+                         emtb::version + (commit.empty() ? "" : " (commit " + commit + ")"));
   const auto socket = std::make_shared<std::string>();
   line.global().option("--socket", *socket,
                        "where the daemon listens [$XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock]");
@@ -12,8 +29,10 @@ int main(int argc, char** argv) {
   emtb::add_latency_command(line, socket);
   emtb::add_replay_command(line);
   emtb::add_devices_command(line);
+  emtb::add_profiles_command(line);
   emtb::add_model_commands(line);
   emtb::add_file_commands(line);
+  emtb::add_export_commands(line);
   emtb::add_check_command(line);
   emtb::add_batch_command(line);
   emtb::add_estimate_command(line);
@@ -21,5 +40,6 @@ int main(int argc, char** argv) {
   emtb::add_investigate_command(line, socket, argc, argv);
   emtb::add_report_command(line, argc, argv);
   emtb::add_page_command(line, socket, argc, argv);
+  group(line);
   return line.run(argc, argv);
 }

@@ -139,6 +139,22 @@ StaticEstimate as_estimate(const InverseDynamics& dynamics) {
   return result;
 }
 
+/// Values that no motor has, and what usually brings them about.
+void doubt(StaticEstimate& e) {
+  for (const Quantity& q : e.quantities) {
+    if (q.value >= 0) continue;
+    if (q.symbol == base_parameters[base::R_a].symbol) {
+      e.remarks.push_back(
+          "R_a is negative, which no armature is: e_a or i_a has the wrong sign, or the motor was "
+          "driven. Ask emtb check, then turn one of them: scale: -1 in --map or in the bench file");
+    } else if (q.symbol == base_parameters[base::J].symbol) {
+      e.remarks.push_back(
+          "J is negative, which no inertia is: omega and i_a (or torque) have opposite signs. Ask emtb "
+          "check");
+    }
+  }
+}
+
 std::string times(const Stretch& s) { return pretty(s.from, 6) + ":" + pretty(s.to, 6); }
 
 void print(const StaticEstimate& e) {
@@ -233,6 +249,7 @@ int estimate_command(const EstimateOptions& o) {
                      .lacking = e.what()});
     }
   }
+  std::ranges::for_each(all, doubt);
   json out{{"estimates", json::array()}};
   for (const StaticEstimate& e : all) out["estimates"].push_back(to_json(e));
   write_json(o.json_file, out);

@@ -22,6 +22,7 @@
 #include "figures/terminal.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "report/answer.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/gauge_words.h"
 #include "report/progress.h"
@@ -52,7 +53,7 @@ struct ModelOptions {
   std::string map, out, json_file, candidates;
   Wanted wanted;
   std::string explain;
-  bool fit = false, plot = false, intervals = false, unchecked = false;
+  bool fit = false, plot = false, every_candidate = false, intervals = false, unchecked = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
     auto all = read_runs(specs, map.empty() ? Mapping{} : read_mapping(map));
@@ -133,11 +134,13 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     table.row(row);
   }
   std::cout << table.text();
-  for (const Pin& pin : pins) std::cout << in_words(pin) << "\n";
-  for (const Undetermined& u : undetermined) std::cout << in_words(u) << "\n";
+  const auto width = static_cast<std::size_t>(style_of_stdout().width);
+  for (const Pin& pin : pins) std::cout << fitted(in_words(pin), width);
+  for (const Undetermined& u : undetermined) std::cout << fitted(in_words(u), width);
   if (!undetermined.empty()) {
-    std::cout << "To determine " << (undetermined.size() == 1 ? "it" : "them") << ": "
-              << advice_on(undetermined, model, recorded_by(records)) << "\n";
+    std::cout << fitted("To determine " + std::string(undetermined.size() == 1 ? "it" : "them") + ": " +
+                            advice_on(undetermined, model, recorded_by(records)),
+                        width);
   }
 }
 
@@ -317,7 +320,7 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
             std::string(info(signal).unit) + ")",
         [&](const Comparison& c) { return c.signals.at(signal).ratio; });
   }
-  std::cout << models.size() << " models on " << runs.size() << (held_out.empty() ? "" : " held-out") << " runs\n"
+  std::cout << models.size() << " models on " << counted(runs.size(), held_out.empty() ? "run" : "held-out run") << "\n"
             << table.text();
   const auto best = std::ranges::min_element(results, {}, &Comparison::error);
   std::cout << "nearest to the measurements: " << files[static_cast<std::size_t>(best - results.begin())] << "\n";
@@ -343,8 +346,8 @@ int compare_command(const ModelOptions& o) {
   const Comparison c = held_out.empty() ? compare(runs, model) : compare(runs, model, given, train);
   write_json(o.json_file, to_json(c, model));
   if (o.json_file == "-") return 0;
-  std::cout << "model `" << model.name << "` on " << runs.size() << (held_out.empty() ? "" : " held-out")
-            << " runs: error " << error_cell(c.error) << " (1 = noise floor), all units chained "
+  std::cout << "model `" << model.name << "` on " << counted(runs.size(), held_out.empty() ? "run" : "held-out run")
+            << ": error " << error_cell(c.error) << " (1 = noise floor), all units chained "
             << error_cell(c.chained_error) << "\n";
   std::cout << signals_text(c.signals, c.chained) << "timing: " << in_words(c.timing, c.interval, model) << "\n";
   if (c.failing_unit) std::cout << "The unit that fails: " << name_of(*c.failing_unit) << "\n";
@@ -371,21 +374,13 @@ void print_steps(const Diagnosis& d) {
 }
 
 /// What was tried, best first.
-void print_candidates(const Diagnosis& d) {
-  Table candidates(
-      {"candidate", "predicted drop", "expected", "unit", "visibility", "p", "held-out error", "would be found from"});
-  for (const Candidate& c : d.candidates) {
-    const EffectInfo& about = d.about(c.score.effect);
-    const EffectParameter& p = about.parameter_list[0];
-    const std::string expected =
-        c.score.expected().empty() ? "there" : std::string(p.symbol) + " " + pretty(c.score.expected()[0], 3);
-    candidates.row({std::string(about.id), pretty(c.score.predicted_drop, 3), expected, std::string(p.unit),
-                    pretty(c.score.visibility, 2), pretty(c.score.p_value, 2), error_cell(c.held_out_error),
-                    pretty(c.score.detectable_size, 2)});
+void print_candidates(const Diagnosis& d, bool all) {
+  constexpr std::size_t few = 5;
+  const auto width = static_cast<std::size_t>(style_of_stdout().width);
+  std::cout << candidates_text(d, all ? 0 : few, width);
+  for (const auto& list : {refused(d), not_tried(d)}) {
+    for (const std::string& line : list) std::cout << wrapped(line, width) << "\n";
   }
-  std::cout << candidates.text();
-  for (const std::string& line : refused(d)) std::cout << line << "\n";
-  for (const std::string& line : not_tried(d)) std::cout << line << "\n";
 }
 
 int diagnose_command(const ModelOptions& o) {
@@ -412,26 +407,30 @@ int diagnose_command(const ModelOptions& o) {
   write_json(o.json_file, result);
   if (o.json_file == "-") return 0;
 
-  std::cout << "model `" << model.name << "`, " << train.size() << " training and " << held_out.size()
-            << " held-out runs"
+  std::cout << "model `" << model.name << "`, " << counted(train.size(), "training run") << " and "
+            << counted(held_out.size(), "held-out run")
             << (d.left_one_out         ? ": each run held out in turn"
                 : d.judged_on_training ? ": one run, judged on itself"
                                        : "")
             << "\n\n";
   print_steps(d);
-  std::cout << "\n" << verdict_text(d) << "\n";
-  print_candidates(d);
-  std::cout << "\n";
-  print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
-  std::cout << "\n";
-  std::cout << signals_text(d.signals) << "timing: " << in_words(d.data->timing, d.data->interval(), d.final) << "\n";
   if (d.verdict != Verdict::nothing_missing && d.verdict != Verdict::cannot_tell) {
     std::cout << "\nWhere the model as given fails:";
     std::map<Signal, SignalFit> all_above;  // the maps choose themselves: show those of every signal of the base model
     for (const ResidualMap& m : d.where) all_above[m.signal].ratio = *std::ranges::max_element(m.ratio);
     print_where(d.where, all_above);
   }
+  std::cout << "\n";
+  print_candidates(d, o.every_candidate);
+  std::cout << "\n";
+  print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
+  const auto width = static_cast<std::size_t>(style_of_stdout().width);
+  std::cout << "\n"
+            << fitted(signals_text(d.signals) + "timing: " + in_words(d.data->timing, d.data->interval(), d.final) +
+                          "\n\n" + verdict_text(d) + "\n",
+                      width);
   finish_model(o, d.final);
+  std::cout << answer_text(d, {o.model, o.sessions, o.held_out, o.map, o.candidates, o.out});
   return 0;
 }
 
@@ -473,6 +472,7 @@ void add_model_commands(CommandLine& line) {
       .options("--only", o->wanted.only, only_help)
       .options("--without", o->wanted.without, without_help)
       .option("--explain", o->explain, explain_help)
+      .flag("--all", o->every_candidate, "shows every candidate, not only the best five")
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");

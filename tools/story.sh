@@ -25,6 +25,7 @@ for run in step_low step_mid step_high ramp staircase random; do
 done
 kill $daemon && wait $daemon || true
 cd "$work"
+for run in step_low step_high random staircase; do emtb export $run.h5 --out $run.csv >/dev/null; done  # as if of another logger
 configs=$OLDPWD/config
 train=(step_low.h5 step_high.h5 ramp.h5 random.h5)
 held_out=(step_mid.h5 staircase.h5)
@@ -36,7 +37,7 @@ say "3. The linear model, fitted to all training runs, on the held-out ones: whe
 emtb compare "$configs/models/fh2.yaml" "${train[@]}" --fit --held-out "${held_out[@]}" --out linear.yaml
 
 say "4. What is missing"
-emtb diagnose "$configs/models/fh2.yaml" "${train[@]}" --held-out "${held_out[@]}" --json diagnosis.json | sed '/^Where the model/,$d'
+emtb diagnose "$configs/models/fh2.yaml" "${train[@]}" --held-out "${held_out[@]}" --json diagnosis.json | sed '/^Where the model/,/^Candidates/{/^Candidates/!d}'
 
 say "5. Add it, and watch the error fall"
 emtb add coulomb_friction linear.yaml "${train[@]}" --held-out "${held_out[@]}" --out with-effect.yaml
@@ -51,7 +52,7 @@ emps=${EMTB_DATA:-$OLDPWD/../shared/data}/emps/emps.csv
 if [ -f "$emps" ]; then
   say "7. A real machine: EMPS, a motor and a ball screw in closed loop (kg, m/s and N for kg m2, rad/s and N m)"
   emtb diagnose "$configs/models/emps.yaml" "$emps@0:14.9" --held-out "$emps@14.9:" --map "$configs/mappings/emps.yaml" \
-    --json emps.json | sed -n '/^error/,/^$/p;/unknown_effect/,/^$/p'
+    --json emps.json | sed -n '/^error (1/,/^$/p;/^unknown_effect/,$p'
   emtb estimate "$emps" --map "$configs/mappings/emps.yaml" --model "$configs/models/emps.yaml"
 else
   echo "(no EMPS data: set EMTB_DATA to the folder that holds emps/emps.csv)"

@@ -28,9 +28,10 @@ def series(path, column, every=50):
 
 
 def simulated(model):
+    """Speed, and the current as a meter with a window of 0.4 s reads it."""
     out = work / f"{model}.csv"
     subprocess.run([emtb, "simulate", work / f"{model}.yaml", "fh2_staircase", "--out", out], check=True, stdout=subprocess.DEVNULL)
-    return series(out, "omega_rad_s")
+    return series(out, "omega_rad_s"), series(out, "i_a_A", 400)
 
 
 def line(points, x, y, colour, width=1.6):
@@ -54,6 +55,7 @@ def axis(left, top, width, height, y, ticks, unit):
 def main():
     subprocess.run([emtb, "export", work / "staircase.h5", "--out", work / "staircase.csv"], check=True, stdout=subprocess.DEVNULL)
     measured = series(work / "staircase.csv", "omega_rad_s")
+    meter = [(t - 0.2, i) for t, i in series(work / "staircase.csv", "i_a_A", 1)]  # in the middle of its window
     runs = {"linear": simulated("linear"), "with-effect": simulated("with-effect")}
     steps = json.loads((work / "diagnosis.json").read_text())["steps"]
 
@@ -61,12 +63,12 @@ def main():
     x = lambda t: 70 + 560 * t / end
     speed = lambda w: 200 - 150 * w / 170
     parts = axis(70, 50, 560, 150, speed, (0, 50, 100, 150), "speed [rad/s], a run that no fit has seen")
-    parts += [line(measured, x, speed, MEASURED, 4), line(runs["linear"], x, speed, LINEAR), line(runs["with-effect"], x, speed, EFFECT)]
-    left = lambda w: 350 - 100 * w / 4
-    parts += axis(70, 250, 560, 200, left, (-4, -2, 0, 2, 4), "measured - simulated [rad/s]")
-    for name, colour in (("linear", LINEAR), ("with-effect", EFFECT)):
-        residual = [(t, w - s) for (t, w), (_, s) in zip(measured, runs[name])]
-        parts.append(line(residual, x, lambda w: left(max(-4, min(4, w))), colour))
+    parts += [line(measured, x, speed, MEASURED, 4), line(runs["linear"][0], x, speed, LINEAR), line(runs["with-effect"][0], x, speed, EFFECT)]
+    low, high = -0.1, 0.3
+    current = lambda i: 450 - 200 * (max(low, min(high, i)) - low) / (high - low)
+    parts += axis(70, 250, 560, 200, current, (-0.1, 0, 0.1, 0.2, 0.3), "current [A]")
+    parts += [line(meter, x, current, MEASURED, 4), line(runs["linear"][1], x, current, LINEAR),
+              line(runs["with-effect"][1], x, current, EFFECT)]
     for t in range(0, int(end) + 1, 10):
         parts.append(text(f"{x(t):.0f}", 468, f"{t} s", anchor="middle", size=12))
 

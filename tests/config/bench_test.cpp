@@ -74,6 +74,11 @@ TEST(BenchFile, NamesTheModelOfTheLiveEstimatesFromWhereItIs) {
   ASSERT_TRUE(estimates);
   EXPECT_EQ(estimates->model, std::filesystem::path(file.path()).parent_path() / "../models/m.yaml");
   EXPECT_DOUBLE_EQ(estimates->rate, 20);
+  // A bench that was copied elsewhere, as to /etc/emtb: its model is among those that come with emtb.
+  const TemporaryFile copy(".yaml", good + "estimates: {model: ../models/fh2.yaml}\n");
+  const auto ours = read_bench(copy.path()).estimates->model;
+  EXPECT_TRUE(std::filesystem::exists(ours)) << ours;
+  EXPECT_EQ(ours.filename(), "fh2.yaml");
   EXPECT_THAT(bad("simulation: {pace: 1}", "estimates: {model: m.yaml, rate: 100}"), HasSubstr("b.yaml:11: "));
 }
 

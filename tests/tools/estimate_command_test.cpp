@@ -73,6 +73,13 @@ TEST_F(EstimateCommand, ThePaperCommandWritesAPageItsPicturesAndItsSessions) {
   EXPECT_THAT(last->out(), HasSubstr("the brake's"));
 }
 
+TEST_F(EstimateCommand, AResistanceThatIsNegativeIsDoubted) {
+  Run run = paper::raise_voltage(bench);
+  for (double& i : run.signals.at(Signal::i_a).value) i = -i;
+  ASSERT_EQ(call({"estimate", session(run), "--what", "resistance"}), 0) << last->err();
+  EXPECT_THAT(last->out(), AllOf(HasSubstr("R_a is negative"), HasSubstr("wrong sign"), HasSubstr("scale: -1")));
+}
+
 TEST_F(EstimateCommand, AnAnalysisThatRefusesSaysWhyAndStillDraws) {
   EXPECT_EQ(call({"estimate", session(paper::step_up(bench)), "--what", "inertia", "--svg", path("svg")}), 1);
   EXPECT_THAT(last->out(), AllOf(HasSubstr("no result"), HasSubstr("22.5 V/s"), HasSubstr("contactor")));

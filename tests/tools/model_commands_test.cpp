@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "model/catalogue.h"
 #include "session/spec.h"
@@ -14,7 +16,9 @@ namespace {
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::MatchesRegex;
 using testing::Not;
+using testing::StartsWith;
 
 /// `emtb` on files, as a person calls it.
 class ModelCommands : public CommandCaller {
@@ -65,6 +69,13 @@ class ModelCommands : public CommandCaller {
     return words;
   }
 
+  static std::vector<std::string> tail(const std::string& text, std::size_t count) {
+    std::vector<std::string> lines;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return {lines.end() - static_cast<std::ptrdiff_t>(std::min(count, lines.size())), lines.end()};
+  }
+
   std::vector<std::string> train, held_out;
 };
 
@@ -101,6 +112,26 @@ TEST_F(ModelCommands, DiagnoseWritesTheContractsJson) {
   EXPECT_LT(d["steps"][1]["held_out"].get<double>(), d["steps"][0]["held_out"].get<double>());
   for (const char* key : {"signal", "against", "bins", "rmse"}) EXPECT_TRUE(d["where"][0].contains(key)) << key;
   EXPECT_TRUE(d.contains("next_experiment"));
+}
+
+TEST_F(ModelCommands, DiagnoseEndsWithTheAnswerInFiveLinesAndTheNextCommandRuns) {
+  record_with_friction();
+  ASSERT_EQ(call(with_sessions({"diagnose", model()})), 0) << last->err();
+  const std::string out = last->out();
+  const std::vector<std::string> last_lines = tail(out, 6);
+  EXPECT_EQ(last_lines[0], "") << "the answer stands apart";
+  EXPECT_EQ(last_lines[1], "missing  coulomb_friction (Coulomb friction)");
+  EXPECT_THAT(last_lines[2], MatchesRegex("size     T_c = 0\\.054[0-9]* \\+- .* N m"));
+  EXPECT_THAT(last_lines[3], StartsWith("sure     found: "));
+  EXPECT_THAT(last_lines[4], MatchesRegex("error    .* -> .* noise floors held out, .* -> .* in training"));
+  EXPECT_THAT(out, AllOf(HasSubstr("5 of " + std::to_string(effect_count) + "; --all"),
+                         HasSubstr("Candidates, best first"), Not(HasSubstr("e+02")), Not(HasSubstr("e+09"))));
+  ASSERT_THAT(last_lines[5], StartsWith("next     emtb add coulomb_friction "));
+  std::istringstream words(last_lines[5].substr(std::string("next     emtb ").size()));
+  std::vector<std::string> next{std::istream_iterator<std::string>(words), {}};
+  next.back() = path(next.back());  // as if typed in that folder
+  ASSERT_EQ(call(next), 0) << last->err();
+  EXPECT_TRUE(std::filesystem::exists(path("fh2-with-coulomb_friction.yaml")));
 }
 
 TEST_F(ModelCommands, AddWritesAModelWithItsHistoryAndLeavesTheGivenOneAlone) {

@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+"""Holds README.md and docs/ to what they say.
+
+    run_pages.py commands --build DIR    runs every block marked `sh`, in a folder as ./run.sh leaves it
+    run_pages.py numbers                 counts and words of README.md stand in the pages that it takes them from
+
+Prints what is wrong and where; exit code 1 if anything is.
+"""
+import argparse
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGES = ["README.md", *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").glob("*.md"))]
+# A reader waits until a daemon answers; a script must be told.
+AWAIT = 'for _ in $(seq 200); do [ -S "$XDG_RUNTIME_DIR/emtb.sock" ] && break; sleep 0.05; done'
+
+
+def blocks(text):
+    """(line, kind, text) of each fenced block."""
+    for match in re.finditer(r"^```(\w*)\n(.*?)^```$", text, flags=re.S | re.M):
+        yield text.count("\n", 0, match.start()) + 1, match[1], match[2]
+
+
+def script_of(block):
+    lines = []
+    for line in block.splitlines():
+        # A person is asked whether the motor may move; a script must say so.
+        lines.append(line.replace("emtb bench spin --reset", "emtb bench spin --reset --yes"))
+        if re.match(r"emtbd .*&\s*(#.*)?$", line):
+            lines.append(AWAIT)
+    return "set -euo pipefail\ntrap 'kill $(jobs -p) 2>/dev/null || true; wait || true' EXIT\n" + "\n".join(lines) + "\n"
+
+
+def run(script, root, environment, seconds=300):
+    """(exit code, output); what it left behind is ended."""
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen(["bash", "-c", script], cwd=root, env=environment, stdin=subprocess.DEVNULL,
+                                   stdout=said, stderr=subprocess.STDOUT, start_new_session=True)
+        try:
+            code = process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            code = -1
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        process.wait()
+        said.seek(0)
+        return code, said.read()
+
+
+def commands(build):
+    wrong, count = [], 0
+    with tempfile.TemporaryDirectory(prefix="emtb-pages-") as folder:
+        root = pathlib.Path(folder)
+        shutil.copytree(ROOT / "config", root / "config")  # a reader may write there
+        for name in ("docs", "tools"):
+            (root / name).symlink_to(ROOT / name)
+        (root / "build").mkdir()
+        (root / "build/release").symlink_to(build)
+        (root / "run").mkdir()
+        environment = os.environ | {"XDG_RUNTIME_DIR": str(root / "run"), "EMTB_DATA": str(root / "none"),
+                                    "PATH": f"{build}/bin:{os.environ['PATH']}"}
+        code, said = run("tools/story.sh", root, environment)
+        if code != 0 or "missing  coulomb_friction" not in said:
+            print(f"WRONG: tools/story.sh ended with {code}:\n{said}")
+            return 1
+        for page in PAGES:
+            for line, kind, block in blocks((ROOT / page).read_text()):
+                if kind != "sh":
+                    continue
+                begin = time.monotonic()
+                code, said = run(script_of(block), root, environment)
+                count += 1
+                print(f"{page}:{line}: {time.monotonic() - begin:.1f} s", flush=True)
+                if code != 0:
+                    wrong.append(f"{page}:{line} ended with {code}:\n{said[-3000:]}")
+    for one in wrong:
+        print("WRONG:", one)
+    return 0 if count > 8 and not wrong else 1
+
+
+def numbers():
+    readme, accuracy = (ROOT / "README.md").read_text(), (ROOT / "docs/blind.md").read_text()
+    wrong = [f"README.md says {count}, docs/blind.md does not" for count in re.findall(r"\d+ of \d+", readme)
+             if not re.search(rf"\b{count}\b", accuracy)]
+    effects = len(list((ROOT / "model/effects").glob("*/*.h")))
+    if f"[{effects} of them]" not in readme:
+        wrong.append(f"README.md does not say that there are {effects} effects")
+    wrong += [f"README.md:{line}: a block without a kind: mark it `sh` and it is run, or `text`"
+              for line, kind, _ in blocks(readme) if not kind and "./run.sh" not in _]
+    in_table_or_block = False
+    for n, line in enumerate(readme.splitlines(), 1):
+        in_table_or_block ^= line.startswith("```")
+        if len(line) > 100 and not in_table_or_block and not line.startswith(("|", "!")):
+            wrong.append(f"README.md:{n}: {len(line)} characters")
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", (ROOT / page).read_text()):
+            if not (ROOT / page).parent.joinpath(target).exists():
+                wrong.append(f"{page} leads to {target}, which is not there")
+    for one in wrong:
+        print("WRONG:", one)
+    return 1 if wrong else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["commands", "numbers"])
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release")
+    given = parser.parse_args()
+    return commands(given.build.resolve()) if given.what == "commands" else numbers()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

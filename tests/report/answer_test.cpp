@@ -1,0 +1,93 @@
+#include "report/answer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+const NamedFiles files{.model = "my motor.yaml", .sessions = {"a.csv"}, .held_out = {"b.csv@1:2"}, .map = "names.yaml"};
+
+Diagnosis answer(Verdict verdict, std::vector<MissingEffect> missing = {}) {
+  Diagnosis d;
+  d.verdict = verdict;
+  d.missing = std::move(missing);
+  d.base_train = 9;
+  d.base_held_out = 10;
+  d.final_train = 1;
+  d.final_held_out = 2.5;
+  return d;
+}
+
+MissingEffect friction() {
+  Parameter T_c;
+  T_c.symbol = "T_c";
+  T_c.unit = "N m";
+  T_c.value = 0.05;
+  T_c.std_error = 0.001;
+  return {.effect = effect_index("coulomb_friction"), .tied_with = {}, .parameters = {T_c}};
+}
+
+TEST(Answer, IsFiveLinesWhateverTheVerdict) {
+  for (const Verdict v :
+       {Verdict::found, Verdict::tied, Verdict::unknown_effect, Verdict::nothing_missing, Verdict::cannot_tell}) {
+    MissingEffect one = friction();
+    one.tied_with = {effect_index("windage")};
+    const bool named = v == Verdict::found || v == Verdict::tied;
+    const std::string text = answer_text(answer(v, named ? std::vector{one} : std::vector<MissingEffect>{}), files);
+    EXPECT_EQ(std::ranges::count(text, '\n'), 5) << text;
+    EXPECT_THAT(text, AllOf(StartsWith("missing  "), HasSubstr("\nsize     "),
+                            HasSubstr("\nsure     " + std::string(word(v)) + ": "),
+                            HasSubstr("\nerror    10 -> 2.5 noise floors held out, 9 -> 1 in training\n"),
+                            HasSubstr("\nnext     emtb ")));
+  }
+}
+
+TEST(Answer, NamesWhatIsTiedAndWhatHasNoName) {
+  MissingEffect one = friction();
+  one.tied_with = {effect_index("windage")};
+  EXPECT_THAT(answer_text(answer(Verdict::tied, {one}), files),
+              HasSubstr("missing  one of coulomb_friction or windage\n"));
+  EXPECT_THAT(
+      answer_text(answer(Verdict::unknown_effect, {friction()}), files),
+      AllOf(HasSubstr(
+                "missing  coulomb_friction (Coulomb friction) and something that no effect of the library explains\n"),
+            HasSubstr("2.5 noise floors remain without a name")));
+  EXPECT_THAT(answer_text(answer(Verdict::nothing_missing), files),
+              HasSubstr("missing  nothing that these runs show\n"));
+}
+
+TEST(Answer, ALoneRunSaysThatItJudgedItself) {
+  Diagnosis d = answer(Verdict::found, {friction()});
+  d.judged_on_training = true;
+  EXPECT_THAT(answer_text(d, files), AllOf(HasSubstr("judged on itself"), HasSubstr("the run itself")));
+}
+
+TEST(NextCommand, IsToBeTypedAsItStands) {
+  EXPECT_EQ(next_command(answer(Verdict::found, {friction()}), files),
+            "emtb add coulomb_friction 'my motor.yaml' a.csv --held-out b.csv@1:2 --map names.yaml --out "
+            "'my motor-with-coulomb_friction.yaml'");
+  EXPECT_THAT(next_command(answer(Verdict::unknown_effect), files), StartsWith("emtb report 'my motor.yaml' a.csv"));
+  EXPECT_THAT(next_command(answer(Verdict::nothing_missing), files), StartsWith("emtb calibrate "));
+  NamedFiles written = files;
+  written.out = "found.yaml";
+  EXPECT_EQ(next_command(answer(Verdict::found, {friction()}), written),
+            "emtb compare found.yaml b.csv@1:2 --map names.yaml");
+  written.candidates = "mine.yaml";
+  EXPECT_THAT(next_command(answer(Verdict::nothing_missing),
+                           {.model = "m.yaml", .sessions = {"a.csv"}, .candidates = "mine.yaml"}),
+              Not(HasSubstr("--candidates")))
+      << "calibrate takes none";
+}
+
+}  // namespace
+}  // namespace emtb
