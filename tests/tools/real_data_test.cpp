@@ -81,6 +81,23 @@ TEST_F(RealData, Jga25HidesFrictionOrADeadZoneAndALag) {
   EXPECT_NEAR(d["error"]["final"]["held_out"], 4, 0.5);
 }
 
+TEST_F(RealData, UnmotorHidesADeadZone) {
+  const json d = diagnosed("unmotor", "unmotor/prbs_open.csv", {"@0:50"}, {"@50:"});
+  EXPECT_EQ(d["verdict"], "found");
+  EXPECT_THAT(names(d), ElementsAre("driver_dead_zone"));
+  EXPECT_NEAR(value(d, "driver_dead_zone", "u_d"), 0.302, 0.01);  // known
+  EXPECT_NEAR(d["signals"]["omega"]["rmse"], 0.107, 0.01);        // known
+}
+
+TEST_F(RealData, Xl330HidesAPendulumAndFrictionThatGrowsWithIt) {
+  const json d = diagnosed("xl330", "xl330/xl330_pendulum.csv",
+                           {"#sin_sin_100", "#sin_sin_400", "#up_and_down_100", "#up_and_down_400"},
+                           {"#sin_sin_200", "#up_and_down_800"});
+  EXPECT_EQ(d["verdict"], "unknown_effect");
+  EXPECT_THAT(names(d), testing::IsSupersetOf({"eccentric_load", "load_dependent_friction"}));
+  EXPECT_LT(d["error"]["final"]["held_out"].get<double>() / d["error"]["base"]["held_out"].get<double>(), 0.5);
+}
+
 TEST_F(RealData, EmpsHidesFrictionThatDiffersBetweenTheDirections) {
   const json d = diagnosed("emps", "emps/emps.csv", {"@0:14.9"}, {"@14.9:"});
   EXPECT_EQ(d["verdict"], "found");  // 1.7 % of how much the position varies is left, 83 noise floors
