@@ -57,8 +57,6 @@ file(WRITE ${EMTB_MADE}/changelog "emtb (${PROJECT_VERSION}) bookworm; urgency=m
  -- ${EMTB_MAINTAINER}  Thu, 01 Jan 2026 00:00:00 +0000
 ")
 execute_process(COMMAND gzip -9nc ${EMTB_MADE}/changelog OUTPUT_FILE ${EMTB_MADE}/changelog.gz)
-configure_file(${EMTB_PACKAGING}/debian/preinst.in ${EMTB_MADE}/preinst @ONLY)
-file(CHMOD ${EMTB_MADE}/preinst PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 file(WRITE ${EMTB_MADE}/conffiles "/etc/needrestart/conf.d/emtb.conf\n")
 
 set(CPACK_GENERATOR DEB)
@@ -86,6 +84,6 @@ set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd | systemd-standalone-sysusers")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "udev")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "octave, python3-h5py")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${EMTB_MADE}/preinst ${EMTB_MADE}/conffiles ${EMTB_PACKAGING}/debian/postinst
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${EMTB_MADE}/conffiles ${EMTB_PACKAGING}/debian/postinst
                                        ${EMTB_PACKAGING}/debian/prerm ${EMTB_PACKAGING}/debian/postrm)
 include(CPack)

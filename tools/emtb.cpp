@@ -10,7 +10,7 @@ void group(emtb::CommandLine& line) {
   line.group("Before a bench runs", {"devices", "bench", "latency", "profiles"});
   line.group("Recorded sessions", {"check", "info", "import", "export", "replay"});
   line.group("What the model is missing", {"diagnose", "add", "report", "page", "effects"});
-  line.group("The model itself", {"estimate", "calibrate", "compare", "simulate", "table"});
+  line.group("The model itself", {"estimate", "calibrate", "compare", "simulate", "table", "batch"});
   line.group("The model elsewhere", {"export-model", "gains"});
   line.group("About emtb", {"help", "paper"});
 }
