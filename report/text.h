@@ -40,8 +40,8 @@ std::string counted(std::size_t count, const std::string& what);
 /// text has stay. A word longer than a line stands whole on one of its own. No newline at the end.
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent = 0);
 
-/// A text of prose and tables for a terminal: prose is broken into lines of `width`, those that follow two spaces further
-/// in; rows of tables, which hold two spaces in a row, stay.
+/// A text of prose and tables for a terminal: prose is broken into lines of `width`, those that follow two spaces
+/// further in; rows of tables, which hold two spaces in a row, stay.
 std::string fitted(const std::string& text, std::size_t width);
 
 /// A bar of at most `width` characters: to the right for positive shares (of 1), to the left of the middle for
