@@ -14,7 +14,7 @@ double rise_to_come(std::span<const double> before, std::size_t piece, double si
   const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
   const double last = at(0) - at(1), middle = at(1) - at(2), first = at(2) - at(3);
   if (last <= 0 || middle <= 0 || first <= 0) return 0;
-  const double ratio = std::clamp(std::min(last / middle, middle / first), 0.0, 0.9);
+  const double ratio = std::clamp(std::max(last / middle, middle / first), 0.0, 0.9);
   return last * ratio / (1 - ratio);
 }
 
@@ -23,6 +23,22 @@ double dwell_at_top(std::span<const double> before, std::size_t piece, double si
   const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
   const double slowing = (at(1) - at(2)) - (at(0) - at(1));
   return slowing > 0 ? 2 * std::sqrt(2 * step / slowing) * static_cast<double>(piece) : 0;
+}
+
+/// By how much a reading rose from the one before it, in the second last of some pieces.
+double rate_before(std::span<const double> before, std::size_t piece, double sign) {
+  const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
+  return (at(1) - at(2)) / static_cast<double>(piece);
+}
+
+/// Had a rise slowed down before it reached a stretch? Of one that is cut off, the last two steps take no longer than
+/// those before them.
+/// @param rate the mean change per reading on the way there
+bool had_slowed(std::span<const double> before, double value, double sign, double step, double rate) {
+  constexpr double clearly = 3;
+  std::size_t near = 0;
+  while (near < before.size() && sign * (value - before[before.size() - 1 - near]) <= 2 * step) ++near;
+  return rate > 0 && static_cast<double>(near) > clearly * (1 + 2 * step / rate);
 }
 
 /// Whether a stretch at the extreme cuts off a rise.
@@ -34,6 +50,7 @@ bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double s
     const double left = sign * (s.value - before.back());
     const double last = sign * (before.back() - before[before.size() - 1 - piece]);
     if (last < 6 * std::max(noise, step)) continue;
+    if (had_slowed(before, s.value, sign, std::max(noise, step), rate_before(before, piece, sign))) continue;
     constexpr double spare = 1.5;  // a rise is known to a step
     if (static_cast<double>(s.length()) < spare * dwell_at_top(before, piece, sign, step)) continue;
     const double reach = last / static_cast<double>(piece) * static_cast<double>(s.length());  // had it gone on

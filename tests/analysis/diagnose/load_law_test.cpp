@@ -60,7 +60,7 @@ TEST(LoadLaw, IsToldFromTheSpeedOfAnEncoderToo) {
 TEST(LoadLaw, IsAskedBesideWhatTheMotorLacks) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.load.brake = 0.01;
-  bench.plant.motor.brush_drop = 0.3;
+  bench.plant.motor.brush_drop = 0.8;
   const Diagnosis d = diagnose_on(bench);
   EXPECT_THAT(named(d), UnorderedElementsAre("dry_brake", "brush_drop")) << report(d);
 }
