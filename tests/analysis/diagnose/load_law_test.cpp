@@ -61,7 +61,8 @@ TEST(LoadLaw, IsAskedBesideWhatTheMotorLacks) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.load.brake = 0.01;
   bench.plant.motor.brush_drop = 0.8;
-  const Diagnosis d = diagnose_on(bench);
+  const std::vector<Profile> few(bench.train.begin(), bench.train.begin() + 2);
+  const Diagnosis d = diagnose(record(bench, few, 1), record(bench, bench.held_out, 101), bench.model);
   EXPECT_THAT(named(d), UnorderedElementsAre("dry_brake", "brush_drop")) << report(d);
 }
 
