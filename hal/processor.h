@@ -9,6 +9,9 @@ enum class Processor {
   avx2  ///< x86-64 with AVX2 and FMA: Intel since 2013, AMD since 2015
 };
 
+/// Has this machine such a processor?
+bool has(Processor processor) noexcept;
+
 /// The best that this machine has; or what the environment variable EMTB_SIMD names: `baseline` or `avx2`.
 /// @throws ModelError where EMTB_SIMD names something else, or what this machine has not
 Processor processor();

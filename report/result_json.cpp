@@ -17,13 +17,10 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-json number(const std::optional<double>& value) { return value ? number(*value) : json(nullptr); }
-
 std::string name(Signal signal) { return std::string(info(signal).name); }
 
 json parameter_json(const Parameter& p) {
-  return {{"value", p.value}, {"std_error", number(p.std_error)}, {"unit", p.unit}};
+  return {{"value", p.value}, {"std_error", number_json(p.std_error)}, {"unit", p.unit}};
 }
 
 json maps_json(const std::vector<ResidualMap>& maps) {
@@ -43,8 +40,8 @@ json maps_json(const std::vector<ResidualMap>& maps) {
 /// What the instrument does not explain; null where it explains all.
 json rest_json(Signal signal, const Rest& rest) {
   if (rest.rms <= 0) return nullptr;
-  const auto known = [](double value) { return value > 0 ? number(value) : json(nullptr); };
-  json out{{"rms", number(rest.rms)}, {"lasts", known(rest.lasts)}};
+  const auto known = [](double value) { return value > 0 ? number_json(value) : json(nullptr); };
+  json out{{"rms", number_json(rest.rms)}, {"lasts", known(rest.lasts)}};
   if (signal == Signal::omega) out["like_torque"] = known(rest.like);
   if (signal == Signal::i_a) out["like_voltage"] = known(rest.like);
   if (rest.like > 0 && rest.applied > 0) out["like_percent"] = 100 * rest.like / rest.applied;
@@ -54,7 +51,7 @@ json rest_json(Signal signal, const Rest& rest) {
 json undetermined_json(const std::vector<Undetermined>& list) {
   json out = json::array();
   for (const Undetermined& u : list) {
-    out.push_back({{"combination", u.combination}, {"relative_error", number(u.relative_error)}});
+    out.push_back({{"combination", u.combination}, {"relative_error", number_json(u.relative_error)}});
   }
   return out;
 }
@@ -63,7 +60,7 @@ json pins_json(const std::vector<Pin>& pins) {
   json list = json::array();
   for (const Pin& pin : pins) {
     json followers = json::object();
-    for (const Follower& f : pin.followers) followers[f.parameter] = number(f.power);
+    for (const Follower& f : pin.followers) followers[f.parameter] = number_json(f.power);
     list.push_back({{"parameter", pin.parameter},
                     {"value", pin.value},
                     {"unit", pin.unit},
@@ -87,6 +84,9 @@ json curves_json(const std::vector<MissingCurve>& curves) {
 }
 
 }  // namespace
+
+json number_json(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+json number_json(const std::optional<double>& value) { return value ? number_json(*value) : json(nullptr); }
 
 json to_json(const std::map<Signal, SignalFit>& signals) {
   json out = json::object();
@@ -156,7 +156,7 @@ json next_json(const Diagnosis& d) {
           {"record", worth ? record : json::array()},
           {"knots", worth ? knots : json::array()},
           {"separates", separates},
-          {"separation", number(best.separation)}};
+          {"separation", number_json(best.separation)}};
 }
 
 json to_json(const Diagnosis& d) {
@@ -179,31 +179,31 @@ json to_json(const Diagnosis& d) {
     json expected = json::object();
     const EffectInfo& about = d.about(c.score.effect);
     for (std::size_t i = 0; i < c.score.expected().size(); ++i) {
-      expected[std::string(about.parameters()[i].symbol)] = number(c.score.expected()[i]);
+      expected[std::string(about.parameters()[i].symbol)] = number_json(c.score.expected()[i]);
     }
     out["candidates"].push_back({{"id", d.id(c.score.effect)},
-                                 {"predicted_drop", number(c.score.predicted_drop)},
-                                 {"visibility", number(c.score.visibility)},
-                                 {"p_value", number(c.score.p_value)},
-                                 {"held_out_error", number(c.held_out_error)},
-                                 {"detectable_size", number(c.score.detectable_size)},
+                                 {"predicted_drop", number_json(c.score.predicted_drop)},
+                                 {"visibility", number_json(c.score.visibility)},
+                                 {"p_value", number_json(c.score.p_value)},
+                                 {"held_out_error", number_json(c.held_out_error)},
+                                 {"detectable_size", number_json(c.score.detectable_size)},
                                  {"expected", expected}});
     if (!c.implausible.empty()) out["candidates"].back()["implausible"] = c.implausible;
   }
   out["not_tried"] = json::array();
   for (const Withheld& w : d.withheld) out["not_tried"].push_back({{"id", d.id(w.effect)}, {"why", w.why}});
   out["parameters"] = parameters_json(d.final, {}, d.pins);
-  out["error"] = {{"base", {{"train", number(d.base_train)}, {"held_out", number(d.base_held_out)}}},
-                  {"final", {{"train", number(d.final_train)}, {"held_out", number(d.final_held_out)}}}};
+  out["error"] = {{"base", {{"train", number_json(d.base_train)}, {"held_out", number_json(d.base_held_out)}}},
+                  {"final", {{"train", number_json(d.final_train)}, {"held_out", number_json(d.final_held_out)}}}};
   out["signals"] = to_json(d.signals);
   out["steps"] = json::array();
   for (const Step& s : d.steps) {
     out["steps"].push_back({{"added", s.added ? json(d.id(*s.added)) : json(nullptr)},
                             {"action", s.action},
-                            {"train", number(s.train)},
-                            {"held_out", number(s.held_out)}});
+                            {"train", number_json(s.train)},
+                            {"held_out", number_json(s.held_out)}});
   }
-  out["unexplained"] = number(d.final_held_out);
+  out["unexplained"] = number_json(d.final_held_out);
   out["timing"] = timing_json(d.data->timing, d.data->interval(), d.final);
   out["where"] = maps_json(d.where);
   out["where_final"] = maps_json(d.where_final);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -10,6 +11,10 @@
 #include "analysis/investigate/investigate.h"
 
 namespace emtb {
+
+/// A number; null where it is not finite, or unknown.
+nlohmann::ordered_json number_json(double value);
+nlohmann::ordered_json number_json(const std::optional<double>& value);
 
 /// Results as the contract's JSON (section 6 of the design); what is unknown is null.
 nlohmann::ordered_json to_json(const Diagnosis& diagnosis);

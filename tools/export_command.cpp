@@ -117,15 +117,13 @@ Design designed(const Model& model, const GainsOptions& o, const WorkingPoint& a
   return d;
 }
 
-nlohmann::ordered_json finite(double x) { return std::isfinite(x) ? nlohmann::ordered_json(x) : nullptr; }
-
 nlohmann::ordered_json answer_json(const StepAnswer& a) {
-  return {{"rise_s", finite(a.rise)},
-          {"overshoot", finite(a.overshoot)},
-          {"settled_s", finite(a.settled)},
-          {"left_rad_s", finite(a.left)},
-          {"largest_current_A", finite(a.largest_current)},
-          {"limited", finite(a.limited)}};
+  return {{"rise_s", number_json(a.rise)},
+          {"overshoot", number_json(a.overshoot)},
+          {"settled_s", number_json(a.settled)},
+          {"left_rad_s", number_json(a.left)},
+          {"largest_current_A", number_json(a.largest_current)},
+          {"limited", number_json(a.limited)}};
 }
 
 nlohmann::ordered_json design_json(const Design& d) {
@@ -137,10 +135,10 @@ nlohmann::ordered_json design_json(const Design& d) {
                   {"back_emf", d.gains.back_emf},
                   {"direct", pi(d.gains.direct)}};
   for (int k = 0; k < 2; ++k) {
-    out[name_of(loops[k])] = {{"phase_margin_deg", finite(d.nominal[k].phase)},
-                              {"gain_margin_dB", finite(d.nominal[k].gain)},
-                              {"least_phase_margin_deg", finite(d.spread[k].least.phase)},
-                              {"least_gain_margin_dB", finite(d.spread[k].least.gain)},
+    out[name_of(loops[k])] = {{"phase_margin_deg", number_json(d.nominal[k].phase)},
+                              {"gain_margin_dB", number_json(d.nominal[k].gain)},
+                              {"least_phase_margin_deg", number_json(d.spread[k].least.phase)},
+                              {"least_gain_margin_dB", number_json(d.spread[k].least.gain)},
                               {"draws", d.spread[k].draws},
                               {"step", answer_json(d.with[k])},
                               {"step_without_feed_forward", answer_json(d.without[k])}};

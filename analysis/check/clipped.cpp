@@ -8,36 +8,43 @@
 namespace emtb {
 namespace {
 
-/// How far a signal would still have risen when it reached a stretch, from its rise in three pieces before it: the sum
-/// of the geometric series that they begin. A signal that settles rises less in each.
-double rise_to_come(std::span<const double> before, std::size_t piece, double sign) {
-  const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
-  const double last = at(0) - at(1), middle = at(1) - at(2), first = at(2) - at(3);
-  if (last <= 0 || middle <= 0 || first <= 0) return 0;
-  const double ratio = std::clamp(std::max(last / middle, middle / first), 0.0, 0.9);
-  return last * ratio / (1 - ratio);
+/// How a signal came to a stretch: by how much it rose in each of three pieces before it.
+struct Approach {
+  std::span<const double> before;  ///< the readings up to the last but one
+  double sign;                     ///< -1: a rise is a fall
+  std::size_t piece;               ///< readings
+  double first, middle, last;
+};
+
+Approach approach(std::span<const double> before, double sign, std::size_t piece) {
+  const auto rise = [&](std::size_t back) {
+    const std::size_t end = before.size() - 1 - back * piece;
+    return sign * (before[end] - before[end - piece]);
+  };
+  return {before, sign, piece, rise(2), rise(1), rise(0)};
+}
+
+/// How far a signal would still have risen when it reached a stretch: the sum of the geometric series that its pieces
+/// begin. A signal that settles rises less in each.
+double rise_to_come(const Approach& a) {
+  if (a.last <= 0 || a.middle <= 0 || a.first <= 0) return 0;
+  const double ratio = std::clamp(std::max(a.last / a.middle, a.middle / a.first), 0.0, 0.9);
+  return a.last * ratio / (1 - ratio);
 }
 
 /// For how many readings the top of a wave stays within a step of its height, as the slowing of its rise tells.
-double dwell_at_top(std::span<const double> before, std::size_t piece, double sign, double step) {
-  const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
-  const double slowing = (at(1) - at(2)) - (at(0) - at(1));
-  return slowing > 0 ? 2 * std::sqrt(2 * step / slowing) * static_cast<double>(piece) : 0;
+double dwell_at_top(const Approach& a, double step) {
+  const double slowing = a.middle - a.last;
+  return slowing > 0 ? 2 * std::sqrt(2 * step / slowing) * static_cast<double>(a.piece) : 0;
 }
 
-/// By how much a reading rose from the one before it, in the second last of some pieces.
-double rate_before(std::span<const double> before, std::size_t piece, double sign) {
-  const auto at = [&](std::size_t back) { return sign * before[before.size() - 1 - back * piece]; };
-  return (at(1) - at(2)) / static_cast<double>(piece);
-}
-
-/// Had a rise slowed down before it reached a stretch? Of one that is cut off, the last two steps take no longer than
-/// those before them.
-/// @param rate the mean change per reading on the way there
-bool had_slowed(std::span<const double> before, double value, double sign, double step, double rate) {
+/// Had a rise slowed down before it reached a stretch? Of one that is cut off, the last two steps take little longer
+/// than they did a piece before.
+bool had_slowed(const Approach& a, double value, double step) {
   constexpr double clearly = 3;
+  const double rate = a.middle / static_cast<double>(a.piece);
   std::size_t near = 0;
-  while (near < before.size() && sign * (value - before[before.size() - 1 - near]) <= 2 * step) ++near;
+  while (near < a.before.size() && a.sign * (value - a.before[a.before.size() - 1 - near]) <= 2 * step) ++near;
   return rate > 0 && static_cast<double>(near) > clearly * (1 + 2 * step / rate);
 }
 
@@ -46,15 +53,14 @@ bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double s
   // Pieces so long that each rises clear of the noise; the reading just before the stretch may be cut already.
   for (const std::size_t piece : {1, 2, 4, 8, 16}) {
     if (s.begin < 3 * piece + 2) break;
-    const std::span<const double> before = x.first(s.begin - 1);
-    const double left = sign * (s.value - before.back());
-    const double last = sign * (before.back() - before[before.size() - 1 - piece]);
-    if (last < 6 * std::max(noise, step)) continue;
-    if (had_slowed(before, s.value, sign, std::max(noise, step), rate_before(before, piece, sign))) continue;
+    const Approach a = approach(x.first(s.begin - 1), sign, piece);
+    const double left = sign * (s.value - a.before.back());
+    if (a.last < 6 * std::max(noise, step)) continue;
+    if (had_slowed(a, s.value, std::max(noise, step))) continue;
     constexpr double spare = 1.5;  // a rise is known to a step
-    if (static_cast<double>(s.length()) < spare * dwell_at_top(before, piece, sign, step)) continue;
-    const double reach = last / static_cast<double>(piece) * static_cast<double>(s.length());  // had it gone on
-    return std::min(rise_to_come(before, piece, sign), reach) >
+    if (static_cast<double>(s.length()) < spare * dwell_at_top(a, step)) continue;
+    const double reach = a.last / static_cast<double>(piece) * static_cast<double>(s.length());  // had it gone on
+    return std::min(rise_to_come(a), reach) >
            3 * std::max(left, 0.0) + 6 * std::max(noise, step) + step;  // read to a step
   }
   return false;

@@ -107,10 +107,7 @@ std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
     if (there) found = std::move(there);
   }
   if (!criterion_.remainder(found->held_out)) return found;
-  Model anew = with_base_as_given(found->model());
-  for (std::size_t i = 0; i < anew.base.size(); ++i) {
-    if (found->model().base[i].pinned) anew.base[i] = found->model().base[i];
-  }
+  const Model anew = with_base_as_given(found->model());
   std::optional<Trial> other = attempt([&] { return fitted(anew, to_the_end(extra_starts), nullptr); });
   return other && criterion_.material(found->held_out, other->held_out) ? other : found;
 }
@@ -218,6 +215,9 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
 Fit FittedTrials::begun_anew(const Trial& fitted, Score score) const {
   constexpr int some = 10;  // steps
   Fit anew = fitted.fit;
+  for (Parameter& p : anew.model.base) {
+    if (p.pinned) p.fixed = p.pinned = false;
+  }
   anew.model = with_base_as_given(anew.model);
   anew.phases.clear();
   for (Score::Start& start : score.starts) start.others.clear();  // they belong to the fitted values
@@ -234,8 +234,7 @@ Fit FittedTrials::begun_anew(const Trial& fitted, Score score) const {
 
 Model FittedTrials::with_base_as_given(Model model) const {
   for (std::size_t i = 0; i < model.base.size(); ++i) {
-    Parameter& p = model.base[i];
-    if (p.pinned || !p.fixed) p = given_.base[i];
+    if (!model.base[i].fixed) model.base[i] = given_.base[i];
   }
   return model;
 }

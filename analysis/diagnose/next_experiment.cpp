@@ -41,9 +41,9 @@ std::vector<Instrument> instruments_of(const Run& run) {
 }
 
 /// [s] between the rows of a log: an instrument that is read less often is sparse in it.
-double row_interval(const Run& run) {
+double row_interval(const Run& run, const std::vector<Instrument>& instruments) {
   double fastest = mean_interval(run.at(Signal::u_ref).t);
-  for (const Instrument& i : instruments_of(run)) fastest = std::min(fastest, i.interval);
+  for (const Instrument& i : instruments) fastest = std::min(fastest, i.interval);
   return fastest;
 }
 
@@ -177,7 +177,7 @@ std::vector<Proposal> next_experiments(std::span<const Run> runs, const Dataset&
   for (const Model& other : others) known.push_back(information(data.train, other));
 
   const std::vector<Instrument> own = instruments_of(runs.front());
-  const double fastest = row_interval(runs.front());
+  const double fastest = row_interval(runs.front(), own);
   std::vector<std::vector<Signal>> additions{{}};
   for (const Signal signal : {Signal::i_a, Signal::e_a}) {
     const auto known_as = std::ranges::find(own, signal, &Instrument::signal);

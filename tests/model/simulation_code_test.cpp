@@ -63,14 +63,6 @@ Kept<Scalar> run(SimulationCode::Simulate<Scalar> simulate) {
   return kept;
 }
 
-bool has_avx2() {
-#if defined(__x86_64__)
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#else
-  return false;
-#endif
-}
-
 /// Largest difference of two results over the largest of them.
 template <class Number>
 double apart(const std::vector<Number>& a, const std::vector<Number>& b, std::size_t derivative) {
@@ -90,7 +82,7 @@ double apart(const std::vector<Number>& a, const std::vector<Number>& b, std::si
 }
 
 TEST(SimulationCode, IsTheSameForEveryProcessorButForRounding) {
-  if (!has_avx2()) GTEST_SKIP() << "this machine has no AVX2";
+  if (!has(Processor::avx2)) GTEST_SKIP() << "this machine has no AVX2";
 #if defined(__x86_64__)
   constexpr double rounding = 1e-9;  // of a product and a sum that AVX2 rounds once, over 8000 steps
   const SimulationCode any = simulation_code_for<Processor::any>(), avx2 = simulation_code_for<Processor::avx2>();
@@ -125,9 +117,9 @@ TEST_F(WishedProcessor, IsTakenWhereItIsThere) {
   wish("baseline");
   EXPECT_EQ(processor(), Processor::any);
   wish("");
-  EXPECT_EQ(processor(), has_avx2() ? Processor::avx2 : Processor::any);
+  EXPECT_EQ(processor(), has(Processor::avx2) ? Processor::avx2 : Processor::any);
   wish("avx2");
-  if (has_avx2()) {
+  if (has(Processor::avx2)) {
     EXPECT_EQ(processor(), Processor::avx2);
   } else {
     EXPECT_THROW(processor(), ModelError);

@@ -1,6 +1,5 @@
 #include "tools/batch/one.h"
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -74,8 +73,6 @@ std::vector<Run> runs_of(const std::vector<std::string>& specs, const Mapping& m
   return runs;
 }
 
-json finite_or_null(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
-
 double error_on(const std::vector<Record>& records, const Model& model) {
   return error_of(mean_squares(residuals(records, model, model.values(), {})));
 }
@@ -86,9 +83,8 @@ void fit(const std::vector<Run>& train, const std::vector<Run>& held_out, const 
   out["converged"] = c.converged;
   out["parameters"] = parameters_json(c.model);
   out["at_bound"] = c.at_bound;
-  out["error"] = {
-      {"train", finite_or_null(error_on(data.train, c.model))},
-      {"held_out", data.held_out.empty() ? json(nullptr) : finite_or_null(error_on(data.held_out, c.model))}};
+  out["error"] = {{"train", number_json(error_on(data.train, c.model))},
+                  {"held_out", data.held_out.empty() ? json(nullptr) : number_json(error_on(data.held_out, c.model))}};
 }
 
 void find_out(const std::vector<Run>& train, const std::vector<Run>& held_out, const Model& model, json& out) {
@@ -101,7 +97,7 @@ void find_out(const std::vector<Run>& train, const std::vector<Run>& held_out, c
 }
 
 void hold_against(const std::vector<Run>& train, const Model& model, json& out) {
-  out["error"] = {{"train", finite_or_null(compare(train, model).error)}, {"held_out", nullptr}};
+  out["error"] = {{"train", number_json(compare(train, model).error)}, {"held_out", nullptr}};
 }
 
 /// When a session was recorded, where its file says so.
