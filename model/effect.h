@@ -70,6 +70,9 @@ struct Ranges {
   double inertia = 0;         ///< [kg m2] of the fitted model
   double rise = 0, fall = 0;  ///< [V/s] known limits of the driver
   double ringing = 0;         ///< [rad/s] at which what is left of the speed rings; 0: it does not
+
+  /// [s] By how much a reading or an edge may be late for how the runs were logged: a row, and what a row takes to log.
+  double logging() const { return 1.25 * sample; }
 };
 
 /// A machine as it was fitted, and how far it went: what the values of an effect are held against. As ratios, times and

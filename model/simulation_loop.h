@@ -4,10 +4,32 @@
 #include <cmath>
 
 #include "model/catalogue.h"
+#include "model/lateness.h"
 #include "model/simulation.h"
 #include "model/step.h"
 
 namespace emtb {
+
+/// The value of a row; 0 of a signal that is not there.
+inline double value_at(const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; }
+
+/// What drives a machine as a run begins.
+inline StepInput first_input(const Excitation& x, std::span<const double> angle) {
+  StepInput in{.u_ref = value_at(x.u_ref, 0),
+               .e_a_mean = value_at(x.e_a, 0),
+               .e_a_end = value_at(x.e_a, 0),
+               .i_a = value_at(x.i_a, 0),
+               .load = value_at(x.load, 0),
+               .omega = value_at(x.omega, 0),
+               .omega_end = value_at(x.omega, 0),
+               .angle_middle = {},
+               .angle_end = {},
+               .angle_pull = {},
+               .angle_integrated = x.angle_integrated};
+  if (!angle.empty()) in.angle_end = angle[0];
+  in.armature_open = !x.armature_open.empty() && x.armature_open[0] != 0;
+  return in;
+}
 
 /// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
 /// instantiated.
@@ -20,21 +42,13 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   Machine<Scalar> machine(structure, parameters);
   const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
   const std::span<const double> angle = variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle;
-  const auto read = [&](std::size_t k) { reader.read(k, machine.readings()); };
-  const auto at = [](const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; };
-  StepInput in{.u_ref = at(x.u_ref, 0),
-               .e_a_mean = at(x.e_a, 0),
-               .e_a_end = at(x.e_a, 0),
-               .i_a = at(x.i_a, 0),
-               .load = at(x.load, 0),
-               .omega = at(x.omega, 0),
-               .omega_end = at(x.omega, 0),
-               .angle_middle = {},
-               .angle_end = {},
-               .angle_pull = {},
-               .angle_integrated = x.angle_integrated};
-  if (!angle.empty()) in.angle_end = angle[0];
-  in.armature_open = !x.armature_open.empty() && x.armature_open[0] != 0;
+  CurrentAtJump<Scalar> jump;
+  const auto read = [&](std::size_t k, bool jumps = false) {
+    SimulatedReadings<Scalar> y = machine.readings();
+    if (jumps) y.jump = &jump;
+    reader.read(k, y);
+  };
+  StepInput in = first_input(x, angle);
   machine.start(x.initial, in);
   read(0);
   // A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on h alone is computed once.
@@ -43,8 +57,8 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   if (variation.half_steps) longest_step = 0.5 * std::min(even, longest_step);
   // Over a part of the interval from k on, under the held inputs of a row.
   const auto advance = [&](std::size_t k, std::size_t row, double from, double until, double interval) {
-    in.u_ref = at(x.u_ref, row);
-    in.i_a = at(x.i_a, row);
+    in.u_ref = value_at(x.u_ref, row);
+    in.i_a = value_at(x.i_a, row);
     const double length = (until - from) * interval;
     const bool whole = length <= longest_step * (1 + 1e-6);
     const int steps = whole ? 1 : static_cast<int>(std::ceil(length / longest_step - 1e-6));
@@ -54,8 +68,8 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
       const auto part = [&](std::span<const double> values, double where) {
         return values.empty() ? 0.0 : values[k] + (values[k + 1] - values[k]) * where;
       };
-      in.e_a_mean = x.e_a_held ? at(x.e_a, row) : part(x.e_a, 0.5 * (begin + end)) + at(x.e_a_bulge, k);
-      in.e_a_end = x.e_a_held ? at(x.e_a, row) : part(x.e_a, end);
+      in.e_a_mean = x.e_a_held ? value_at(x.e_a, row) : part(x.e_a, 0.5 * (begin + end)) + value_at(x.e_a_bulge, k);
+      in.e_a_end = x.e_a_held ? value_at(x.e_a, row) : part(x.e_a, end);
       in.load = part(x.load, 0.5 * (begin + end));
       in.omega = part(x.omega, 0.5 * (begin + end));
       in.omega_end = part(x.omega, end);
@@ -66,9 +80,10 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
       machine.step(in, x.t[k] + begin * interval, h);
     }
   };
+  const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
   const auto changes = [&](std::size_t row, std::size_t other) {
-    return at(x.u_ref, row) != at(x.u_ref, other) || at(x.i_a, row) != at(x.i_a, other) ||
-           (x.e_a_held && at(x.e_a, row) != at(x.e_a, other));
+    return value_at(x.u_ref, row) != value_at(x.u_ref, other) || value_at(x.i_a, row) != value_at(x.i_a, other) ||
+           (x.e_a_held && value_at(x.e_a, row) != value_at(x.e_a, other));
   };
   for (std::size_t k = 0; k + 1 < n; ++k) {
     double interval = x.t[k + 1] - x.t[k];
@@ -76,18 +91,19 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     if (!x.temperature.empty()) in.temperature = x.temperature[k];
     if (!x.angle_pull.empty()) in.angle_pull = x.angle_pull[k];
     in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
-    if (x.acts_after < 0 && changes(k, k + 1)) {
-      const double acts = std::max(0.0, 1 + x.acts_after / interval);
-      if (acts > 0) advance(k, k, 0, acts, interval);
-      advance(k, k + 1, acts, 1, interval);
-    } else if (x.acts_after > 0 && k > 0 && changes(k - 1, k)) {
-      const double acts = std::min(1.0, x.acts_after / interval);
-      advance(k, k - 1, 0, acts, interval);
-      if (acts < 1) advance(k, k, acts, 1, interval);
-    } else {
-      advance(k, k, 0, 1, interval);
-    }
-    read(k + 1);
+    const bool early = acts_after < 0 && changes(k, k + 1), late = acts_after >= 0 && k > 0 && changes(k - 1, k);
+    const double acts = early  ? std::max(0.0, 1 + acts_after / interval)
+                        : late ? std::min(1.0, acts_after / interval)
+                               : 0;
+    const bool jumps = x.reads_late_current && (early || late);
+    const Scalar speed_before = jumps ? machine.omega : Scalar(0.0);
+    if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
+    if (jumps && acts > 0) jump.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
+    const Scalar speed_at_jump = jumps ? machine.omega : Scalar(0.0);
+    if (acts < 1) advance(k, early ? k + 1 : k, acts, 1, interval);
+    if (jumps && acts < 1) jump.after = machine.current_taken_by(machine.omega - speed_at_jump) * (1 / (1 - acts));
+    jump.place = acts;
+    read(k + 1, jumps);
   }
 }
 

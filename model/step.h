@@ -142,6 +142,9 @@ class Machine : public Motion<Scalar> {
     return {e_a_reading, i_a_reading, omega_reading, is_late_ ? late_theta_ : angle_.theta(), torque_reading};
   }
 
+  /// [A] What a rise of the speed takes of the current, at a steady voltage and without an inductance.
+  Scalar current_taken_by(const Scalar& rise) const { return armature_.end().v1 * armature_.k_b() * rise; }
+
  private:
   using Motion<Scalar>::i_a_before;
   using Motion<Scalar>::omega_before;

@@ -41,7 +41,7 @@ double dwell_at_top(const Approach& a, double step) {
 /// Had a rise slowed down before it reached a stretch? Of one that is cut off, the last two steps take little longer
 /// than they did a piece before.
 bool had_slowed(const Approach& a, double value, double step) {
-  constexpr double clearly = 3;
+  constexpr double clearly = 2;
   const double rate = a.middle / static_cast<double>(a.piece);
   std::size_t near = 0;
   while (near < a.before.size() && a.sign * (value - a.before[a.before.size() - 1 - near]) <= 2 * step) ++near;
@@ -66,9 +66,20 @@ bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double s
   return false;
 }
 
+/// Does a signal pass this stretch as the top of a wave? A parabola stays within a step of its top for 2/5 as long
+/// again on either side; what is cut off rises and falls there as fast as ever.
+bool tops_a_wave(std::span<const double> x, const Stretch& s, double sign, double step) {
+  constexpr double share = 1.0 / 3;  // of the stretch, on both sides together
+  const auto near = [&](double reading) { return sign * (s.value - reading) <= 2 * step; };
+  std::size_t before = 0, after = 0;
+  while (before < s.begin && near(x[s.begin - 1 - before])) ++before;
+  while (s.end + after < x.size() && near(x[s.end + after])) ++after;
+  return before > 0 && after > 0 && static_cast<double>(before + after) > share * static_cast<double>(s.length());
+}
+
 struct Extreme {
   std::size_t readings = 0, first = 0, last = 0;
-  std::size_t longest = 0;
+  std::size_t longest = 0;  ///< of what is no top of a wave
   bool cut = false;
 };
 
@@ -79,6 +90,7 @@ Extreme at_extreme(std::span<const double> x, double value, double sign, double 
     if (e.readings == 0) e.first = s.begin;
     e.readings += s.length();
     e.last = s.end - 1;
+    if (tops_a_wave(x, s, sign, step)) continue;
     e.longest = std::max(e.longest, s.length());
     e.cut = e.cut || (s.length() >= 4 && cuts_off(x, s, sign, step, noise));
   }
@@ -99,6 +111,8 @@ DataFindings clipped(const Run& run) {
     for (const double sign : {1.0, -1.0}) {
       const double value = sign > 0 ? high : low;
       if (std::abs(value) < 0.1 * size || high - low < 8 * step) continue;  // rests at zero; or a coarse instrument
+      // A torque that stands where it stands most of the time is that of a brake.
+      if (signal == Signal::torque && 2 * std::ranges::count(x, value) > std::ssize(x)) continue;
       const Restlessness usual = restlessness(x, 0.1 * size, step, value);
       const Extreme e = at_extreme(x, value, sign, step, noise_of(x, 0.1 * size));
       const bool without_noise = usual.noisy && e.longest >= std::max<std::size_t>(12, 10 * usual.length);

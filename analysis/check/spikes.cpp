@@ -18,24 +18,53 @@ std::vector<double> off_neighbours(const std::vector<double>& x) {
   return off;
 }
 
+/// How far a signal lies off its neighbours, reading by reading, and how far it usually does.
+struct Off {
+  Signal signal;
+  std::vector<double> t, sizes;
+  double usual = 0;
+
+  bool far(std::size_t k, double times) const { return sizes[k] > 0 && sizes[k] >= times * usual; }
+
+  bool far_at(double time, double times) const {
+    const auto k = static_cast<std::size_t>(std::ranges::lower_bound(t, time) - t.begin());
+    return k < t.size() && t[k] == time && far(k, times);
+  }
+};
+
+std::vector<Off> all_off(const Run& run) {
+  std::vector<Off> all;
+  for (const Signal signal : measured_signals(run)) {
+    const Series& series = run.at(signal);
+    if (series.value.size() < around) continue;
+    Off off{signal, series.t, off_neighbours(series.value)};
+    for (double& size : off.sizes) size = std::abs(size);
+    off.usual = robust_sigma(off.sizes);
+    all.push_back(std::move(off));
+  }
+  return all;
+}
+
 }  // namespace
 
 DataFindings spikes(const Run& run) {
   DataFindings findings;
-  for (const Signal signal : measured_signals(run)) {
+  constexpr double far = 10;  // times the usual
+  const std::vector<Off> all = all_off(run);
+  for (const Off& own : all) {
+    const auto& [signal, t, sizes, usual] = own;
     const Series& series = run.at(signal);
     const auto& x = series.value;
-    if (x.size() < around) continue;
-    const std::vector<double> off = off_neighbours(x);
-    std::vector<double> sizes;
-    for (const double o : off) sizes.push_back(std::abs(o));
-    const double usual = robust_sigma(sizes);
+    // A glitch is one instrument's. What two of them see at one time has happened.
+    const auto another_sees_it = [&](double time) {
+      return std::ranges::any_of(all, [&](const Off& o) { return &o != &own && o.far_at(time, far); });
+    };
     const double step = step_of(series);
     const Drives drives(run, signal);
     std::vector<std::size_t> found;
     double energy = 0;
     for (std::size_t k = 2; k + 2 < x.size(); ++k) {
-      const double least = std::max(10 * usual, 4 * step);
+      const double least = std::max(far * usual, 4 * step);
       if (sizes[k] < least || sizes[k] == 0) continue;  // a signal that stands has neither noise nor steps
       const double neighbours =
           std::max({std::abs(x[k + 1] - x[k - 1]), std::abs(x[k - 1] - x[k - 2]), std::abs(x[k + 2] - x[k + 1])});
@@ -46,6 +75,7 @@ DataFindings spikes(const Run& run) {
       std::ranges::sort(near);
       // Not where readings near by lie as far off: a signal that is rough there.
       if (sizes[k] < 3 * near[near.size() * 9 / 10] || drives.change(series.t[k], series.t[k])) continue;
+      if (another_sees_it(series.t[k])) continue;
       found.push_back(k);
       energy += sizes[k] * sizes[k];
     }

@@ -8,9 +8,11 @@
 #include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/load_law.h"
+#include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
+#include "analysis/fit/timing_errors.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -37,12 +39,53 @@ void say_what_judges(Diagnosis& d, std::span<const Run> train, std::span<const R
   d.judged_on_training = held_out.empty() && train.size() == 1;
 }
 
+/// A model fitted to the end, with all that is known of its errors.
+Calibration with_all_errors(const Dataset& data, const Model& model) {
+  CalibrationOptions careful{.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true};
+  Calibration last = calibrate(data.train, model, careful);
+  widen_by_timing(data.train, last);
+  return last;
+}
+
+bool told_by_all_errors(const Dataset& data, const Model& model, std::size_t effect) {
+  try {
+    return told_from_zero(with_all_errors(data, model), effect);
+  } catch (const ModelError&) {
+    return true;  // nothing is known of them
+  }
+}
+
+/// A search judges by quick errors. What the errors that are printed do not tell from nothing goes, the last found
+/// first; but not what the data need all the same, when timing and starts have had their say without it.
+void drop_what_is_not_told(Finding& found, FittedTrials& trials, Dataset& data) {
+  for (std::size_t left = found.effects.size(); left > 0; --left) {
+    const std::size_t effect = found.effects[left - 1];
+    if (needed(effect, found.current.model())) continue;
+    if (told_by_all_errors(data, found.current.model(), effect)) continue;
+    Model without = found.current.model();
+    without.exclude(effect);
+    std::optional<Trial> trial = trials.fit_to_the_end(without);
+    const Timing before = data.timing;
+    if (trial && settle_timing(data, trial->model())) trial = trials.fit_to_the_end(trial->model());
+    if (!trial || removes_most(trial->held_out, found.current.held_out)) {
+      set_timing(data, before);
+      continue;
+    }
+    found.current = std::move(*trial);
+    found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
+    found.rivals.erase(effect);
+    found.steps.push_back({"dropped " + std::string(without.about(effect).id) + ": within its own errors",
+                           {},
+                           found.current.train,
+                           found.current.held_out.error()});
+  }
+}
+
 /// What the search found, fitted to the end with standard errors, and what of it is left.
 void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found,
                     const Model& given) {
-  CalibrationOptions careful{.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true};
   try {
-    const Calibration last = calibrate(data.train, found.current.model(), careful);
+    const Calibration last = with_all_errors(data, found.current.model());
     d.final = last.model;
     d.at_bound = last.at_bound;
     d.undetermined = last.identifiability.undetermined;
@@ -53,7 +96,13 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> a
   widen_by_held_damping(data.train, given, d.final);
   d.final_train = found.current.train;
   d.final_held_out = found.current.held_out.error();
-  d.base = with_standard_errors(data.train, d.base).model;
+  CalibrationOptions as_it_is{.extra_starts = 0, .max_iterations = 0};
+  try {
+    Calibration base = calibrate(data.train, d.base, as_it_is);
+    widen_by_timing(data.train, base);
+    d.base = base.model;
+  } catch (const ModelError&) {  // it stays without errors
+  }
   widen_by_held_damping(data.train, given, d.base);
   d.where_final = residual_maps(all, d.final);
   if (!d.missing_base.empty()) d.missing_final = missing_curves(data.train, d.final);
@@ -249,6 +298,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     found = search.from(first);
   }
   free_what_is_told(found, trials, data);
+  drop_what_is_not_told(found, trials, *prepared);
   d.torque_is_input = search.torque_left_out();
   const std::vector<Record> all = data.all();
   tell_of_the_base(d, data, all, first, options);

@@ -42,7 +42,18 @@ std::optional<Trial> attempt(const Fit& fit) {
   }
 }
 
-/// Do the data tell the size of an effect from nothing, to three of its standard errors?
+/// Does a wave keep step with the angle? Where its order is so uncertain that it may be a turn ahead at the end of a
+/// run, it is any force that comes and goes.
+bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t effect) {
+  const EffectInfo& about = judged.model.about(effect);
+  const std::optional<std::size_t> order = about.place_of(Role::order);
+  if (!order) return true;
+  const std::optional<double> error = judged.model.parameters_of(effect)[*order].std_error;
+  return !error || *error * most_turns(records) < 1;
+}
+
+}  // namespace
+
 bool told_from_zero(const Fit& judged, std::size_t effect) {
   const EffectInfo& about = judged.model.about(effect);
   const std::vector<Parameter>& included = judged.model.parameters_of(effect);
@@ -59,18 +70,6 @@ bool told_from_zero(const Fit& judged, std::size_t effect) {
   }
   return !any_amplitude;
 }
-
-/// Does a wave keep step with the angle? Where its order is so uncertain that it may be a turn ahead at the end of a
-/// run, it is any force that comes and goes.
-bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t effect) {
-  const EffectInfo& about = judged.model.about(effect);
-  const std::optional<std::size_t> order = about.place_of(Role::order);
-  if (!order) return true;
-  const std::optional<double> error = judged.model.parameters_of(effect)[*order].std_error;
-  return !error || *error * most_turns(records) < 1;
-}
-
-}  // namespace
 
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
   CalibrationOptions as_it_is;
@@ -295,7 +294,7 @@ bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   // What quick errors lack is no reason to doubt that it is there.
   const Fit judged = with_standard_errors(data_.train, fitted, true);
   if (!told_from_zero(judged, effect)) return false;
-  std::string objection = implausible_value(data_.train, fitted, effect);
+  std::string objection = implausible_value(data_.train, judged.model, effect);
   if (objection.empty() && !keeps_step(data_.train, judged, effect)) {
     objection = "its order is not told: a wave that keeps step with the angle would";
   }

@@ -60,6 +60,9 @@ class FittedTrials final : public Trials {
   std::map<std::size_t, std::string> refused_;
 };
 
+/// Do the data tell the size of an effect from nothing, to three of its standard errors?
+bool told_from_zero(const Fit& judged, std::size_t effect);
+
 /// A fitted model as it stands, with its standard errors and what rests on a bound.
 /// @param quick leaves long blocks and the length of steps out of them
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick = false);

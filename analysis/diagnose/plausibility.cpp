@@ -50,6 +50,24 @@ std::string at_its_bound(const EffectInfo& about, const std::vector<Parameter>& 
   return {};
 }
 
+/// Is it within its range for all that is known of its values? The range ends at a round number, and so does no
+/// machine.
+bool may_be_plausible(std::size_t effect, const std::vector<Parameter>& parameters, const std::vector<double>& values,
+                      const FittedMachine& machine) {
+  constexpr double within = 2;   // standard errors
+  constexpr double round = 0.1;  // of itself: how well the end of a range is known
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (!parameters[i].std_error) continue;
+    const double by = std::max(within * *parameters[i].std_error, round * std::abs(values[i]));
+    for (const double side : {-by, by}) {
+      std::vector<double> other = values;
+      other[i] = std::clamp(values[i] + side, parameters[i].min, parameters[i].max);
+      if (implausible(effect, other, machine).empty()) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 double most_turns(std::span<const Record> records) {
@@ -81,8 +99,9 @@ std::string implausible_value(std::span<const Record> records, const Model& fitt
   std::vector<double> values;
   for (const Parameter& p : parameters) values.push_back(p.value);
   if (effect < effect_count) {
-    std::string said = implausible(effect, values, machine_of(records, fitted));
-    if (!said.empty()) return said;
+    const FittedMachine machine = machine_of(records, fitted);
+    std::string said = implausible(effect, values, machine);
+    if (!said.empty() && !may_be_plausible(effect, parameters, values, machine)) return said;
   }
   return at_its_bound(fitted.about(effect), parameters, values);
 }

@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "analysis/record/observation.h"
+#include "model/lateness.h"
+#include "model/simulation.h"
 
 namespace emtb {
 
@@ -11,25 +13,32 @@ namespace emtb {
 template <class Scalar>
 class Instrument {
  public:
-  explicit Instrument(const Observation& o)
+  /// @param structure of the equations; where they say how late the instrument is, its own lateness does not count
+  Instrument(const Observation& o, const ModelStructure& structure)
       : o_(o),
+        late_(o.late > 0 && !says_how_late(structure, o.signal) ? o.late : 0),
         averages_(o.first != o.last),
-        at_once_(!averages_ && o.functional == Functional::instant && o.late <= 0) {
+        at_once_(!averages_ && o.functional == Functional::instant && late_ <= 0) {
     if (averages_) integral_at_first_.resize(o.size());  // of a slope: the sum so far
   }
 
   const Observation& observation() const { return o_; }
   bool at_once() const { return at_once_; }  ///< its readings are the signal's values at one grid point each
 
-  /// @param take called with the number of each reading that ends at grid point k, and its prediction
+  /// @param y the readings at grid point k @param take called with the number of each reading that ends at grid point
+  /// k, and its prediction
   template <class Take>
-  void see(std::size_t k, const Scalar& now, const Take& take) {
+  void see(std::size_t k, const SimulatedReadings<Scalar>& y, const Take& take) {
+    const Scalar& now = y.of(o_.simulated());
     if (at_once_) {
       for (; done_ < o_.last.size() && o_.last[done_] == k; ++done_) take(done_, now);
       return;
     }
-    const Scalar x = o_.late > 0 && k > 0 ? now + o_.late * (sample_before_ - now) : now;
-    sample_before_ = now;
+    const Scalar x = late_ > 0 && k > 0 ? before(now, y.jump) : now;
+    if (late_ > 0) {
+      sample_before_that_ = k > 0 ? sample_before_ : now;
+      sample_before_ = now;
+    }
     if (o_.functional == Functional::slope) {
       sum_up(k, x, take);
       return;
@@ -55,6 +64,18 @@ class Instrument {
   }
 
  private:
+  /// The signal a part of a sample before a grid point: straight between the readings, but for an angle, and for a
+  /// current that jumps with the voltage.
+  Scalar before(const Scalar& now, const CurrentAtJump<Scalar>* jump) const {
+    const Scalar rise = now - sample_before_;
+    if (o_.simulated() == Signal::theta) {  // bends, and never sharply: a parabola through three readings
+      return now - late_ * rise - 0.5 * late_ * (1 - late_) * (rise - (sample_before_ - sample_before_that_));
+    }
+    if (jump == nullptr || o_.signal != Signal::i_a) return now - late_ * rise;
+    const bool had_jumped = 1 - late_ >= jump->place;
+    return had_jumped ? now + late_ * jump->after : sample_before_ - (1 - late_) * jump->before;
+  }
+
   /// The lines overlap: a value is in two or three of them.
   template <class Take>
   void sum_up(std::size_t k, const Scalar& x, const Take& take) {
@@ -66,12 +87,13 @@ class Instrument {
   }
 
   const Observation& o_;
+  double late_;  ///< [samples]
   bool averages_;
   bool at_once_;                      ///< a reading is the signal's value at one grid point
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
   Scalar integral_{}, before_{};
-  Scalar sample_before_{};                 ///< the signal at the grid point before: what a late instrument still reads
-  std::vector<Scalar> integral_at_first_;  ///< or of an increment, the signal itself
+  Scalar sample_before_{}, sample_before_that_{};  ///< the signal at the grid points before, for a late instrument
+  std::vector<Scalar> integral_at_first_;          ///< or of an increment, the signal itself
 };
 
 }  // namespace emtb

@@ -20,14 +20,15 @@ struct Columns {
 template <class Scalar>
 class Comparison final : public Reader<Scalar> {
  public:
-  Comparison(const Record& record, Columns columns, std::vector<Residuals>& out) : columns_(columns), out_(out) {
-    for (const Observation& o : record.observations) instruments_.emplace_back(o);
+  Comparison(const Record& record, const ModelStructure& structure, Columns columns, std::vector<Residuals>& out)
+      : columns_(columns), out_(out) {
+    for (const Observation& o : record.observations) instruments_.emplace_back(o, structure);
   }
 
   void read(std::size_t k, const SimulatedReadings<Scalar>& y) override {
     for (std::size_t s = 0; s < instruments_.size(); ++s) {
       const Observation& o = instruments_[s].observation();
-      instruments_[s].see(k, y.of(o.simulated()), [&](std::size_t reading, const Scalar& predicted) {
+      instruments_[s].see(k, y, [&](std::size_t reading, const Scalar& predicted) {
         const auto row = static_cast<Eigen::Index>(reading);
         const double weight = 1 / o.sigma[reading];
         out_[s].value.data()[row] = (o.value[reading] - value_of(predicted)) * weight;
@@ -62,7 +63,7 @@ void pass(const Record& record, const ModelStructure& structure, std::span<const
   for (std::size_t j = 0; j < columns.count; ++j) {
     for (const std::size_t place : moved[columns.first + j]) p[place].d[j] = 1;
   }
-  Comparison<Scalar> comparison(record, columns, out);
+  Comparison<Scalar> comparison(record, structure, columns, out);
   simulate<Scalar>(structure, p, record.excitation, comparison, variation);
 }
 
@@ -71,7 +72,7 @@ void all_passes(const Record& record, const ModelStructure& structure, std::span
                 std::span<const std::vector<std::size_t>> moved, const Variation& variation,
                 std::vector<Residuals>& out) {
   if (moved.empty()) {
-    Comparison<double> comparison(record, {}, out);
+    Comparison<double> comparison(record, structure, {}, out);
     simulate<double>(structure, values, record.excitation, comparison, variation);
   }
   const auto all = static_cast<Eigen::Index>(moved.size());

@@ -20,11 +20,11 @@ namespace {
 template <class Scalar>
 class Summing {
  public:
-  Summing(const Record& record, const std::vector<char>& wanted) {
+  Summing(const Record& record, const ModelStructure& structure, const std::vector<char>& wanted) {
     for (std::size_t i = 0; i < record.observations.size(); ++i) {
       if (!wanted[i]) continue;
       const Observation& o = record.observations[i];
-      Instrument<Scalar> instrument(o);
+      Instrument<Scalar> instrument(o, structure);
       if (instrument.at_once()) {
         instant_.push_back(
             {o.simulated(), o.last.data(), o.last.data() + o.last.size(), o.value.data(), o.sigma.data()});
@@ -42,7 +42,7 @@ class Summing {
     }
     for (Instrument<Scalar>& instrument : instruments_) {
       const Observation& o = instrument.observation();
-      instrument.see(k, y.of(o.simulated()), [&](std::size_t reading, const Scalar& predicted) {
+      instrument.see(k, y, [&](std::size_t reading, const Scalar& predicted) {
         add(o.value[reading], predicted, 1 / o.sigma[reading]);
       });
     }
@@ -127,7 +127,7 @@ PassSums pass(const Record& record, const ModelStructure& structure, std::span<c
       for (const std::size_t place : moved[j]) p[place].d[j] = 1;
     }
   }
-  Summing<Scalar> summing(record, wanted);
+  Summing<Scalar> summing(record, structure, wanted);
   simulate_here<Scalar>(structure, p, record.excitation, summing, {});
   return summing.sums(moved.size());
 }

@@ -10,9 +10,10 @@
 
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
+#include "analysis/fit/timing_errors.h"
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/linear_algebra.h"
-#include "model/effect.h"
+#include "model/lateness.h"
 
 namespace emtb {
 namespace {
@@ -25,20 +26,9 @@ bool sees_its_input(const Record& record, const Model& model) {
   return model.input != Signal::u_ref || !record.measured_voltage;
 }
 
-/// Says an effect of the model itself how late an edge comes?
-bool models_edges(const Model& model) {
-  return std::ranges::any_of(
-      model.effects, [&](const IncludedEffect& e) { return model.about(e.effect).family == Family::driver_edges; });
-}
-
-/// Says an effect of the model itself how late a signal is? That of its instrument, or what holds the current back.
-/// Terminals that are read behind the reference are a driver's matter.
+/// Says the model itself how late a signal is? Terminals that are read behind the reference are a driver's matter.
 bool models_lateness(const Model& model, Signal signal) {
-  if (signal == Signal::e_a) return true;
-  return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
-    const EffectInfo& about = model.about(e.effect);
-    return about.reads == signal || (signal == Signal::i_a && about.stage == Stage::armature && about.quick);
-  });
+  return signal == Signal::e_a || says_how_late(model.structure(), signal);
 }
 
 /// The minimum of a quadratic form  ½ xᵀAx − bᵀx  with each x from 0 to 1, one after the other.
@@ -158,8 +148,9 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   if (!input_is_seen) seen.assign(records.begin(), records.end());
   const double interval = mean_interval(seen.front().excitation.t);
   TimingSearch search(std::move(seen), fitted);
-  Timing best;
-  double least = search.cost({}) - clear;
+  Timing best;  // where the voltage is measured, that told the rest (record/reference_row.h)
+  if (!input_is_seen) best.acts_after = records.front().excitation.acts_after;
+  double least = search.cost(best) - clear;
   const auto look_at = [&](const Timing& timing) {
     const double cost = search.cost(timing);
     if (!(cost < least)) return;
@@ -172,13 +163,17 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   };
   const bool held = input_is_seen && fitted.input == Signal::e_a;
   if (held) look_at({0, true});
-  if (models_edges(fitted) || !input_is_seen) return with_late(best);
-  for (const double share : shares) look_at({share * interval, held});
+  if (!input_is_seen) return with_late(best);
+  // Where an effect says how late the edges come, they may still come before their row is read.
+  const bool late_is_told = shapes_edges(fitted.structure());
+  for (const double share : shares) {
+    if (share < 0 || !late_is_told) look_at({share * interval, held});
+  }
   if (std::abs(best.acts_after) > 0.1 * interval) {  // between the places tried: twice as near, twice
     for (double step = 0.125; step > 0.05; step /= 2) {
       const double from = best.acts_after / interval;
       for (const double share : {from - step, from + step}) {
-        if (std::abs(share) <= 1) look_at({share * interval, held});
+        if (std::abs(share) <= 1 && (share < 0 || !late_is_told)) look_at({share * interval, held});
       }
     }
   }
@@ -187,7 +182,9 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
 
 bool settle_timing(Dataset& data, const Model& fitted) {
   constexpr double same = 0.1;  // of a sample: what a search on a grid of sixteenths may differ by
-  const Timing timing = fitted_timing(data.train, fitted), &before = data.timing;
+  Timing timing = fitted_timing(data.train, fitted);
+  const Timing& before = data.timing;
+  timing.voltage_late = before.voltage_late;
   const double interval = mean_interval(data.train.front().excitation.t);
   const auto late = [](const Timing& of, Signal signal) {
     const auto found = of.late.find(signal);
@@ -206,8 +203,9 @@ bool settle_timing(Dataset& data, const Model& fitted) {
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {
   Calibration fit = calibrate(std::span<const Record>(data.train), model, options);
   const bool other_timing = settle_timing(data, fit.model), other_starts = settle_starts(data, fit.model);
-  if (!other_timing && !other_starts) return fit;
-  return calibrate(std::span<const Record>(data.train), fit.model, options);
+  if (other_timing || other_starts) fit = calibrate(std::span<const Record>(data.train), fit.model, options);
+  if (options.with_covariance) widen_by_timing(data.train, fit);
+  return fit;
 }
 
 }  // namespace emtb

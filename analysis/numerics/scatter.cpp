@@ -27,16 +27,27 @@ double clipped_sigma(std::span<const double> sizes, double about) {
   return about;
 }
 
+/// The standard deviation of normal deviations, by the least fifth of them: a load that comes and goes has an edge
+/// between most readings that are far apart, but not between all.
+double sigma_of_least(std::vector<double> sizes) {
+  constexpr double share = 0.2, quantile = 0.2533;  // of the magnitudes of a standard normal
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sizes.size()));
+  std::ranges::nth_element(sizes, at);
+  return *at / quantile;
+}
+
 /// Standard deviation of x[k + lag] - 2 x[k] + x[k - lag].
 /// @param step of the instrument: a median of few steps is a whole number of them and tells little; then the mean
 /// square of all but edges
 double second_difference(std::span<const double> x, std::size_t lag, double step) {
-  constexpr double few = 3;  // steps: by hand (ColouredNoise.IsFoundBehindStepsAsLargeAsItself)
+  constexpr double few = 3;      // steps: by hand (ColouredNoise.IsFoundBehindStepsAsLargeAsItself)
+  constexpr double edges = 0.5;  // of one distribution both are the same
   std::vector<double> sizes;
   sizes.reserve(x.size());
   for (std::size_t k = lag; k + lag < x.size(); ++k) sizes.push_back(std::abs(x[k + lag] - 2 * x[k] + x[k - lag]));
   if (sizes.empty()) return 0;
-  const double robust = robust_sigma(sizes);
+  const double by_median = robust_sigma(sizes), by_least = sigma_of_least(sizes);
+  const double robust = by_least < edges * by_median ? clipped_sigma(sizes, by_least) : by_median;
   return robust > few * step ? robust : clipped_sigma(sizes, std::max(robust, step));
 }
 

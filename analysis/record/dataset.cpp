@@ -4,6 +4,7 @@
 
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
+#include "analysis/record/reference_row.h"
 #include "analysis/record/shaft_angle.h"
 #include "analysis/record/weights.h"
 
@@ -14,6 +15,21 @@ std::vector<Record> weighed_all(std::span<ObservedRun> runs, const Noise& noise,
   std::vector<Record> records;
   for (ObservedRun& run : runs) records.push_back(weighed(std::move(run), noise, model));
   return records;
+}
+
+/// The runs, with the readings of the terminals so many rows earlier.
+std::vector<Run> with_voltage_earlier(std::span<const Run> runs, int rows, const Model& model) {
+  std::vector<Run> earlier(runs.begin(), runs.end());
+  for (Run& run : earlier) {
+    if (!run.has(Signal::e_a) || !run.has(model.input)) continue;
+    Series& e_a = run.signals[Signal::e_a];
+    const double by = rows * mean_interval(e_a.t);
+    for (std::size_t k = 0; k < e_a.t.size(); ++k) {
+      const std::size_t from = std::min(k + static_cast<std::size_t>(rows), e_a.t.size() - 1);
+      if (std::abs(e_a.t[from] - e_a.t[k] - by) < 0.5 * by) e_a.value[k] = e_a.value[from];
+    }
+  }
+  return earlier;
 }
 
 }  // namespace
@@ -30,9 +46,12 @@ void set_timing(std::span<Record> records, const Timing& timing) {
   for (Record& record : records) {
     record.excitation.acts_after = timing.acts_after;
     record.excitation.e_a_held = timing.held;
+    record.excitation.reads_late_current = false;
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);
       o.late = late != timing.late.end() && !o.slow ? late->second : 0;
+      const bool jumps = record.driven_at_once || timing.held;
+      if (o.signal == Signal::i_a && o.late > 0 && jumps) record.excitation.reads_late_current = true;
     }
   }
 }
@@ -43,17 +62,25 @@ void set_timing(Dataset& data, const Timing& timing) {
   set_timing(data.held_out, timing);
 }
 
-Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model, Chaining chaining) {
+Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_out_as_read, const Model& model,
+                Chaining chaining) {
   Dataset data;
+  std::span<const Run> train = train_as_read, held_out = held_out_as_read;
+  std::vector<Run> trains_earlier, held_out_earlier;
+  data.timing.voltage_late = rows_voltage_is_late(train, model);
+  if (data.timing.voltage_late > 0) {
+    train = trains_earlier = with_voltage_earlier(train, data.timing.voltage_late, model);
+    held_out = held_out_earlier = with_voltage_earlier(held_out, data.timing.voltage_late, model);
+  }
   const std::optional<double> order = data.ripple_order = ripple_order(train);
+  if (chaining == Chaining::staged) data.timing.acts_after = reference_acts_after(train, model);
+  const double acts_after = data.timing.acts_after;
   std::vector<ObservedRun> observed(train.size() + held_out.size());
   parallel_for(observed.size(), [&](std::size_t i) {
-    if (i < train.size()) {
-      observed[i] = observe_run(train[i], model, chaining, order);
-    } else {
-      const Run& run = held_out[i - train.size()];
-      observed[i] = order ? observe_run(run, model, chaining, order) : observe_run(run, model, chaining);
-    }
+    const bool trains = i < train.size();
+    const Run& run = trains ? train[i] : held_out[i - train.size()];
+    const std::optional<double> its_order = trains || order ? order : ripple_order(std::span(&run, 1));
+    observed[i] = observe_run(run, model, chaining, its_order, acts_after);
   });
   data.noise = estimate_noise(observed, model);
   data.train = weighed_all(std::span(observed).first(train.size()), data.noise, model);

@@ -107,29 +107,45 @@ std::vector<double> ripple_of(std::span<const double> x, std::span<const double>
 }
 
 /// [V] By how much the driver's mean output from each time to the next exceeds that of both: it has corners in between,
-/// where a reference that it follows with a slope is reached.
+/// where a reference that it follows with a slope is reached, and a driver that follows at once jumps there.
 std::vector<double> bulge_of(const ModelStructure& driver, std::span<const double> parameters, const Excitation& x) {
-  constexpr std::size_t finer = 8;  // leaves 1/64 of the bulge
+  constexpr int finer = 8;         // leaves 1/64 of a corner's bulge
+  constexpr double across = 1e-6;  // of an interval: just beyond a jump
   const std::size_t n = x.t.size();
+  const double late = x.acts_after / mean_interval(x.t), jump = late < 0 ? 1 + late : late;
+  std::vector<double> places{jump};  // parts of an interval
+  if (jump + across < 1) places.push_back(jump + across);
+  for (int i = 0; i < finer; ++i) places.push_back(static_cast<double>(i) / finer);
+  std::ranges::sort(places);
+  places.erase(std::ranges::unique(places).begin(), places.end());
+  if (places.back() >= 1) places.pop_back();
+  const auto row_at = [&](std::size_t k, double place) {  // whose reference acts
+    const std::size_t before = late > 0 && k > 0 ? k - 1 : k, after = late < 0 ? std::min(k + 1, n - 1) : k;
+    return place < jump ? before : after;
+  };
   Excitation fine;
   fine.initial = x.initial;
   fine.longest_step = x.longest_step;
   fine.quick_step = x.quick_step;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double interval = k + 1 < n ? x.t[k + 1] - x.t[k] : 0;
-    for (std::size_t i = 0; i < (k + 1 < n ? finer : 1); ++i) {
-      fine.t.push_back(x.t[k] + interval * static_cast<double>(i) / finer);
-      fine.u_ref.push_back(x.u_ref[k]);
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    for (const double place : places) {
+      fine.t.push_back(std::lerp(x.t[k], x.t[k + 1], place));
+      fine.u_ref.push_back(x.u_ref[row_at(k, place)]);
     }
   }
+  fine.t.push_back(x.t.back());
+  fine.u_ref.push_back(x.u_ref.back());
   Trajectory<double> y;
   simulate<double>(driver, parameters, fine, y);
   std::vector<double> bulge(n, 0.0);
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    const double *e = &y.e_a[k * finer], ends = 0.5 * (e[0] + e[finer]);
-    double mean = ends / finer;
-    for (std::size_t i = 1; i < finer; ++i) mean += e[i] / finer;
-    bulge[k] = mean - ends;
+    const double* e = &y.e_a[k * places.size()];
+    double mean = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double until = i + 1 < places.size() ? places[i + 1] : 1;
+      mean += 0.5 * (e[i] + e[i + 1]) * (until - places[i]);
+    }
+    bulge[k] = mean - 0.5 * (e[0] + e[places.size()]);
   }
   return bulge;
 }

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "analysis/record/first_states.h"
+#include "analysis/record/reference_row.h"
 #include "analysis/record/repeats.h"
 #include "analysis/record/shaft_angle.h"
 #include "hal/error.h"
@@ -133,7 +134,8 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining) {
   return observe_run(run, model, chaining, ripple_order(std::span(&run, 1)));
 }
 
-ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order) {
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order,
+                        double acts_after) {
   if (!run.has(model.input)) {
     throw ModelError(run.name + " has no " + std::string(info(model.input).column) + ", the input of model `" +
                      model.name + "`. Record it, map it with --map, or give the model another `input`");
@@ -141,18 +143,22 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, s
   ObservedRun record;
   record.name = run.name;
   set_inputs(record, run, model);
+  record.excitation.acts_after = acts_after;
   observe_motion(record, run, order);
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(record, read(run, Signal::i_a, record.excitation.t));
   if (run.has(Signal::torque)) observe_load(record, run);
   const bool voltage_is_read = model.input == Signal::u_ref && run.has(Signal::e_a);
   if (voltage_is_read) add(record, read(run, Signal::e_a, record.excitation.t));
   record.measured_voltage = model.input == Signal::e_a;
+  const DriverModel driver = model.driver.value_or(DriverModel{});
+  record.driven_at_once =
+      model.input == Signal::u_ref && driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited;
   if (record.observations.empty()) {
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }
   record.excitation.initial = first_states(record, run, model);
   record.excitation.initial.field_on = run.field_on;
-  if (voltage_is_read && chaining == Chaining::staged && 2 * run.at(Signal::e_a).t.size() > record.length()) {
+  if (chaining == Chaining::staged && drives_the_motor(run, model)) {
     drive_by_voltage(record, run.at(Signal::e_a), model);
   }
   set_steps(record.excitation, model);

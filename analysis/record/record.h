@@ -24,8 +24,9 @@ struct ObservedRun {
   Excitation excitation;
   bool measured_voltage = false;
   bool measured_load = false;
-  InputNoise voltage_noise;  ///< [V] of the measured e_a
-  InputNoise load_noise;     ///< [N m] of the measured torque
+  bool driven_at_once = false;  ///< the driver follows its reference at once: the current jumps with it
+  InputNoise voltage_noise;     ///< [V] of the measured e_a
+  InputNoise load_noise;        ///< [N m] of the measured torque
   std::vector<Observation> observations;
 
   std::size_t length() const { return excitation.t.size(); }
@@ -49,8 +50,10 @@ enum class Chaining { staged, chained };
 
 /// The first step from a run to a record.
 /// @param order of the shaft with which the speeds of a set of runs repeat, see ripple_order(); absent: none
+/// @param acts_after [s] when the reference acts, see reference_acts_after()
 /// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
-ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order);
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order,
+                        double acts_after = 0);
 /// The same of a run by itself.
 ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
 

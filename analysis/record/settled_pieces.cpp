@@ -1,11 +1,13 @@
 #include "analysis/record/settled_pieces.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "analysis/numerics/even_series.h"
+#include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/scatter.h"
 #include "analysis/numerics/statistics.h"
 
@@ -38,11 +40,52 @@ std::span<const double> settled_part(std::span<const double> y, double lsb) {
   return y;
 }
 
+/// What an input that does not change may still vary by: the noise with which it is read back, or a step of that.
+double tolerance_of(const std::vector<double>& input) {
+  constexpr double clear = 6;      // standard deviations of noise
+  constexpr double a_step = 0.02;  // of the input's range: what is smaller than that is a step of its reading
+  double smallest = infinity;
+  std::size_t same = 0;
+  for (std::size_t k = 1; k < input.size(); ++k) {
+    const double change = std::abs(input[k] - input[k - 1]);
+    if (change == 0) ++same;
+    if (change > 0) smallest = std::min(smallest, change);
+  }
+  if (2 * same < input.size()) return clear * difference_scatter(input);
+  if (smallest == infinity) return 0;
+  const auto [low, high] = std::ranges::minmax(input);
+  return smallest < a_step * (high - low) ? 1.5 * smallest : 0.5 * smallest;
+}
+
+/// Takes out of a piece what goes with the input at its rows and up to two rows before. A controller passes on the
+/// noise of what it reads: that moves the motor, and is no noise of what is read then.
+void take_out_input(std::vector<double>& piece, const std::vector<std::size_t>& rows,
+                    const std::vector<double>& input) {
+  constexpr Eigen::Index back = 3, straight = 2;
+  constexpr std::size_t enough = 10;  // readings for each of what is fitted
+  const auto n = static_cast<Eigen::Index>(piece.size());
+  const bool varies = std::ranges::any_of(rows, [&](std::size_t row) { return input[row] != input[rows.front()]; });
+  if (!varies || piece.size() < enough * (back + straight)) return;
+  Eigen::MatrixXd a(n, back + straight);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t row = rows[static_cast<std::size_t>(i)];
+    for (std::size_t lag = 0; lag < back; ++lag) {
+      a(i, static_cast<Eigen::Index>(lag)) = input[row - std::min(row, lag)] - input[rows.front()];
+    }
+    a(i, back) = 1;
+    a(i, back + 1) = static_cast<double>(i) / static_cast<double>(n);
+  }
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(piece.data(), n);
+  const Eigen::VectorXd by = solve_normal(gram(a), transposed_product(a, y));
+  const Eigen::VectorXd left = y - a.leftCols(back) * by.head(back);
+  std::ranges::copy(left, piece.begin());
+}
+
 /// Half-open stretches of the grid over which the input does not change, for 1 s or more.
 std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excitation& x,
                                                                     const std::vector<double>& input) {
   std::vector<std::pair<std::size_t, std::size_t>> stretches;
-  const double tolerance = 6 * difference_scatter(input);
+  const double tolerance = tolerance_of(input);
   std::size_t begin = 0;
   for (std::size_t k = 1; k <= input.size(); ++k) {
     if (k < input.size() && std::abs(input[k] - input[begin]) <= tolerance) continue;
@@ -63,6 +106,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
     const double from = 0.5 * (x.t[begin] + x.t[end - 1]), until = x.t[end - 1];
     TurningStretch piece;
     std::vector<double> time;
+    std::vector<std::size_t> rows;
     double piece_begin = from;
     const auto take = [&] {
       if (o.slow && piece.value.size() >= 2) settled.short_slow.push_back(piece.value);
@@ -70,7 +114,10 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
       if (o.slow) {
         const std::span<const double> part = settled_part(piece.value, o.lsb);
         if (!moves(part, o.lsb)) settled.slow.emplace_back(part.begin(), part.end());
-      } else if (!moves(piece.value, o.lsb)) {
+        return;
+      }
+      take_out_input(piece.value, rows, input);
+      if (!moves(piece.value, o.lsb)) {
         settled.fast.push_back(piece);
         settled.time.push_back(time);
       }
@@ -84,11 +131,13 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
         take();
         piece = {};
         time.clear();
+        rows.clear();
         piece_begin = t;
       }
       piece.value.push_back(o.value[i]);
       piece.angle.push_back(x.angle.empty() ? 0 : x.angle[o.last[i]]);
       time.push_back(t);
+      rows.push_back(o.last[i]);
     }
     if (o.slow || until - piece_begin >= 0.9 * settled_stretch) take();
   }

@@ -9,7 +9,7 @@ namespace emtb::blind {
 namespace {
 
 using simulated::Laws;
-using Truth = std::vector<TrueParameter>;
+using TrueValues = std::vector<TrueParameter>;
 
 double pick(BenchKind kind, double slow, double fast) { return kind == BenchKind::slow ? slow : fast; }
 
@@ -22,14 +22,14 @@ bool usual(const Bench& bench) { return bench.plant.laws == Laws::usual; }
 
 // Driver
 
-Truth gain_error(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues gain_error(Bench& bench, BenchKind kind, double size, Draw draw) {
   const double k = draw.sign() * 0.01 * size, e_0 = draw.sign() * pick(kind, 0.5, 0.1) * size;
   bench.plant.driver.gain *= 1 + k;
   bench.plant.driver.offset = e_0;
   return {{"k", k}, {"e_0", e_0}};
 }
 
-Truth slew(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues slew(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& driver = bench.plant.driver;
   const double slower = pick(kind, 0.1, 2) * size;
   driver.rise /= 1 + slower;
@@ -37,12 +37,12 @@ Truth slew(Bench& bench, BenchKind kind, double size, Draw draw) {
   return {{"rise", driver.rise}, {"fall", driver.fall}};
 }
 
-Truth dead_zone(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues dead_zone(Bench& bench, BenchKind kind, double size, Draw) {
   bench.plant.driver.dead_zone = pick(kind, 0.1, 0.07) * size;
   return {{"u_d", bench.plant.driver.dead_zone}};
 }
 
-Truth saturates(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues saturates(Bench& bench, BenchKind kind, double size, Draw) {
   const double reached = pick(kind, 110, 20);  // [V] what the profiles ask for
   auto& driver = bench.plant.driver;
   driver.max = reached * (1 - 0.05 * size);
@@ -51,29 +51,29 @@ Truth saturates(Bench& bench, BenchKind kind, double size, Draw) {
   return {{"e_max", driver.max}};
 }
 
-Truth output_resistance(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues output_resistance(Bench& bench, BenchKind kind, double size, Draw) {
   bench.plant.driver.output_resistance = pick(kind, 3, 0.2) * size;
   return {{"R_o", bench.plant.driver.output_resistance}};
 }
 
-Truth driver_lag(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues driver_lag(Bench& bench, BenchKind kind, double size, Draw) {
   bench.plant.driver.lag = pick(kind, 0.07, 0.01) * size;
   return {{"tau", bench.plant.driver.lag}};
 }
 
-Truth driver_delay(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues driver_delay(Bench& bench, BenchKind kind, double size, Draw) {
   const double t_d = pick(kind, 0.025, 0.005) * size;
   bench.plant.driver.delay = usual(bench) ? t_d : 0.85 * t_d;  // and half a sampling period on the mean
   if (!usual(bench)) bench.plant.driver.sampling = 0.3 * t_d;
   return {{"t_d", t_d}};
 }
 
-Truth one_quadrant(Bench& bench, BenchKind, double, Draw) {
+TrueValues one_quadrant(Bench& bench, BenchKind, double, Draw) {
   bench.plant.driver.one_quadrant = true;
   return {};
 }
 
-Truth conduction(Bench& bench, BenchKind, double size, Draw draw) {
+TrueValues conduction(Bench& bench, BenchKind, double size, Draw draw) {
   bench.plant.driver.conduction_rise = 3 * size;
   bench.plant.driver.conduction_current = draw.within(0.05, 0.15);
   return {{"V_d", bench.plant.driver.conduction_rise}, {"i_c", bench.plant.driver.conduction_current}};
@@ -81,32 +81,32 @@ Truth conduction(Bench& bench, BenchKind, double size, Draw draw) {
 
 // Armature and air gap
 
-Truth inductance(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues inductance(Bench& bench, BenchKind kind, double size, Draw) {
   bench.plant.motor.L_a = pick(kind, 1, 0.002) * size;
   return {{"L_a", bench.plant.motor.L_a}};
 }
 
-Truth brushes(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues brushes(Bench& bench, BenchKind kind, double size, Draw draw) {
   bench.plant.motor.brush_drop = pick(kind, 1.5, 0.4) * size;
   bench.plant.motor.brush_current = pick(kind, 0.01, 0.05) * draw.within(0.7, 1.5);
   return {{"V_b", bench.plant.motor.brush_drop}};
 }
 
-Truth heats(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues heats(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& motor = bench.plant.motor;
   motor.heat_capacity = pick(kind, 150, 6) / size;
   motor.heat_resistance = draw.within(1, 5) * size;
   return {{"C_th", motor.heat_capacity}, {"R_th", motor.heat_resistance}};
 }
 
-Truth armature_reaction(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues armature_reaction(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& motor = bench.plant.motor;
   motor.reaction = std::min(0.1 * size, 0.45);
   motor.reaction_current = pick(kind, 0.5, 5) * draw.within(0.7, 1.4);
   return {{"k_i", motor.reaction}, {"i_k", motor.reaction_current}};
 }
 
-Truth field_heats(Bench& bench, BenchKind, double size, Draw draw) {
+TrueValues field_heats(Bench& bench, BenchKind, double size, Draw draw) {
   bench.plant.motor.field_drop = std::min(0.04 * size, 0.5);
   bench.plant.motor.field_time = draw.log_within(15, 150);
   return {{"drop", bench.plant.motor.field_drop}, {"tau", bench.plant.motor.field_time}};
@@ -114,26 +114,26 @@ Truth field_heats(Bench& bench, BenchKind, double size, Draw draw) {
 
 // Shaft
 
-Truth coulomb(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues coulomb(Bench& bench, BenchKind kind, double size, Draw) {
   bench.plant.friction.T_c = pick(kind, 0.045, 0.0025) * size;
   return {{"T_c", bench.plant.friction.T_c}};
 }
 
-Truth stribeck_friction(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues stribeck_friction(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& friction = bench.plant.friction;
   friction.T_s = pick(kind, 0.04, 0.003) * size;
   friction.omega_s = pick(kind, draw.within(4, 12), draw.within(10, 30));
   return {{"T_s", friction.T_s}, {"omega_s", friction.omega_s}};
 }
 
-Truth asymmetric(Bench& bench, BenchKind, double size, Draw draw) {
+TrueValues asymmetric(Bench& bench, BenchKind, double size, Draw draw) {
   auto& friction = bench.plant.friction;
   friction.T_d = draw.sign() * std::min(0.5 * size, 0.9) * friction.T_c;
   friction.B_d = draw.chance(0.5) ? draw.sign() * 0.2 * size * bench.plant.motor.B : 0;
   return {{"T_d", friction.T_d}, {"B_d", friction.B_d}};
 }
 
-Truth blows(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues blows(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& motor = bench.plant.motor;
   motor.windage = pick(kind, 3e-6, 2e-8) * size;
   if (!usual(bench)) motor.windage_exponent = draw.within(1.8, 2.2);
@@ -141,13 +141,13 @@ Truth blows(Bench& bench, BenchKind kind, double size, Draw draw) {
   return {{"c_w", motor.windage}};
 }
 
-Truth grease_warms(Bench& bench, BenchKind, double size, Draw draw) {
+TrueValues grease_warms(Bench& bench, BenchKind, double size, Draw draw) {
   bench.plant.friction.warm_drop = std::min(0.4 * size, 0.85);
   bench.plant.friction.warm_time = draw.log_within(15, 100);
   return {{"drop", bench.plant.friction.warm_drop}, {"tau", bench.plant.friction.warm_time}};
 }
 
-Truth cogs(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues cogs(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& shaft = bench.plant.shaft;
   shaft.cogging = pick(kind, 0.1, 0.01) * size;
   shaft.cogging_order = draw.one_of({2, 4, 6, 8, 12, 14});
@@ -167,31 +167,31 @@ void make_compliant(Bench& bench, double frequency, double share) {
   shaft.damping = 2 * 0.05 * reduced * swings;
 }
 
-Truth compliant(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues compliant(Bench& bench, BenchKind kind, double size, Draw draw) {
   make_compliant(bench, pick(kind, 5, 30) / std::sqrt(size), draw.within(0.3, 0.6));
   const auto& shaft = bench.plant.shaft;
   return {{"k", shaft.stiffness}, {"d", shaft.damping}, {"J_2", shaft.J_2}};
 }
 
-Truth backlash(Bench& bench, BenchKind, double size, Draw) {
+TrueValues backlash(Bench& bench, BenchKind, double size, Draw) {
   bench.plant.shaft.gap = 0.15 * size;
   return {{"gap", bench.plant.shaft.gap}};
 }
 
 // Load
 
-Truth weight(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues weight(Bench& bench, BenchKind kind, double size, Draw draw) {
   bench.plant.load.torque = (kind == BenchKind::slow ? 1 : draw.sign()) * pick(kind, 0.08, 0.012) * size;
   return {{"T_L", bench.plant.load.torque}};
 }
 
-Truth off_centre(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues off_centre(Bench& bench, BenchKind kind, double size, Draw draw) {
   bench.plant.load.eccentric = pick(kind, 0.06, 0.0035) * size;
   bench.plant.load.eccentric_phase = draw.phase();
   return {{"T_e", bench.plant.load.eccentric}};
 }
 
-Truth eddy_currents(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues eddy_currents(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& load = bench.plant.load;
   load.eddy_torque = pick(kind, 0.06, 0.015) * size;
   load.eddy_omega = pick(kind, 60, 200) * draw.within(0.7, 1.3);
@@ -201,12 +201,12 @@ Truth eddy_currents(Bench& bench, BenchKind kind, double size, Draw draw) {
 
 // Sensors
 
-Truth tacho_lags(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues tacho_lags(Bench& bench, BenchKind kind, double size, Draw) {
   bench.plant.sensors.tacho_lag = pick(kind, 0.035, 0.007) * size;
   return {{"tau", bench.plant.sensors.tacho_lag}};
 }
 
-Truth tacho_ripples(Bench& bench, BenchKind, double size, Draw draw) {
+TrueValues tacho_ripples(Bench& bench, BenchKind, double size, Draw draw) {
   auto& sensors = bench.plant.sensors;
   sensors.ripple = 0.012 * size;
   sensors.ripple_order = draw.one_of({1, 2, 2, 4, 6});
@@ -215,24 +215,24 @@ Truth tacho_ripples(Bench& bench, BenchKind, double size, Draw draw) {
   return {{"r", sensors.ripple}};
 }
 
-Truth tacho_reads_high(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues tacho_reads_high(Bench& bench, BenchKind kind, double size, Draw draw) {
   const double offset = draw.sign() * pick(kind, 0.8, 1.5) * size;
   if (auto* omega = channel(bench, Signal::omega)) omega->offset = offset;
   return {{"omega_0", offset}};
 }
 
-Truth gauge_lags(Bench& bench, BenchKind, double size, Draw) {
+TrueValues gauge_lags(Bench& bench, BenchKind, double size, Draw) {
   bench.plant.sensors.torque_lag = 0.016 * size;
   return {{"tau", bench.plant.sensors.torque_lag}};
 }
 
-Truth gauge_reads_high(Bench& bench, BenchKind, double size, Draw draw) {
+TrueValues gauge_reads_high(Bench& bench, BenchKind, double size, Draw draw) {
   const double offset = draw.sign() * 0.015 * size;
   if (auto* torque = channel(bench, Signal::torque)) torque->offset = offset;
   return {{"T_0", offset}};
 }
 
-Truth current_reads_high(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues current_reads_high(Bench& bench, BenchKind kind, double size, Draw draw) {
   const double offset = draw.sign() * pick(kind, 0.02, 0.05) * size;
   if (auto* current = channel(bench, Signal::i_a)) current->offset = offset;
   bench.meter.offset = offset;
@@ -242,7 +242,7 @@ Truth current_reads_high(Bench& bench, BenchKind kind, double size, Draw draw) {
 // Outside of any library
 
 /// A bearing whose friction has a hump at one speed.
-Truth friction_bump(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues friction_bump(Bench& bench, BenchKind kind, double size, Draw draw) {
   const double top = pick(kind, 0.03, 0.006) * size;
   const double at = pick(kind, draw.within(60, 110), draw.within(150, 320)), width = at * draw.within(0.08, 0.15);
   bench.plant.hidden_torque = [=](double omega, double, double) {
@@ -253,7 +253,7 @@ Truth friction_bump(Bench& bench, BenchKind kind, double size, Draw draw) {
 }
 
 /// A shaft that rubs over a part of each turn.
-Truth sector_friction(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues sector_friction(Bench& bench, BenchKind kind, double size, Draw draw) {
   const double torque = pick(kind, 0.06, 0.006) * size, from = draw.phase(), part = draw.within(0.15, 0.3);
   bench.plant.hidden_torque = [=](double omega, double theta, double) {
     const double turn = (theta - from) / 6.283185307179586;
@@ -263,7 +263,7 @@ Truth sector_friction(Bench& bench, BenchKind kind, double size, Draw draw) {
 }
 
 /// A neighbour's machine shakes the bench at 7 Hz.
-Truth shaking(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues shaking(Bench& bench, BenchKind kind, double size, Draw draw) {
   const double torque = pick(kind, 0.1, 0.012) * size, phase = draw.phase();
   bench.plant.hidden_torque = [=](double, double, double t) {
     return torque * std::sin(6.283185307179586 * 7 * t + phase);
@@ -272,20 +272,20 @@ Truth shaking(Bench& bench, BenchKind kind, double size, Draw draw) {
 }
 
 /// Iron that remembers the current.
-Truth flux_hysteresis(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues flux_hysteresis(Bench& bench, BenchKind kind, double size, Draw draw) {
   bench.plant.motor.flux_hysteresis = std::min(0.04 * size, 0.4);
   bench.plant.motor.coercive_current = pick(kind, 0.06, 0.8) * draw.within(0.7, 1.4);
   return {};
 }
 
 /// A tacho whose coupling sticks, then slips.
-Truth tacho_coupling(Bench& bench, BenchKind kind, double size, Draw) {
+TrueValues tacho_coupling(Bench& bench, BenchKind kind, double size, Draw) {
   bench.plant.sensors.tacho_stick = pick(kind, 1.5, 4) * size;
   return {};
 }
 
 /// Brushes that lift at speed.
-Truth brush_bounce(Bench& bench, BenchKind kind, double size, Draw draw) {
+TrueValues brush_bounce(Bench& bench, BenchKind kind, double size, Draw draw) {
   const double more = pick(kind, 8, 0.3) * size;  // [ohm]
   const double at = pick(kind, draw.within(70, 120), draw.within(150, 300)), width = 0.05 * at;
   bench.plant.hidden_drop = [=](double i, double omega, double) {
@@ -295,7 +295,7 @@ Truth brush_bounce(Bench& bench, BenchKind kind, double size, Draw draw) {
 }
 
 /// A worn potentiometer in front of the driver: lost motion, as backlash is.
-Truth reference_play(Bench& bench, BenchKind, double size, Draw) {
+TrueValues reference_play(Bench& bench, BenchKind, double size, Draw) {
   bench.plant.driver.play = 0.05 * size;
   return {};
 }

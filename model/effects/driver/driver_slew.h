@@ -5,6 +5,7 @@
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/structure.h"
 
 namespace emtb {
 
@@ -45,9 +46,18 @@ struct DriverSlew {
     balance.fall = fall;
   }
 
-  /// At the driver's known limits, and at shares of both.
+  /// At the driver's known limits, and at shares of both; where none are known, so that the whole voltage takes from a
+  /// row or two to many.
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
+    const bool unknown = seen.rise >= DriverModel::unlimited && seen.fall >= DriverModel::unlimited;
+    if (unknown && seen.sample > 0 && seen.voltage > 0) {
+      all.push_back({DriverModel::unlimited, DriverModel::unlimited});
+      for (const double rows : {1.5, 4.0, 12.0, 40.0, 150.0}) {
+        all.push_back({seen.voltage / (rows * seen.sample), seen.voltage / (rows * seen.sample)});
+      }
+      return all;
+    }
     for (const double share : {1.0, 0.6, 0.8, 0.9, 1.1, 1.25, 1.6})
       all.push_back({share * seen.rise, share * seen.fall});
     return all;

@@ -40,6 +40,13 @@ TEST(ColouredNoise, IsNotTakenInByEdgesAndSlopes) {
   }
 }
 
+TEST(ColouredNoise, IsNotTakenInByALoadThatComesAndGoes) {
+  const auto back_and_forth = [](std::size_t k) { return (k / 300) % 2 == 0 ? 16.0 : -16.0; };
+  const ColouredNoise noise = coloured_noise(autoregression(0, back_and_forth), 0);
+  EXPECT_NEAR(noise.sigma, 0.2, 0.02);
+  EXPECT_LT(noise.autocorrelation, 0.1);
+}
+
 TEST(ColouredNoise, IsFoundBehindStepsAsLargeAsItself) {
   for (const double rho : {0.0, 0.7, 0.9}) {
     constexpr double step = 0.25;

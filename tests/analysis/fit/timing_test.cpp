@@ -1,0 +1,154 @@
+#include "analysis/fit/timing.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "analysis/record/dataset.h"
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+using synthetic::Noise;
+using synthetic::parameter;
+
+constexpr double R_a = 1.2, K = 0.042, B = 1.2e-5, J = 6e-5, interval = 2e-3;  // tau = R_a J/K^2 = 41 ms
+
+/// A driver that follows at once, a motor without inductance, and a logger.
+Model bridge_model() {
+  Model m = synthetic::servo_model();
+  m.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
+  return m;
+}
+
+/// How a logger goes about a row.
+struct Logging {
+  bool read_after = false;             ///< the row's reference is written before the readings are taken
+  std::map<Signal, double> late = {};  ///< [rows] by which an instrument shows what was
+};
+
+/// The reference of each row: steps of 80 rows.
+double reference(std::size_t row) { return std::array{6.0, -4.0, 9.0, 2.0, -7.0, 0.0, 5.0}.at((row / 80) % 7); }
+
+/// The speed over time is an exponential for each row; the current jumps with the voltage.
+Run logged(const Logging& logging, unsigned seed = 1) {
+  constexpr std::size_t rows = 560;
+  constexpr double after = 1e-6;  // of a row: between write and reading
+  const double damping = B + K * K / R_a, tau = J / damping;
+  std::vector<double> omega{0};  // at the beginning of each row
+  for (std::size_t row = 0; row < rows; ++row) {
+    const double settled = K / R_a * reference(row) / damping;
+    omega.push_back(settled + (omega.back() - settled) * std::exp(-interval / tau));
+  }
+  const auto voltage_at = [&](double row) { return row < 0 ? 0.0 : reference(static_cast<std::size_t>(row)); };
+  const auto speed_at = [&](double row) {
+    if (row < 0) return 0.0;
+    const auto k = static_cast<std::size_t>(row);
+    const double settled = K / R_a * reference(k) / damping;
+    return settled + (omega[k] - settled) * std::exp(-(row - static_cast<double>(k)) * interval / tau);
+  };
+  const auto value_at = [&](Signal signal, double row) {
+    const double e = voltage_at(row), w = speed_at(row);
+    return signal == Signal::e_a ? e : signal == Signal::omega ? w : (e - K * w) / R_a;
+  };
+  Run run;
+  run.name = "logged";
+  Noise noise(seed);
+  const std::map<Signal, double> sigma{{Signal::e_a, 0.01}, {Signal::i_a, 0.005}, {Signal::omega, 0.05}};
+  for (std::size_t k = 1; k < rows; ++k) {
+    const double t = static_cast<double>(k) * interval;
+    run.signals[Signal::u_ref].t.push_back(t);
+    run.signals[Signal::u_ref].value.push_back(reference(k));
+    const double read = static_cast<double>(k) + (logging.read_after ? after : -after);
+    for (const auto& [signal, s] : sigma) {
+      const auto late = logging.late.find(signal);
+      run.signals[signal].t.push_back(t);
+      run.signals[signal].value.push_back(value_at(signal, read - (late != logging.late.end() ? late->second : 0)) +
+                                          noise(s));
+    }
+  }
+  return run;
+}
+
+struct Fitted {
+  Calibration fit;
+  Timing timing;
+
+  /// By how many of its errors a parameter is off.
+  double off(std::size_t place, double truth) const {
+    return std::abs(fit.model.at(place).value - truth) / fit.model.at(place).std_error.value();
+  }
+};
+
+Fitted fitted(Run run, bool with_voltage = true) {
+  if (!with_voltage) run.signals.erase(Signal::e_a);
+  Dataset data = prepare(std::vector{std::move(run)}, {}, bridge_model());
+  Fitted f{calibrate(data, bridge_model()), {}};
+  f.timing = data.timing;
+  return f;
+}
+
+TEST(TimingOfRows, IsFoundWhetherARowIsReadBeforeItIsWrittenOrAfter) {
+  for (const bool with_voltage : {false, true}) {
+    const Fitted before = fitted(logged({.read_after = false}), with_voltage);
+    const Fitted after = fitted(logged({.read_after = true}), with_voltage);
+    EXPECT_EQ(before.timing.acts_after, 0) << with_voltage;
+    EXPECT_LT(after.timing.acts_after, 0) << with_voltage;
+    EXPECT_GT(after.timing.acts_after, -0.1 * interval) << with_voltage;
+    for (const Fitted& f : {before, after}) {
+      EXPECT_TRUE(f.timing.late.empty()) << with_voltage;
+      EXPECT_NEAR(f.fit.model.at(base::R_a).value, R_a, 0.005) << with_voltage;
+      EXPECT_NEAR(f.fit.model.at(base::J).value, J, 0.005 * J) << with_voltage;
+    }
+  }
+}
+
+TEST(TimingOfRows, OfAVoltageThatIsReadARowLateIsPutRight) {
+  const Fitted f = fitted(logged({.read_after = true, .late = {{Signal::e_a, 0.4}}}));
+  EXPECT_EQ(f.timing.voltage_late, 1);
+  EXPECT_NEAR(f.fit.model.at(base::R_a).value, R_a, 0.01);
+  EXPECT_NEAR(f.fit.model.at(base::J).value, J, 0.01 * J);
+}
+
+TEST(TimingOfRows, IsNotAskedOfACurrentWithHoles) {
+  emtb::Run run = logged({.read_after = true, .late = {{Signal::e_a, 0.4}}});
+  Series& i_a = run.signals[Signal::i_a];
+  i_a.t.erase(i_a.t.begin() + 100, i_a.t.begin() + 140);
+  i_a.value.erase(i_a.value.begin() + 100, i_a.value.begin() + 140);
+  EXPECT_EQ(prepare(std::vector{run}, {}, bridge_model()).timing.voltage_late, 0);
+}
+
+TEST(TimingOfRows, IsAPartOfTheErrorsOfWhatACurrentTellsThatMayBeReadLate) {
+  // Read half a row late, it is 2.4 % smaller wherever it decays.
+  const Fitted late = fitted(logged({.read_after = false, .late = {{Signal::i_a, 0.5}}}), false);
+  EXPECT_LT(late.off(base::R_a, R_a), 3);
+  EXPECT_LT(late.off(base::J, J), 3);
+  EXPECT_LT(late.off(base::K_b, K), 3);
+}
+
+TEST(TimingOfRows, IsNoPartOfTheErrorsOfWhatItDoesNotMove) {
+  const Fitted f = fitted(logged({}), false);
+  EXPECT_LT(f.fit.model.at(base::K_b).std_error.value(), 2e-3 * K);
+  EXPECT_GT(f.fit.model.at(base::R_a).std_error.value(), 2e-3 * R_a);  // 0.29 of a row of 2 ms in 41 ms
+  EXPECT_LT(f.fit.model.at(base::R_a).std_error.value(), 2e-2 * R_a);
+}
+
+TEST(TimingOfRows, OfAnInstrumentIsToldByTheModelWhereThatHasAnEffectForIt) {
+  Model model = bridge_model();
+  model.include(effect_index("speed_delay"));
+  model.parameters_of(effect_index("speed_delay"))[0].value = 0.6 * interval;
+  emtb::Run run = logged({.read_after = false, .late = {{Signal::omega, 0.6}}});
+  run.signals.erase(Signal::e_a);
+  Dataset data = prepare(std::vector{run}, {}, model);
+  data.timing.late[Signal::omega] = 0.6;  // as it was found without the effect
+  set_timing(data, data.timing);
+  const Calibration fit = calibrate(std::span<const Record>(data.train), model);
+  EXPECT_NEAR(fit.model.parameters_of(effect_index("speed_delay"))[0].value, 0.6 * interval, 0.1 * interval);
+}
+
+}  // namespace
+}  // namespace emtb
