@@ -128,6 +128,7 @@ std::string in_words(const Timing& timing, double interval, const Model& model) 
   if (as_recorded) parts.push_back(what + " acts from its row on");
   if (timing.held) parts.push_back("holds until the next");
   std::string text = joined(parts, " and ");
+  if (timing.voltage_late > 0) text += "; " + word_for(Signal::e_a) + " is read one row late";
   for (const auto& [signal, late] : timing.late) {
     if (late > 0) text += "; " + word_for(signal) + " is read " + part_of_a_sample(late) + " late";
   }

@@ -110,6 +110,7 @@ json timing_json(const Timing& timing, double interval, const Model& model) {
   return {{"acts_after", timing.acts_after},
           {"held", timing.held},
           {"late", late},
+          {"voltage_rows_late", timing.voltage_late},
           {"text", in_words(timing, interval, model)}};
 }
 

@@ -29,6 +29,9 @@ void add_replay_command(CommandLine& line);
 /// calibrate, compare, diagnose, add: a model beside sessions.
 void add_model_commands(CommandLine& line);
 
+/// discover, trend: what the library leaves, and whether it is the same machine.
+void add_discover_command(CommandLine& line);
+
 /// effects, simulate, import, export, info, table: files without a fit.
 void add_file_commands(CommandLine& line);
 

@@ -9,7 +9,7 @@ void group(emtb::CommandLine& line) {
              {"status", "watch", "run", "stop", "confirm", "reset", "estimates", "investigate"});
   line.group("Before a bench runs", {"devices", "bench", "latency", "profiles"});
   line.group("Recorded sessions", {"check", "info", "import", "export", "replay"});
-  line.group("What the model is missing", {"diagnose", "add", "report", "page", "effects"});
+  line.group("What the model is missing", {"diagnose", "add", "discover", "trend", "report", "page", "effects"});
   line.group("The model itself", {"estimate", "calibrate", "compare", "simulate", "table", "batch"});
   line.group("The model elsewhere", {"export-model", "gains"});
   line.group("About emtb", {"help", "paper"});
@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   emtb::add_devices_command(line);
   emtb::add_profiles_command(line);
   emtb::add_model_commands(line);
+  emtb::add_discover_command(line);
   emtb::add_file_commands(line);
   emtb::add_export_commands(line);
   emtb::add_check_command(line);

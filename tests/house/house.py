@@ -34,7 +34,7 @@ RULES = [
 # Libraries that one room hides from the others: the start of an include, and who may have it.
 LIBRARIES = {
     "ceres/": ["analysis/fit"],
-    "Eigen/|unsupported/Eigen": ["model"] + ["analysis/" + r for r in "numerics record fit live diagnose".split()],
+    "Eigen/|unsupported/Eigen": ["model"] + ["analysis/" + r for r in "numerics record fit live diagnose discover".split()],
     "yaml-cpp/|muParser": ["config"],
     "hdf5|H5": ["session"],
     "boost/asio|boost/beast|sys/socket.h|sys/un.h": ["server"],

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/discover/samples.h"
+#include "model/model.h"
+
+namespace emtb {
+
+/// A formula as text, before it is read: what a file of candidates would say.
+struct FormulaText {
+  struct Parameter {
+    std::string symbol, unit;
+    double value = 0, min = 0, max = 0;
+    bool amplitude = false;  ///< 0 is where the law is absent; else a shape
+    bool fixed = false;
+  };
+  std::string id;
+  TermPlace place = TermPlace::torque;
+  std::string formula;
+  std::vector<std::string> of;  ///< the quantities that it holds, the first that its curve is drawn over
+  std::vector<Parameter> parameters;
+
+  /// The candidate as YAML, as `--candidates` reads it; ends with a newline.
+  std::string yaml() const;
+};
+
+/// Reads a formula: that is the matter of who knows YAML. @throws ModelError or ConfigError
+using ReadFormula = std::function<AddedTerm(const FormulaText&)>;
+
+/// The sentences of the grammar for these samples: powers, saturations, decays, hyperbolas, dead zones, bumps and waves
+/// in speed and current, waves in the angle, decays in time; as a torque, a voltage or a factor on the flux. At most
+/// three free parameters; the argument of each exp, tanh and sin is divided by a parameter of its own unit. Bounds and
+/// first values come from the ranges that the data span.
+std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, double voltage_scale, bool voltage);
+
+/// A law fitted to what is left, without a simulation.
+struct EquationError {
+  FormulaText law;   ///< with the values found
+  double share = 0;  ///< of what is left, on runs left out; beside straight lines in speed, current and acceleration
+};
+
+/// Fits each sentence by least squares: the amplitudes linearly, the shapes on a grid. Best first; those that explain
+/// nothing on runs left out are dropped.
+/// @param samples of torque or voltage @param motor_torque_per_ampere [N m/A] that a factor on the flux acts with
+std::vector<EquationError> by_equation_error(const Samples& samples, const std::vector<FormulaText>& laws,
+                                             const ReadFormula& read, double motor_torque_per_ampere);
+
+}  // namespace emtb

@@ -1,0 +1,217 @@
+#include "analysis/discover/law.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/numerics/parallel.h"
+#include "hal/error.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+namespace {
+
+double error_on(std::span<const Record> runs, const Model& model) {
+  return error_of(mean_squares(residuals(runs, model, model.values(), {})));
+}
+
+/// The best few of the torque's and of the voltage's formulas.
+std::vector<FormulaText> worth_a_fit(const WhatIsLeft& left, const Shares& torque, const Shares& voltage,
+                                     const ReadFormula& read, double k_m) {
+  constexpr std::size_t most = 8;
+  constexpr double nothing = 0.1;  // of what is left
+  std::vector<EquationError> all;
+  const auto add = [&](bool of_voltage) {
+    const Samples s = samples_of(left, of_voltage);
+    auto best = by_equation_error(s, sentences(s, left.torque_scale, left.voltage_scale, of_voltage), read, k_m);
+    std::erase_if(best, [](const EquationError& e) { return e.share < nothing; });
+    if (best.size() > most) best.resize(most);
+    all.insert(all.end(), best.begin(), best.end());
+  };
+  constexpr double ceiling = 0.2, far_less = 0.25;  // of what drives the motor
+  const double torque_share = left.torque_scale > 0 ? torque.rms / left.torque_scale : 0;
+  const double voltage_share = left.voltage_seen && left.voltage_scale > 0 ? voltage.rms / left.voltage_scale : 0;
+  if (torque.ceiling >= ceiling && torque_share > far_less * voltage_share) add(false);
+  if (voltage.ceiling >= ceiling && voltage_share > far_less * torque_share) add(true);
+  std::vector<FormulaText> texts;
+  for (EquationError& e : all) texts.push_back(std::move(e.law));
+  return texts;
+}
+
+/// The formula with the values that a fit gave it.
+FormulaText with_values(FormulaText text, const std::vector<Parameter>& fitted) {
+  for (FormulaText::Parameter& p : text.parameters) {
+    const auto at = std::ranges::find(fitted, p.symbol, &Parameter::symbol);
+    if (at != fitted.end()) p.value = at->value;
+  }
+  return text;
+}
+
+/// What a model does to all readings beside another one, in floors.
+std::vector<double> change(const Dataset& data, const Model& with, const Model& without) {
+  std::vector<double> d;
+  const auto a = residuals(data.train, with, with.values(), {}),
+             b = residuals(data.train, without, without.values(), {});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (Eigen::Index k = 0; k < a[i].value.size(); ++k) d.push_back(a[i].value[k] - b[i].value[k]);
+  }
+  return d;
+}
+
+double cosine(const std::vector<double>& a, const std::vector<double>& b) {
+  double ab = 0, aa = 0, bb = 0;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    ab += a[i] * b[i];
+    aa += a[i] * a[i];
+    bb += b[i] * b[i];
+  }
+  return aa > 0 && bb > 0 && std::isfinite(bb) ? ab / std::sqrt(aa * bb) : 0;
+}
+
+/// The effect of the library whose absence the law makes up for most alike, and how alike.
+void compare_with_library(Law& law, const Dataset& data, const Trial& base, FittedTrials& trials) {
+  constexpr double alike = 0.8;
+  Model without = law.model;
+  without.terms.pop_back();
+  const std::vector<double> own = change(data, law.model, without);
+  const std::vector<Score> scores = trials.scores(base.model());
+  std::vector<double> likeness(scores.size(), 0.0);
+  parallel_for(scores.size(), [&](std::size_t i) {
+    const Score& s = scores[i];
+    if (s.effect >= effect_catalogue().size() || s.starts.empty()) return;
+    try {
+      Model with = without;
+      with.include(s.effect);
+      std::vector<Parameter>& p = with.parameters_of(s.effect);
+      for (std::size_t k = 0; k < p.size() && k < s.expected().size(); ++k) {
+        if (!std::isfinite(s.expected()[k])) return;
+        p[k].value = std::clamp(s.expected()[k], p[k].min, p[k].max);
+      }
+      likeness[i] = std::abs(cosine(own, change(data, with, without)));
+    } catch (const ModelError&) {
+      likeness[i] = 0;  // a load heavier than the rotor: nothing is alike
+    }
+  });
+  const auto best = std::ranges::max_element(likeness);
+  if (best == likeness.end() || !(*best > alike)) return;
+  law.likeness = *best;
+  law.resembles = std::string(effect_catalogue()[scores[static_cast<std::size_t>(best - likeness.begin())].effect].id);
+}
+
+/// The law over the range of its first quantity, the others at their means.
+void draw(Law& law, const Samples& s) {
+  constexpr std::size_t points = 41;
+  const AddedTerm& term = law.model.terms.back();
+  const std::string& over = law.text.of.front();
+  const std::vector<double>& x = over == "omega" ? s.omega : over == "i_a" ? s.i_a : over == "t" ? s.t : s.theta;
+  auto [low, high] = std::ranges::minmax(x);
+  if (over == "theta") {
+    low = 0;
+    high = 6.283185307179586;
+  }
+  const auto mean = [](const std::vector<double>& v) {
+    double sum = 0;
+    for (const double one : v) sum += one;
+    return v.empty() ? 0 : sum / static_cast<double>(v.size());
+  };
+  std::vector<double> p, by(term.parameters.size());
+  for (const Parameter& one : term.parameters) p.push_back(one.value);
+  TermInput at{mean(s.omega), mean(s.i_a), 0, mean(s.u_ref), mean(s.t)}, by_input;
+  for (std::size_t k = 0; k < points; ++k) {
+    const double v = low + (high - low) * static_cast<double>(k) / (points - 1);
+    (over == "omega" ? at.omega : over == "i_a" ? at.i_a : over == "t" ? at.t : at.theta) = v;
+    law.at.push_back(v);
+    law.value.push_back(term.term->evaluate(at, p, by_input, by));
+  }
+}
+
+/// A law in simulation, from where equation error puts it, from less of it, and from the base parameters as given:
+/// those of a model that lacked it may have bent. The fit that leaves least counts.
+std::optional<Trial> fitted_law(FittedTrials& trials, const Trial& base, const Model& offering, std::size_t effect,
+                                const FormulaText& text) {
+  constexpr double less = 0.3;
+  std::optional<Trial> best;
+  const auto from = [&](double size, bool base_as_given) {
+    Model start = base.model();
+    for (std::size_t i = 0; base_as_given && i < start.base.size(); ++i) {
+      if (!start.base[i].fixed) start.base[i].value = offering.base[i].value;
+    }
+    start.offered = offering.offered;
+    start.include(effect);
+    for (Parameter& p : start.terms.back().parameters) {
+      const auto known = std::ranges::find(text.parameters, p.symbol, &FormulaText::Parameter::symbol);
+      if (!p.fixed) p.value = known->amplitude ? size * known->value : known->value;
+    }
+    std::optional<Trial> trial = trials.fit(start, nullptr);
+    if (trial && (!best || trial->squares < best->squares)) best = std::move(trial);
+  };
+  from(1, false);
+  from(less, false);
+  from(1, true);
+  return best;
+}
+
+/// Is some amplitude beyond three standard errors, with all that full ones count?
+bool told_for_sure(const std::vector<Parameter>& fitted, const FormulaText& text) {
+  constexpr double errors = 3;
+  return std::ranges::any_of(fitted, [&](const Parameter& p) {
+    const auto known = std::ranges::find(text.parameters, p.symbol, &FormulaText::Parameter::symbol);
+    return known != text.parameters.end() && known->amplitude && p.std_error &&
+           std::abs(p.value) > errors * *p.std_error;
+  });
+}
+
+struct Fitted {
+  std::size_t text = 0, effect = 0;
+  Trial trial;
+};
+
+}  // namespace
+
+std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model& given, const Criterion& criterion,
+                            std::span<const Record> confirm, const WhatIsLeft& left, const Shares& torque,
+                            const Shares& voltage, const ReadFormula& read) {
+  const std::vector<FormulaText> texts = worth_a_fit(left, torque, voltage, read, base.model().values()[2]);
+  if (texts.empty()) return {};
+  Model offering = given;
+  const std::size_t first = offering.known_effects();
+  for (const FormulaText& text : texts) offering.offered.push_back(read(text));
+  const ScoreOptions score;
+  FittedTrials trials(data, offering, criterion, score, texts.size());
+  std::vector<Fitted> good;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    std::optional<Trial> trial = fitted_law(trials, base, offering, first + i, texts[i]);
+    if (!trial || !criterion.material(base.held_out, trial->held_out)) continue;
+    good.push_back({i, first + i, std::move(*trial)});
+  }
+  std::ranges::stable_sort(good, {}, [](const Fitted& f) { return f.trial.held_out.error(); });
+  for (const Fitted& best : good) {
+    if (!trials.determined(best.trial.model(), best.effect)) continue;
+    Law law;
+    law.model = with_standard_errors(data.train, best.trial.model()).model;
+    law.parameters = law.model.terms.back().parameters;
+    if (!told_for_sure(law.parameters, texts[best.text])) continue;
+    law.text = with_values(texts[best.text], law.parameters);
+    law.train_before = base.train;
+    law.train_after = best.trial.train;
+    law.held_out_before = base.held_out.error();
+    law.held_out_after = best.trial.held_out.error();
+    if (base.held_out.quality && best.trial.held_out.quality) {
+      law.nats = gain(*base.held_out.quality, *best.trial.held_out.quality);
+    }
+    if (!confirm.empty()) {
+      law.confirm_before = error_on(confirm, base.model());
+      law.confirm_after = error_on(confirm, law.model);
+      if (!(*law.confirm_after < *law.confirm_before)) continue;
+    }
+    for (const Fitted& other : good) {
+      if (other.text == best.text || !criterion.tied(best.trial.held_out, other.trial.held_out)) continue;
+      law.tied_with.push_back(with_values(texts[other.text], other.trial.model().terms.back().parameters));
+    }
+    draw(law, samples_of(left, law.text.place == TermPlace::voltage));
+    compare_with_library(law, data, base, trials);
+    return law;
+  }
+  return {};
+}
+
+}  // namespace emtb

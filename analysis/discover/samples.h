@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "analysis/discover/missing_torque.h"
+
+namespace emtb {
+
+/// Readings of what is left with the states in which it was missing, of all runs one after the other, thinned.
+struct Samples {
+  std::size_t groups = 0;                                         ///< what is left out in turn: runs, or fifths of one
+  std::vector<std::size_t> group;                                 ///< of each sample
+  std::vector<double> t, omega, i_a, theta, u_ref, acceleration;  ///< SI
+  std::vector<double> value;                                      ///< [N m] or [V]
+
+  std::size_t size() const { return value.size(); }
+};
+
+/// The samples of the missing torque, or of the voltage, some 3000 at most and none at rest.
+Samples samples_of(const WhatIsLeft& left, bool voltage);
+
+}  // namespace emtb
