@@ -135,7 +135,9 @@ std::optional<json> Client::notification(double timeout) {
 
 json stop_now(const std::filesystem::path& socket) {
   const int stop = connected(stop_path(socket));  // to connect is to stop
-  if (stop < 0) return Client(socket).call("stop", json::object());
+  if (stop < 0 && (errno == ENOENT || errno == ECONNREFUSED)) return Client(socket).call("stop", json::object());
+  if (stop < 0)
+    throw ProtocolError(stop_path(socket).string() + ": " + std::strerror(errno) + ". Use the emergency stop");
   const std::string answer = line_of(stop, 2 * StopSocket::patience);
   close(stop);
   json said = json::parse(answer, nullptr, false);

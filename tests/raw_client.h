@@ -15,13 +15,17 @@ namespace emtb {
 /// A client without manners.
 class RawClient {
  public:
-  explicit RawClient(const std::filesystem::path& path) : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+  RawClient() : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {}
+  explicit RawClient(const std::filesystem::path& path) : RawClient() { connect(path); }
+  ~RawClient() { close(socket_); }
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+  void connect(const std::filesystem::path& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-    connected = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    connected = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   }
-  ~RawClient() { close(socket_); }
   bool send(std::string_view text) const {
     while (!text.empty()) {
       const ssize_t n = ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
