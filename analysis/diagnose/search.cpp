@@ -324,6 +324,7 @@ void Search::prune() {
     rivals_are_stale_ = true;
     dropped_.insert(effect);
     found_.effects.erase(found_.effects.begin() + static_cast<std::ptrdiff_t>(i));
+    i = 0;  // what stood before it may have been needed by it
   }
 }
 
