@@ -16,7 +16,44 @@ std::string formatted(const char* pattern, int digits, double value) {
 /// Are plain digits easy to read for numbers of that size?
 bool plain_size(double value) { return value == 0 || (std::abs(value) >= 1e-4 && std::abs(value) < 1e5); }
 
+struct NamedPower {
+  int exponent;
+  Prefix prefix;
+};
+constexpr NamedPower powers[] = {{6, {1e6, "M"}},   {3, {1e3, "k"}},   {0, {1, ""}},
+                                 {-3, {1e-3, "m"}}, {-6, {1e-6, "µ"}}, {-9, {1e-9, "n"}}};
+
+/// Does a unit begin with one that takes prefixes? @param multiples also such as kilo
+bool takes_prefix(const std::string& unit, bool multiples) {
+  const std::string first = unit.substr(0, unit.find_first_of(" /²"));
+  const auto among = [&](std::initializer_list<const char*> list) {
+    return std::ranges::find(list, first) != list.end();
+  };
+  return among({"V", "A", "N", "W", "Ω", "Ohm", "H", "J", "Hz", "Pa"}) || (!multiples && among({"rad", "s", "m"}));
+}
+
 }  // namespace
+
+Prefix prefix_for(double value) {
+  constexpr double least = 0.1;
+  for (const auto& [exponent, p] : powers) {
+    if (exponent <= 3 && std::abs(value) >= (exponent > 0 ? 10 * p.size : least * p.size)) return p;
+  }
+  return {};
+}
+
+std::optional<Prefix> prefix_for(int exponent, const std::string& unit) {
+  const auto own = std::ranges::find(powers, exponent, &NamedPower::exponent);
+  if (own == std::end(powers) || !takes_prefix(unit, exponent > 0)) return std::nullopt;
+  return own->prefix;
+}
+
+std::string printed(double value, const std::string& unit, int digits) {
+  Prefix p = std::isfinite(value) ? prefix_for(value) : Prefix{};
+  if (!takes_prefix(unit, p.size > 1)) p = {};
+  const std::string number = printed(value / p.size, digits);
+  return unit.empty() ? number : number + " " + p.letter + unit;
+}
 
 std::string superscript(int exponent) {
   static const char* const digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace emtb {
@@ -15,6 +16,22 @@ std::string printed(double value, double std_error);
 
 /// `0.0546 … 0.0548`: both ends to the place that tells them apart by two digits.
 std::string printed_range(double low, double high);
+
+/// A power of ten with a letter of its own: `m` of mA.
+struct Prefix {
+  double size = 1;
+  const char* letter = "";
+};
+
+/// That in which a value reads best: 0.15 V stands as it is, 0.015 V is 15 mV.
+Prefix prefix_for(double value);
+
+/// That of an exponent; none where there is none for it, or the unit takes none: kg m² has its k already, and nobody
+/// counts kilorads.
+std::optional<Prefix> prefix_for(int exponent, const std::string& unit);
+
+/// `52.9 mV`; `3.45×10⁻⁴ kg m²`.
+std::string printed(double value, const std::string& unit, int digits);
 
 std::string superscript(int exponent);
 

@@ -128,7 +128,9 @@ Scale::Scale(const Axis& axis, Range data, double padding, double ticks) : axis_
   while (places.size() < 2) places = nice_ticks(range_, ticks += 1);  // one tick says nothing of the size
   const double step = nice_step(range_.high - range_.low, ticks);
   const double largest = std::max(std::abs(range_.low), std::abs(range_.high));
-  if (largest >= 1e5 || largest < 1e-2) exponent_ = 3 * static_cast<int>(std::floor(std::log10(largest) / 3));
+  const bool prefixed = prefix_for(-3, axis.unit).has_value();
+  if (largest >= 1e5 || largest < (prefixed ? 0.1 : 1e-2))
+    exponent_ = 3 * static_cast<int>(std::floor(std::log10(largest) / 3));
   const double unit = std::pow(10, exponent_);
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step / unit) + 1e-9)));
   for (const double at : places) {
@@ -145,7 +147,11 @@ double Scale::share(double value) const {
 
 std::string Scale::title() const {
   std::string unit = axis_.unit;
-  if (exponent_ != 0) unit = "10" + superscript(exponent_) + (unit.empty() ? "" : " " + unit);
+  if (const auto prefix = prefix_for(exponent_, unit)) {
+    unit.insert(0, prefix->letter);
+  } else if (exponent_ != 0) {
+    unit = "10" + superscript(exponent_) + (unit.empty() ? "" : " " + unit);
+  }
   return axis_.label + (unit.empty() ? "" : (axis_.label.empty() ? "[" : " [") + unit + "]");
 }
 

@@ -33,7 +33,7 @@ class Scale {
   const Range& range() const { return range_; }
   const std::vector<Tick>& ticks() const { return ticks_; }
 
-  /// The axis in words: `ω [rad/s]`, with the power of ten that the ticks leave out: `J [10⁻³ kg m²]`.
+  /// The axis in words: `ω [rad/s]`, with the power of ten that the ticks leave out: `i_{a} [mA]`, `J [10⁻³ kg m²]`.
   std::string title() const;
 
  private:

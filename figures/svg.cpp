@@ -59,7 +59,11 @@ std::string to_svg(const Figure& figure, Theme theme) {
   Canvas canvas(theme);
   canvas.raw(opening_tag(figure, layout, theme));
   if (theme == Theme::standalone) canvas.rectangle(0, 0, figure.width, layout.height(), paper);
-  if (!figure.title.empty()) canvas.text(edge, edge + title_size, figure.title, {.size = title_size, .bold = true});
+  double line = edge + title_size;
+  for (const std::string& words : layout.title_lines()) {
+    canvas.text(edge, line, words, {.size = title_size, .bold = true});
+    line += line_height;
+  }
   double y = layout.top();
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
     y += layout.head_height(i);

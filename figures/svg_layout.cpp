@@ -14,6 +14,19 @@ bool any_trace(const Figure& figure, const auto& is_so) {
   return std::ranges::any_of(figure.panels, [&](const Panel& p) { return std::ranges::any_of(p.traces, is_so); });
 }
 
+/// Words in lines. @param room [px] of a line, in the size of all text
+std::vector<std::string> wrapped_to(const std::string& text, double room) {
+  std::vector<std::string> lines{""};
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t end = std::min(text.find(' ', i), text.size());
+    const std::string word = text.substr(i, end - i);
+    if (!lines.back().empty() && width_of(lines.back() + " " + word) > room) lines.emplace_back();
+    lines.back() += (lines.back().empty() ? "" : " ") + word;
+    i = end + 1;
+  }
+  return lines;
+}
+
 }  // namespace
 
 Layout::Layout(const Figure& figure) : figure_(figure) {
@@ -85,7 +98,8 @@ Range Layout::with_room_for_labels(Range range, const Axis& axis) const {
 }
 
 void Layout::find_heights() {
-  top_ = edge + (figure_.title.empty() ? 0 : title_size + 8);
+  const double lines = static_cast<double>(title_lines().size());
+  top_ = edge + (lines > 0 ? title_size + 8 + (lines - 1) * line_height : 0);
   height_ = top_;
   for (std::size_t i = 0; i < figure_.panels.size(); ++i) {
     heads_.push_back(needed_head(i));
@@ -138,9 +152,11 @@ std::vector<Layout::Entry> Layout::legend(std::size_t panel) const {
   const double start = edge + (y_[panel].title().empty() ? 0 : width_of(y_[panel].title()) * 1.06 + 20);
   const double end = figure_.width - edge;
   double x = start, y = 0;
+  bool first = start == edge;  // of its line, the words before it counted
   for (const Trace* t : named(panel)) {
-    const double width = legend_sample + 6 + width_of(t->name) + 16;
-    if (x + width - 16 > end && x > start) x = std::max(edge, std::min(start, end - width)), y += line_height;
+    const double own = legend_sample + 6 + width_of(t->name), width = own + 16;
+    if (x + own > end && !first) x = start + own <= end ? start : edge, y += line_height;
+    first = false;
     entries.push_back({t, x, y});
     x += width;
   }
@@ -153,17 +169,14 @@ double Layout::needed_head(std::size_t panel) const {
   return empty ? 4 : line_height + 5 + (entries.empty() ? 0 : entries.back().y);
 }
 
+std::vector<std::string> Layout::title_lines() const {
+  if (figure_.title.empty()) return {};
+  constexpr double bold = 1.06;
+  return wrapped_to(figure_.title, (figure_.width - 2 * edge) * text_size / (title_size * bold));
+}
+
 std::vector<std::string> Layout::wrapped(const std::string& name) const {
-  const double room = width_ / static_cast<double>(figure_.x_axis.categories.size()) - 6;
-  std::vector<std::string> lines{""};
-  for (std::size_t i = 0; i < name.size();) {
-    const std::size_t end = std::min(name.find(' ', i), name.size());
-    const std::string word = name.substr(i, end - i);
-    if (!lines.back().empty() && width_of(lines.back() + " " + word) > room) lines.emplace_back();
-    lines.back() += (lines.back().empty() ? "" : " ") + word;
-    i = end + 1;
-  }
-  return lines;
+  return wrapped_to(name, width_ / static_cast<double>(figure_.x_axis.categories.size()) - 6);
 }
 
 }  // namespace emtb::svg

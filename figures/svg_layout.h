@@ -44,6 +44,9 @@ class Layout {
   };
   std::vector<Entry> legend(std::size_t panel) const;
 
+  /// The title in lines that fit the figure.
+  std::vector<std::string> title_lines() const;
+
   /// A category's name in lines that fit its place.
   std::vector<std::string> wrapped(const std::string& name) const;
 

@@ -68,7 +68,15 @@ std::string how_large(const Diagnosis& d) {
          found_from(d, *first) + with_space(std::string(p.unit));
 }
 
-/// `found: the best other effect, bearing_drag, leaves 39.8`
+std::string before_and_after(const Diagnosis& d) {
+  const std::string held = d.judged_on_training ? "the run itself" : d.left_one_out ? "held out in turn" : "held out";
+  const auto from_to = [](double from, double to) { return error_cell(from) + " -> " + error_cell(to); };
+  return from_to(d.base_held_out, d.final_held_out) + " noise floors " + held + ", " +
+         from_to(d.base_train, d.final_train) + " in training";
+}
+
+}  // namespace
+
 std::string how_sure(const Diagnosis& d) {
   const std::string judged = d.judged_on_training ? " (one run, judged on itself: record a second)" : "";
   const std::string verdict = std::string(word(d.verdict)) + ": ";
@@ -98,15 +106,6 @@ std::string how_sure(const Diagnosis& d) {
   }
   return {};
 }
-
-std::string before_and_after(const Diagnosis& d) {
-  const std::string held = d.judged_on_training ? "the run itself" : d.left_one_out ? "held out in turn" : "held out";
-  const auto from_to = [](double from, double to) { return error_cell(from) + " -> " + error_cell(to); };
-  return from_to(d.base_held_out, d.final_held_out) + " noise floors " + held + ", " +
-         from_to(d.base_train, d.final_train) + " in training";
-}
-
-}  // namespace
 
 std::string as_arguments(const NamedFiles& f) {
   return " " + shell_quoted(f.model) + listed(f.sessions) +

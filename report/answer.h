@@ -22,6 +22,9 @@ std::string as_arguments(const NamedFiles& files);
 /// What to type next: adds what was found, runs what tells ties apart, or looks at what has no name.
 std::string next_command(const Diagnosis& diagnosis, const NamedFiles& files);
 
+/// `found: the best other effect, bearing_drag, leaves 39.8 noise floors`
+std::string how_sure(const Diagnosis& diagnosis);
+
 /// The answer in exactly five lines, what a reader of the terminal sees last: what is missing, how large it is, how
 /// sure that is, the errors before and after, and the next command.
 std::string answer_text(const Diagnosis& diagnosis, const NamedFiles& files);

@@ -130,20 +130,22 @@ void data_section(Page& page, const ReportInput& in, const Dataset& data) {
   page.section("Noise floor and data");
   std::vector<std::vector<std::string>> rows;
   for (const auto& [signal, noise] : data.noise) {
-    rows.push_back({compared_symbol(signal), printed(noise.sigma, 3), printed_unit(info(signal).unit),
+    rows.push_back({compared_symbol(signal), printed(noise.sigma, printed_unit(info(signal).unit), 3),
                     source_in_words(noise), autocorrelation_in_words(noise)});
   }
-  page.table("Noise floor of each signal: the same for all models that are compared here", "lrllr",
-             {"signal", "σ", "unit", "where it comes from", "autocorrelation"}, rows);
+  page.table("Noise floor of each signal: the same for all models that are compared here", "lrlr",
+             {"signal", "σ", "where it comes from", "autocorrelation"}, rows);
   page.paragraph(
       "Where the voltage moves fast or a measured input is noisy, a reading's σ is widened by what timing and that "
       "noise allow "
       "any model to know; the grey bands show it.");
   page.paragraph("Timing: " + in_words(data.timing, data.interval(), in.model) + ".");
-  readings_tables(page, in, data);
   signals_lacking(page, in);
-  page.subsection("As recorded");
+  page.fold("Which readings were used, and for what");
+  readings_tables(page, in, data);
+  page.end_fold().fold("All runs as recorded");
   raw_figures(page, in, true);
+  page.end_fold();
 }
 
 void repeat_section(Page& page, const ReportInput& in, const Diagnosis* d) {

@@ -51,16 +51,25 @@ Curve curve(const Overlay& o, const std::vector<double>& values) {
   return c;
 }
 
-void residual_panel(Figure& figure, const std::string& label, const Overlay& o, const Pen& pen) {
+/// Residuals of one signal and which model each is of, with the noise floor on top of them.
+struct NamedResidual {
+  std::string model;
+  const Overlay* overlay;
+  Pen pen;
+};
+void residual_panel(Figure& figure, const std::vector<NamedResidual>& residuals) {
+  const Overlay& last = *residuals.back().overlay;
+  Panel& panel = figure.panel({"residual", printed_unit(info(last.signal).unit)}, residuals.size() > 1 ? 110 : 85);
+  for (const auto& [model, overlay, pen] : residuals) {
+    const Curve residual = curve(*overlay, overlay->residual());
+    Pen thin = residual_pen(pen);
+    if (overlay->slow) thin.width = 2;
+    panel.line(model, residual.t, residual.y, thin);
+  }
   std::vector<double> low, high;
-  for (const double s : o.sigma) low.push_back(-band_sigmas * s), high.push_back(band_sigmas * s);
-  const Curve below = curve(o, low), above = curve(o, high), residual = curve(o, o.residual());
-  Pen thin = residual_pen(pen);
-  if (o.slow) thin.width = 2;
-  figure.panel({label, printed_unit(info(o.signal).unit)}, 85)
-      .line("", residual.t, residual.y, thin)
-      .band("noise floor, ±2σ", below.t, below.y, above.y)
-      .reference(0, "", {Ink::grey, 0.7, Dash::solid});
+  for (const double s : last.sigma) low.push_back(-band_sigmas * s), high.push_back(band_sigmas * s);
+  const Curve below = curve(last, low), above = curve(last, high);
+  panel.band("noise floor, ±2σ", below.t, below.y, above.y).reference(0, "", {Ink::grey, 0.7, Dash::solid});
 }
 
 /// Do two models predict the same, as far as the instrument could tell?
@@ -114,7 +123,10 @@ Axis condition_axis(Condition against) {
   return {std::string(name_of(against)), std::string(unit_of(against))};
 }
 
-NamedFigure overlay_figure(const std::string& run, const Overlay& model, const std::optional<Overlay>& before) {
+namespace {
+
+/// Measured and simulated, over which the residuals come.
+Figure measured_over_simulated(const std::string& run, const Overlay& model, const std::optional<Overlay>& before) {
   const Axis axis = compared_axis_of(model.signal);
   Figure f(run + ": " + axis.label, "Measured " + std::string(info(model.signal).meaning) +
                                         " over its simulation against time, and the residuals with the noise floor.");
@@ -131,13 +143,29 @@ NamedFigure overlay_figure(const std::string& run, const Overlay& model, const s
     top.line("base model", old.t, old.y, old_pen);
   }
   top.line(before ? "final model" : "model", simulated.t, simulated.y, final_pen);
+  return f;
+}
+
+}  // namespace
+
+NamedFigure hero_figure(const std::string& run, const Overlay& model, const std::optional<Overlay>& before) {
+  Figure f = measured_over_simulated(run, model, before);
+  f.wide(560);
+  std::vector<NamedResidual> residuals;
+  if (before) residuals.push_back({"of the base model", &*before, base_pen});
+  residuals.push_back({before ? "of the final model" : "of the model", &model, final_pen});
+  residual_panel(f, residuals);
+  const std::string caption =
+      "Where the base model is furthest off: " + printed((before ? *before : model).floors(), 3) + " noise floors" +
+      (before ? ", " + printed(model.floors(), 3) + " with the final model." : ".");
+  return {"at_a_glance", std::move(f), caption};
+}
+
+NamedFigure overlay_figure(const std::string& run, const Overlay& model, const std::optional<Overlay>& before) {
+  Figure f = measured_over_simulated(run, model, before);
   const bool differ = before && !same(*before, model);
-  if (differ) residual_panel(f, "residual of the base model", *before, base_pen);
-  residual_panel(f,
-                 differ   ? "residual of the final model"
-                 : before ? "residual of both models"
-                          : "residual",
-                 model, final_pen);
+  if (differ) residual_panel(f, {{"of the base model", &*before, base_pen}});
+  residual_panel(f, {{differ ? "of the final model" : before ? "of both models" : "of the model", &model, final_pen}});
   std::string caption = "Residual: measured − simulated; RMSE ";
   if (differ) caption += printed(before->floors(), 3) + " noise floors with the base model, ";
   caption += printed(model.floors(), 3) + (differ ? " with the final one" : " noise floors") +
@@ -172,7 +200,12 @@ std::vector<NamedFigure> residual_map_figures(Signal signal, const Diagnosis& d)
     const bool joined = base.against != Condition::direction;  // its places are apart
     const auto draw = [&](const ResidualMap& m, const std::string& name, const Pen& pen) {
       if (joined) p.line(name, m.bins, m.mean, pen);
-      p.points(name, m.bins, m.mean, pen);
+      std::vector<double> low, high;
+      for (std::size_t b = 0; b < m.bins.size(); ++b) {
+        low.push_back(m.mean[b] - normal_95 * m.std_error[b]);
+        high.push_back(m.mean[b] + normal_95 * m.std_error[b]);
+      }
+      p.points_with_errors(name, m.bins, m.mean, low, high, pen);
     };
     draw(base, changed ? "base" : "", changed ? base_pen : final_pen);
     for (const ResidualMap& after : d.where_final) {
@@ -275,11 +308,10 @@ NamedFigure refit_figure(const Diagnosis& d) {
       .horizontal_bars("", errors, places(errors.size()))
       .labels(labels)
       .vertical_reference(1, "", {Ink::grey, 1, Dash::dashed})
-      .vertical_reference(d.base_held_out, "", {Ink::vermilion, 1.5, Dash::dashed});
+      .vertical_reference(d.base_held_out, "base model", {Ink::vermilion, 1.5, Dash::dashed});
   return {"candidates_held_out_error", std::move(f),
-          "The most promising effects were refitted with all parameters free. Grey: the noise floor. Red: the base "
-          "model. A "
-          "bar that reaches the red line removed nothing that held-out runs would show."};
+          "The most promising effects were refitted with all parameters free. A bar that reaches the line of the base "
+          "model removed nothing that held-out runs would show."};
 }
 
 NamedFigure staircase_figure(const Diagnosis& d) {

@@ -20,6 +20,9 @@ inline constexpr double normal_95 = 1.96;
 
 /// One signal of a run: measured over the simulation of one or two models, the residuals below with the noise band.
 /// @param run    what it is called in the title, e.g. `step_mid.h5, held out`
+/// A signal of a run as both models have it, the residuals of both in one panel. @param before of the base model
+NamedFigure hero_figure(const std::string& run, const Overlay& model, const std::optional<Overlay>& before);
+
 /// @param before the base model, where another took its place
 NamedFigure overlay_figure(const std::string& run, const Overlay& model, const std::optional<Overlay>& before = {});
 

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "figures/escape.h"
+#include "figures/scale.h"
 
 namespace emtb {
 namespace {
@@ -24,8 +25,14 @@ nav a{margin-right:1.1rem;white-space:nowrap}
 a{color:var(--blue)}
 figure{margin:1.4rem 0;break-inside:avoid}
 figcaption{font-size:.9rem;margin-top:.3rem;max-width:46rem}
-.plot{overflow-x:auto}
-.plot.wide svg{min-width:35rem}
+.plot.narrow{display:none}
+.hero{display:grid;grid-template-columns:3fr 2fr;gap:1rem 1.5rem;align-items:start}
+.hero figure{margin:.8rem 0}
+dl{display:grid;grid-template-columns:max-content 1fr;gap:.3rem 1rem;margin:1rem 0}
+dt{font-weight:600}
+dd{margin:0}
+details{margin:.8rem 0}
+details>summary{font-weight:600;padding:.25rem 0}
 .multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(15.5rem,1fr));gap:.9rem 1rem}
 .multiples .plot{break-inside:avoid}
 .scroll{overflow-x:auto;margin:1rem 0}
@@ -41,6 +48,18 @@ code{overflow-wrap:anywhere}
 pre{background:var(--shade);padding:.7rem .9rem;white-space:pre-wrap;overflow-wrap:anywhere}
 summary{cursor:pointer}
 sub{font-size:.75em;line-height:0}
+@media screen and (max-width:40rem){
+  .plot.whole{display:none}
+  .plot.narrow{display:block}
+  .hero,dl{display:block}
+  dd{margin-bottom:.5rem}
+  .scroll{overflow:visible}
+  .cards,.cards tbody,.cards tr,.cards th,.cards td,.cards caption{display:block;text-align:left;white-space:normal}
+  .cards thead{display:none}
+  .cards tr{border-bottom:1px solid var(--frame);padding:.35rem 0}
+  .cards th,.cards td{border:0;padding:.1rem 0;overflow-wrap:anywhere}
+  .cards td::before{content:attr(data-is) ": ";color:var(--faint)}
+}
 @media print{
   @page{size:A4;margin:16mm 14mm}
   html{font-size:10.5pt}
@@ -49,13 +68,13 @@ sub{font-size:.75em;line-height:0}
   section+section:not(.short){break-before:page}
   h2{margin-top:0;border:0;padding:0}
   h2,h3,.lead,summary{break-after:avoid}
-  details{break-inside:avoid}
+  details::details-content{content-visibility:visible;display:block}
+  details>summary{list-style:none}
   tr,pre{break-inside:avoid}
   table{font-size:8.5pt;min-width:0;width:100%}
   th,td{padding-right:.45rem}
   thead{display:table-header-group}
-  .plot,.scroll{overflow:visible}
-  .plot.wide svg{min-width:0}
+  .scroll{overflow:visible}
   .multiples{grid-template-columns:repeat(3,1fr)}
   *{print-color-adjust:exact;-webkit-print-color-adjust:exact}
 }
@@ -87,6 +106,16 @@ std::string marked_up(const std::string& text) {
 std::string without_marks(std::string text) {
   std::erase(text, '`');
   return text;
+}
+
+/// A figure, and where it is too wide for a phone, once more as wide as that.
+std::string drawn(const Figure& figure) {
+  constexpr double phone = 380;  // [px]
+  if (figure.width <= phone) return "<div class=\"plot\">" + to_svg(figure, Theme::page) + "</div>";
+  Figure narrow = figure;
+  narrow.width = phone;
+  return "<div class=\"plot whole\">" + to_svg(figure, Theme::page) + "</div><div class=\"plot narrow\">" +
+         to_svg(narrow, Theme::page) + "</div>";
 }
 
 std::string anchor(std::size_t section) { return "s" + std::to_string(section); }
@@ -131,16 +160,35 @@ Page& Page::code(const std::string& text) {
   return *this;
 }
 
-Page& Page::folded(const std::string& heading, const std::string& text) {
-  body_ +=
-      "<details open=\"\"><summary>" + marked_up(heading) + "</summary>\n<pre>" + escaped(text) + "</pre></details>\n";
+Page& Page::fold(const std::string& heading, bool open) {
+  body_ += "<details" + std::string(open ? " open=\"\"" : "") + "><summary>" + marked_up(heading) + "</summary>\n";
+  ++folds_;
+  return *this;
+}
+
+Page& Page::end_fold() {
+  assert(folds_ > 0);
+  body_ += "</details>\n";
+  --folds_;
+  return *this;
+}
+
+Page& Page::folded(const std::string& heading, const std::string& text) { return fold(heading).code(text).end_fold(); }
+
+Page& Page::facts(const std::vector<std::pair<std::string, std::string>>& facts) {
+  body_ += "<dl>\n";
+  for (const auto& [word, what] : facts) body_ += "<dt>" + marked_up(word) + "</dt><dd>" + marked_up(what) + "</dd>\n";
+  body_ += "</dl>\n";
   return *this;
 }
 
 Page& Page::table(const std::string& caption, const std::string& columns, const std::vector<std::string>& heading,
                   const std::vector<std::vector<std::string>>& rows) {
+  constexpr std::size_t most_on_a_phone = 3;  // columns beside each other
   const auto align = [&](std::size_t i) { return columns.at(i) == 'r' ? " class=\"r\"" : ""; };
-  body_ += "<div class=\"scroll\"><table><caption>" + marked_up(caption) + "</caption>\n<thead><tr>";
+  const bool cards = heading.size() > most_on_a_phone;
+  body_ += "<div class=\"scroll\"><table" + std::string(cards ? " class=\"cards\"" : "") + "><caption>" +
+           marked_up(caption) + "</caption>\n<thead><tr>";
   for (std::size_t i = 0; i < heading.size(); ++i) {
     body_ += "<th scope=\"col\"" + std::string(align(i)) + ">" + marked_up(heading[i]) + "</th>";
   }
@@ -149,7 +197,8 @@ Page& Page::table(const std::string& caption, const std::string& columns, const 
     assert(row.size() == heading.size());
     body_ += "<tr><th scope=\"row\">" + marked_up(row.front()) + "</th>";
     for (std::size_t i = 1; i < row.size(); ++i)
-      body_ += "<td" + std::string(align(i)) + ">" + marked_up(row[i]) + "</td>";
+      body_ += "<td" + std::string(align(i)) + " data-is=\"" + escaped(plain(without_marks(heading[i]))) + "\">" +
+               marked_up(row[i]) + "</td>";
     body_ += "</tr>\n";
   }
   body_ += "</tbody></table></div>\n";
@@ -157,10 +206,15 @@ Page& Page::table(const std::string& caption, const std::string& columns, const 
 }
 
 Page& Page::figure(const NamedFigure& named) {
-  const bool wide = named.figure.width > 500;
-  body_ += "<figure><div class=\"plot" + std::string(wide ? " wide" : "") + "\">" + to_svg(named.figure, Theme::page) +
-           "</div><figcaption>" + marked_up(named.caption) + "</figcaption></figure>\n";
+  body_ += "<figure>" + drawn(named.figure) + "<figcaption>" + marked_up(named.caption) + "</figcaption></figure>\n";
   if (on_figure_) on_figure_(named);
+  return *this;
+}
+
+Page& Page::side_by_side(const std::vector<NamedFigure>& figures) {
+  body_ += figures.size() > 1 ? "<div class=\"hero\">\n" : "<div>\n";
+  for (const NamedFigure& named : figures) figure(named);
+  body_ += "</div>\n";
   return *this;
 }
 
@@ -175,6 +229,7 @@ Page& Page::small_multiples(const std::vector<NamedFigure>& figures, const std::
 }
 
 std::string Page::html() const {
+  assert(folds_ == 0);
   std::string nav;
   for (std::size_t i = 0; i < sections_.size(); ++i) {
     nav += "<a href=\"#" + anchor(i) + "\">" + marked_up(sections_[i]) + "</a> ";

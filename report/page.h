@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "figures/figure.h"
@@ -30,15 +31,23 @@ class Page {
   Page& paragraph(const std::string& text);
   Page& lead(const std::string& text);  ///< a paragraph that must not be overlooked
   Page& list(const std::vector<std::string>& items);
-  Page& code(const std::string& text);                                ///< kept line by line
-  Page& folded(const std::string& heading, const std::string& text);  ///< code behind a heading to open; open in print
+  Page& code(const std::string& text);  ///< kept line by line
+
+  /// What follows, up to end_fold(), is behind a heading to open; open in print.
+  Page& fold(const std::string& heading, bool open = false);
+  Page& end_fold();
+  Page& folded(const std::string& heading, const std::string& text);  ///< code behind a heading to open
+
+  /// Each a word and what it says: `What it is`, and what it is.
+  Page& facts(const std::vector<std::pair<std::string, std::string>>& facts);
 
   /// @param columns `l` or `r` for each: how its cells are aligned
   /// @param rows    the first cell of each names the row
   Page& table(const std::string& caption, const std::string& columns, const std::vector<std::string>& heading,
               const std::vector<std::vector<std::string>>& rows);
 
-  Page& figure(const NamedFigure& figure);
+  Page& figure(const NamedFigure& figure);  ///< on a phone as wide as that, not a small picture of a large one
+  Page& side_by_side(const std::vector<NamedFigure>& figures);  ///< what the page is about; each with its caption
   Page& small_multiples(const std::vector<NamedFigure>& figures, const std::string& caption);  ///< beside each other
 
   std::string html() const;
@@ -46,6 +55,7 @@ class Page {
  private:
   std::string title_, summary_, body_;
   std::vector<std::string> sections_;
+  int folds_ = 0;  ///< that are not ended
   std::function<void(const NamedFigure&)> on_figure_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "figures/number.h"
 #include "report/text.h"
 #include "report/words.h"
 
@@ -13,20 +14,8 @@ namespace {
 constexpr int digits = 2;    // of what is derived: an rms of readings that hang together is hardly better
 constexpr int measured = 3;  // as in the tables
 
-/// What a number is divided by for people, and how that is called.
-struct Prefix {
-  double size = 1;
-  const char* letter = "";
-};
-
-Prefix prefix_for(double value) {
-  constexpr Prefix prefixes[] = {{1e3, "k"}, {1, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}};
-  constexpr double least = 0.1;  // 0.15 V stands, 15 mV does not read better as 0.015 V
-  for (const Prefix& p : prefixes) {
-    if (std::abs(value) >= (p.size > 1 ? 10 * p.size : least * p.size)) return p;
-  }
-  return {};
-}
+/// As a terminal of any kind shows it.
+std::string letter_of(const Prefix& prefix) { return prefix.size == 1e-6 ? "u" : prefix.letter; }
 
 std::string word_for(Signal signal) {
   switch (signal) {
@@ -61,7 +50,7 @@ std::string how_well_known(const NoiseFloor& noise) {
 
 std::string with_scaled_unit(double value, const std::string& unit, int figures) {
   const Prefix p = prefix_for(value);
-  return pretty(value / p.size, figures) + " " + p.letter + unit;
+  return pretty(value / p.size, figures) + " " + letter_of(p) + unit;
 }
 
 bool has_multiples(const NoiseFloor& noise) { return !noise.upper_bound; }
@@ -69,8 +58,9 @@ bool has_multiples(const NoiseFloor& noise) { return !noise.upper_bound; }
 std::string in_words(Signal signal, const SignalFit& fit) {
   const Rest& rest = fit.rest;
   const std::string unit(info(signal).unit);
-  std::string text = word_for(signal) + " wrong by " + with_scaled_unit(fit.rmse, unit, measured) + " rms (fit " +
-                     percent(fit.fit_percent) + " %); the instrument explains ";
+  std::string text = word_for(signal) + " wrong by " + with_scaled_unit(fit.rmse, unit, measured) + " rms (" +
+                     (fit.moves ? "fit " + percent(fit.fit_percent) + " %" : "it does not move") +
+                     "); the instrument explains ";
   if (rest.rms <= 0) {
     text += fit.noise.lower_bound ? "that" : "all of it";
   } else {
@@ -101,11 +91,13 @@ std::string signals_text(const std::map<Signal, SignalFit>& fits, const std::map
   if (!chained.empty()) heading.push_back("chained RMSE/floor");
   Table table(heading);
   for (const auto& [signal, f] : fits) {
-    std::vector<std::string> row{
-        std::string(info(signal).name),     pretty(f.rmse, measured),
-        std::string(info(signal).unit),     pretty(f.noise.sigma, measured),
-        std::string(name_of(f.noise.from)), has_multiples(f.noise) ? pretty(f.ratio, measured) : "-",
-        percent(f.fit_percent) + " %"};
+    std::vector<std::string> row{std::string(info(signal).name),
+                                 pretty(f.rmse, measured),
+                                 std::string(info(signal).unit),
+                                 pretty(f.noise.sigma, measured),
+                                 std::string(name_of(f.noise.from)),
+                                 has_multiples(f.noise) ? pretty(f.ratio, measured) : "-",
+                                 f.moves ? percent(f.fit_percent) + " %" : "-"};
     if (const std::string bound = how_well_known(f.noise); !bound.empty()) row[4] += " (" + bound.substr(1) + ")";
     if (const auto c = chained.find(signal); c != chained.end()) {
       row.push_back(has_multiples(f.noise) ? pretty(c->second, measured) : "-");

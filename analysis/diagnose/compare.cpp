@@ -105,6 +105,8 @@ std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model&
     const double spread = s.value_squares - s.value * s.value / s.count;
     fits[signal] = {noise.at(signal), std::sqrt(s.squares / s.count), std::sqrt(s.scaled / s.count),
                     spread > 0 ? 100 * (1 - std::sqrt(s.squares / spread)) : 0};
+    const double floor = noise.at(signal).sigma;
+    fits[signal].moves = spread / s.count > 2 * floor * floor;  // half of the scatter is then its own
   }
   add_rests(fits, records, left, model);
   return fits;

@@ -35,6 +35,7 @@ struct SignalFit {
   double ratio = 0;        ///< in multiples of the noise floor
   double fit_percent = 0;  ///< 100 (1 - NRMSE): 100 is perfect, 0 no better than the signal's mean
   Rest rest = {};
+  bool moves = true;  ///< varies by more than its instrument scatters: else there is nothing to fit
 };
 
 /// A model beside measurements.

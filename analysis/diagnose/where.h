@@ -14,12 +14,13 @@ namespace emtb {
 struct ResidualMap {
   Signal signal{};
   Condition against{};
-  std::vector<double> bins;   ///< middle of each bin, in the condition's unit
-  std::vector<double> mean;   ///< mean of measured - simulated, in the signal's unit
-  std::vector<double> rmse;   ///< in the signal's unit
-  std::vector<double> ratio;  ///< RMSE in multiples of the noise floor
-  std::vector<double> count;
-  double explained = 0;  ///< share of the residual's variance that the bins' means explain
+  std::vector<double> bins = {};   ///< middle of each bin, in the condition's unit
+  std::vector<double> mean = {};   ///< mean of measured - simulated, in the signal's unit
+  std::vector<double> rmse = {};   ///< in the signal's unit
+  std::vector<double> ratio = {};  ///< RMSE in multiples of the noise floor
+  std::vector<double> count = {};
+  std::vector<double> std_error = {};  ///< of the mean, in the signal's unit: readings near each other count as one
+  double explained = 0;                ///< share of the residual's variance that the bins' means explain
 };
 
 /// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own

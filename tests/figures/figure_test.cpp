@@ -62,6 +62,20 @@ TEST(Scale, PutsALongPowerOfTenIntoTheTitle) {
   EXPECT_THAT(labels(scale), ElementsAre("0", "1", "2", "3", "4"));
 }
 
+TEST(Scale, GivesAUnitALetterInPlaceOfAPowerOfTen) {
+  const Scale scale({"i_{a}", "A"}, {-0.012, 0.047}, 0, 4);
+  EXPECT_EQ(scale.title(), "i_{a} [mA]");
+  EXPECT_EQ(scale.ticks().back().label, "40");
+}
+
+TEST(Figure, SetsATitleInTwoLinesWhereOneIsTooShort) {
+  Figure figure("What each absent effect promises, and by how much it would be");
+  figure.wide(300).panel({"y", ""}).line("", {0, 1}, {0, 1});
+  const std::string svg = to_svg(figure);
+  EXPECT_THAT(svg, testing::Not(testing::HasSubstr(">" + figure.title + "</text>")));
+  EXPECT_THAT(svg, testing::HasSubstr(">What each absent effect promises,"));
+}
+
 TEST(Scale, OfLogarithmsHasDecades) {
   const Scale scale({.label = "error", .log = true}, {1, 1000}, 0, 4);
   EXPECT_THAT(labels(scale), ElementsAre("1", "10", "100", "1000"));

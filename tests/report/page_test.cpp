@@ -47,6 +47,37 @@ TEST(Page, NamesTheRowsAndColumnsOfATable) {
                                                   HasSubstr("<caption>Values</caption>")));
 }
 
+TEST(Page, FoldsWhatIsLong) {
+  Page page("Title", "");
+  page.section("Runs").fold("step.csv").paragraph("A figure").end_fold().fold("ramp.csv", true).end_fold();
+  EXPECT_THAT(page.html(),
+              testing::AllOf(HasSubstr("<details><summary>step.csv</summary>\n<p>A figure</p>\n</details>"),
+                             HasSubstr("<details open=\"\"><summary>ramp.csv</summary>")));
+}
+
+TEST(Page, SaysFactsWordByWord) {
+  Page page("Title", "");
+  page.section("Verdict").facts({{"What is left", "i_{a} < 3 mA"}});
+  EXPECT_THAT(page.html(), HasSubstr("<dt>What is left</dt><dd>i<sub>a</sub> &lt; 3 mA</dd>"));
+}
+
+TEST(Page, DrawsWhatIsWiderThanAPhoneOnceMoreForOne) {
+  Figure wide("Wide"), small("Small");
+  for (Figure* f : {&wide, &small}) f->panel({"y", ""}).line("", {0, 1}, {0, 1});
+  small.wide(370);
+  Page page("Title", "");
+  page.section("Figures").side_by_side({{"wide", wide, ""}, {"small", small, ""}});
+  const std::string html = page.html();
+  EXPECT_THAT(html, testing::AllOf(HasSubstr("viewBox=\"0 0 820 "), HasSubstr("viewBox=\"0 0 380 "),
+                                   HasSubstr("viewBox=\"0 0 370 "), HasSubstr("class=\"hero\"")));
+}
+
+TEST(Page, NamesEachCellOfALongTableForAPhone) {
+  Page page("Title", "");
+  page.section("Tables").table("Wide", "lrrr", {"", "R_{a} [Ω]", "p", "q"}, {{"row", "1", "2", "3"}});
+  EXPECT_THAT(page.html(), testing::AllOf(HasSubstr("class=\"cards\""), HasSubstr("data-is=\"R_a [Ω]\"")));
+}
+
 TEST(Page, LinksToItsSections) {
   EXPECT_THAT(small_page().html(), testing::AllOf(HasSubstr("<a href=\"#s1\">Second</a>"), HasSubstr("id=\"s1\"")));
 }

@@ -45,6 +45,14 @@ TEST(WhatIsLeft, IsTheInstrumentsWhereNothingIsLeftBesideIt) {
                     Not(HasSubstr("rest"))));
 }
 
+TEST(WhatIsLeft, HasNoFitWhereNothingMoves) {
+  SignalFit fit = far_off();
+  fit.moves = false;
+  fit.fit_percent = 0;
+  EXPECT_THAT(in_words(Signal::torque, fit), AllOf(HasSubstr("(it does not move)"), Not(HasSubstr("0 %"))));
+  EXPECT_THAT(signals_text({{Signal::torque, fit}}), Not(HasSubstr("0 %")));
+}
+
 TEST(ScaledUnit, KeepsNumbersShort) {
   EXPECT_EQ(with_scaled_unit(0.0234, "A"), "23 mA");
   EXPECT_EQ(with_scaled_unit(0.5, "V"), "0.5 V");

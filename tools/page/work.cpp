@@ -64,7 +64,7 @@ json rows_of(const Record& record, const Model& model, const Noise& noise, bool 
                     {"unit", info(signal).unit},
                     {"rmse", number(fit.rmse)},
                     {"floors", number(fit.ratio)},
-                    {"fit_percent", number(fit.fit_percent)},
+                    {"fit_percent", fit.moves ? number(fit.fit_percent) : json(nullptr)},
                     {"held_out", held_out}});
   }
   return rows;

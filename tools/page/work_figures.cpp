@@ -91,11 +91,6 @@ json Work::missing() const {
   }
   std::vector<Record> runs = data_.held_out.empty() ? data_.train : data_.held_out;
   for (const ResidualMap& m : residual_maps(runs, now_.model)) {
-    std::vector<double> std_error;
-    for (std::size_t b = 0; b < m.bins.size(); ++b) {
-      const double variance = std::max(0.0, m.rmse[b] * m.rmse[b] - m.mean[b] * m.mean[b]);
-      std_error.push_back(std::sqrt(variance / std::max(1.0, m.count[b])));
-    }
     const auto floor = data_.noise.find(m.signal);
     maps.push_back({{"signal", info(m.signal).name},
                     {"unit", info(m.signal).unit},
@@ -103,7 +98,7 @@ json Work::missing() const {
                     {"against_unit", unit_of(m.against)},
                     {"bins", numbers(m.bins)},
                     {"mean", numbers(m.mean)},
-                    {"std_error", numbers(std_error)},
+                    {"std_error", numbers(m.std_error)},
                     {"floors", numbers(m.ratio)},
                     {"explained", number(m.explained)},
                     {"floor", floor == data_.noise.end() ? json(nullptr) : number(floor->second.sigma)}});

@@ -58,6 +58,18 @@ TEST(FitOf, IsNoneWhereTheSpeedIsNoBetterThanItsMean) {
   EXPECT_NEAR(fit.fit_percent, 0, 2) << "but for the little that the mean is off zero";
 }
 
+TEST(FitOf, SaysWhetherASignalMovesAtAll) {
+  OwnRecord own(true_servo());
+  std::vector<Record> records = own.with_noise(3);
+  EXPECT_TRUE(fit_of(records, true_servo(), own_floors()).at(Signal::omega).moves);
+  for (Observation& o : records[0].observations) {
+    if (o.signal != Signal::omega) continue;
+    o.value = synthetic::coloured(o.value.size(), 0, 4);
+    for (double& v : o.value) v *= OwnRecord::sigma_omega;  // a gauge that nothing loads
+  }
+  EXPECT_FALSE(fit_of(records, true_servo(), own_floors()).at(Signal::omega).moves);
+}
+
 TEST(FitOf, NothingIsLeftBesideTheInstrumentWhereTheModelIsRight) {
   OwnRecord own(true_servo());
   for (const auto& [signal, fit] : fit_of(own.with_noise(3), true_servo(), own_floors())) {

@@ -67,6 +67,27 @@ TEST(ResidualMaps, FollowAnErrorThatGrowsWithTime) {
   EXPECT_NEAR(m.explained, 1 - 1.0 / 144, 1e-3) << "all but what is left within a twelfth of it";
 }
 
+/// How many of its bins a map's 95 % bars take away from zero, over many records whose mean residual is zero.
+double share_beyond_bars(double memory) {
+  constexpr int records = 40;
+  double beyond = 0, bins = 0;
+  for (unsigned seed = 1; seed <= records; ++seed) {
+    const std::vector<double> noise = synthetic::coloured(1001, memory, seed);
+    const ResidualMap m = map_of_speed(Condition::time, [&](double t, double) {
+      return noise.at(static_cast<std::size_t>(std::lround(100 * t)));  // 10 s at 100 Hz
+    });
+    for (std::size_t b = 0; b < m.bins.size(); ++b) beyond += std::abs(m.mean[b]) > 1.96 * m.std_error[b], bins += 1;
+  }
+  EXPECT_EQ(bins, 12 * records);
+  return beyond / bins;
+}
+
+TEST(ResidualMaps, HaveErrorsThatHoldForReadingsOneByOne) { EXPECT_LT(share_beyond_bars(0), 0.15); }
+
+TEST(ResidualMaps, HaveErrorsThatCountReadingsNearEachOtherAsOne) {
+  EXPECT_LT(share_beyond_bars(0.8), 0.25) << "with errors of independent readings it would be a half";
+}
+
 TEST(ResidualMaps, ExplainNothingOfWhatDoesNotHangOnTheCondition) {
   const ResidualMap m =
       map_of_speed(Condition::speed, [](double t, double) { return std::lround(100 * t) % 2 == 0 ? 2.5 : 1.5; });
