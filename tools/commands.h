@@ -32,7 +32,10 @@ void add_model_commands(CommandLine& line);
 /// discover, trend: what the library leaves, and whether it is the same machine.
 void add_discover_command(CommandLine& line);
 
-/// effects, simulate, import, export, info, table: files without a fit.
+/// effects: what a model can include.
+void add_effects_command(CommandLine& line);
+
+/// simulate, import, export, info, table: files without a fit.
 void add_file_commands(CommandLine& line);
 
 /// export-model, gains: a model for other programs, and a controller for it.

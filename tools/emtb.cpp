@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   emtb::add_profiles_command(line);
   emtb::add_model_commands(line);
   emtb::add_discover_command(line);
+  emtb::add_effects_command(line);
   emtb::add_file_commands(line);
   emtb::add_export_commands(line);
   emtb::add_check_command(line);

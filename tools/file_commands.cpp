@@ -10,7 +10,6 @@
 #include "config/profile.h"
 #include "config/profile_path.h"
 #include "hal/error.h"
-#include "model/catalogue.h"
 #include "model/simulation.h"
 #include "report/result_json.h"
 #include "report/text.h"
@@ -24,7 +23,7 @@ namespace {
 using json = nlohmann::ordered_json;
 
 struct FileOptions {
-  std::string model, profile, effect, map, out, json_file, truth, log;
+  std::string model, profile, map, out, json_file, truth, log;
   std::vector<std::string> sessions, models;
   double rate = 1000;  ///< [Hz]
 
@@ -32,31 +31,6 @@ struct FileOptions {
 
   std::vector<Run> runs() const { return read_runs(sessions, mapping()); }
 };
-
-int effects_command(const FileOptions& o) {
-  if (o.effect.empty()) {
-    Table table({"id", "stage", "parameters", "equation"});
-    for (const EffectInfo& e : effect_catalogue()) {
-      std::string parameters;
-      for (const EffectParameter& p : e.parameters()) {
-        parameters += (parameters.empty() ? "" : ", ") + std::string(p.symbol) + " [" + std::string(p.unit) + "]";
-      }
-      table.row({std::string(e.id), std::string(name_of(e.stage)), parameters, std::string(e.equation)});
-    }
-    std::cout << table.text();
-    return 0;
-  }
-  const EffectInfo& e = effect_catalogue()[effect_index(o.effect)];
-  std::cout << e.id << ": " << e.name << " (" << name_of(e.stage) << ")\n\n    " << e.equation << "\n\n"
-            << e.what << "\n\nHow it shows: " << e.shows << "\n\nTold apart: " << e.told_apart << "\n\nParameters:\n";
-  for (const EffectParameter& p : e.parameters()) {
-    std::cout << "    " << p.symbol << " [" << p.unit << "], absent at " << p.null << ", from " << p.min << " to "
-              << p.max << "\n";
-  }
-  if (const std::string needs = needs_of(e); !needs.empty()) std::cout << "\nNeeds: " << needs << "\n";
-  std::cout << "\nSource: " << e.source << "\n";
-  return 0;
-}
 
 /// The reference of a profile, sampled as the loop would set it, through driver, motor and sensors in a row.
 int simulate_command(const FileOptions& o) {
@@ -214,9 +188,6 @@ void add_file_commands(CommandLine& line) {
   const auto session_help = "PATH[#RUN][@T0:T1], .csv or .h5";
   const auto map_help = "how the columns of foreign CSV files become signals";
 
-  line.command("effects", "lists the physical effects that a model can include, or explains one")
-      .optional_argument("ID", o->effect, "the effect to explain")
-      .action(act(effects_command));
   line.command("simulate", "simulates a model under a profile")
       .argument("MODEL", o->model, "the model's YAML")
       .argument("PROFILE", o->profile, "a profile's file or name")

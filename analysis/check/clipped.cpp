@@ -113,7 +113,7 @@ DataFindings clipped(const Run& run) {
       if (std::abs(value) < 0.1 * size || high - low < 8 * step) continue;  // rests at zero; or a coarse instrument
       // A torque that stands where it stands most of the time is that of a brake.
       if (signal == Signal::torque && 2 * std::ranges::count(x, value) > std::ssize(x)) continue;
-      const Restlessness usual = restlessness(x, 0.1 * size, step, value);
+      const Restlessness usual = own_restlessness(run, signal, 0.1 * size, value);
       const Extreme e = at_extreme(x, value, sign, step, noise_of(x, 0.1 * size));
       const bool without_noise = usual.noisy && e.longest >= std::max<std::size_t>(12, 10 * usual.length);
       // A driver that ends at its highest voltage is a driver's effect, unless noise stops there as well.

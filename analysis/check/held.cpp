@@ -42,6 +42,20 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
   return false;
 }
 
+/// Whether the reference goes on amid a stretch of the voltage that it sets, by what several of its steps are worth. It
+/// alone says where a voltage goes.
+bool reference_moves(const Run& run, const Stretch& s) {
+  constexpr std::size_t rows = 3;  // at the ends, which a driver may be late by
+  constexpr double clear = 0.02, several = 3;
+  const Series &e_a = run.at(Signal::e_a), &u_ref = run.at(Signal::u_ref);
+  if (s.length() <= 2 * rows) return false;
+  const auto begin = std::ranges::lower_bound(u_ref.t, e_a.t[s.begin + rows]) - u_ref.t.begin();
+  const auto end = std::ranges::upper_bound(u_ref.t, e_a.t[s.end - 1 - rows]) - u_ref.t.begin();
+  if (begin >= end) return false;
+  const auto [low, high] = std::minmax_element(u_ref.value.begin() + begin, u_ref.value.begin() + end);
+  return *high - *low > std::max(clear, several * step_of(e_a) / size_of(e_a.value)) * size_of(u_ref.value);
+}
+
 /// Whether the signal is elsewhere as soon as a stretch ends: by far more than it usually changes from row to row.
 bool jumps_after(std::span<const double> x, const Stretch& s, double step) {
   if (s.end >= x.size()) return false;
@@ -69,6 +83,11 @@ bool angle_held(const Run& run, const Series& series, const Stretch& s, double s
   return jumps_after(series.value, s, step) || turns(run, series.t[s.begin], series.t[s.end - 1], step);
 }
 
+/// Longer than a signal stays at one value by chance.
+bool is_long(const Stretch& s, const Restlessness& usual) {
+  return s.length() >= std::max<std::size_t>({20, 20 * usual.length, 3 * usual.rare});
+}
+
 void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const Series& series = run.at(signal);
   const std::span<const double> x = series.value;
@@ -79,6 +98,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
   const std::vector<Stretch> all = stretches(x);
   const Restlessness usual = angle ? Restlessness{} : restlessness(x, rest, step);
+  const Restlessness own = angle ? usual : own_restlessness(run, signal, rest);
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<Stretch> found;
   for (const Stretch& s : all) {
@@ -87,12 +107,13 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
       continue;
     }
     const bool extreme = (s.value == low || s.value == high) && !jumps_after(x, s, step);  // clipped, if anything
-    if (std::abs(s.value) <= rest || extreme ||
-        s.length() < std::max<std::size_t>({20, 20 * usual.length, 3 * usual.rare})) {
-      continue;
-    }
+    if (std::abs(s.value) <= rest || extreme || !is_long(s, usual)) continue;
     const bool jump = jumps_after(x, s, step) && !drives.change(series.t[s.end - 1], series.t[s.end]);
-    if (usual.noisy || jump || others_move(run, signal, series.t[s.begin], series.t[s.end - 1])) found.push_back(s);
+    const bool sent_elsewhere = signal == Signal::e_a
+                                    ? reference_moves(run, s)
+                                    : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
+    const bool without_noise = own.noisy && is_long(s, own);
+    if (without_noise || jump || sent_elsewhere) found.push_back(s);
   }
   if (found.empty()) return;
   const Stretch longest = *std::ranges::max_element(found, {}, &Stretch::length);

@@ -59,6 +59,10 @@ class Drives {
   std::vector<Drive> drives_;
 };
 
+/// How restless a signal is by itself. Of a terminal voltage only where its reference stays: it goes wherever a
+/// controller sends it, without any noise of its own.
+Restlessness own_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without = {});
+
 /// Whether a speed or an angle moves, by more than noise and than the instrument's steps: its range is far above that
 /// of noise, white or coloured, or its mean over a hundred readings lies once far further off zero than they scatter.
 bool moves(const Series& series);

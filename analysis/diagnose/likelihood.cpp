@@ -132,10 +132,16 @@ Squares squares_of(std::span<const Record> records, std::span<const Residuals> r
   return sums;
 }
 
-double memory_of(const ResidualSpectra& spectra) {
-  double longest = 0;
-  for (const auto& [signal, spectrum] : spectra) longest = std::max(longest, spectrum.fitted().time);
-  return longest;
+Memories memory_of(const ResidualSpectra& spectra) {
+  Memories memory;
+  for (const auto& [signal, spectrum] : spectra) memory.emplace(signal, spectrum.fitted().time);
+  return memory;
+}
+
+double longest(const Memories& memory) {
+  double most = 0;
+  for (const auto& [signal, time] : memory) most = std::max(most, time);
+  return most;
 }
 
 namespace {
@@ -156,6 +162,12 @@ double independent(const SignalSquares& left, double memory) {
   return n * m / (1 + kappa * (m - 1));
 }
 
+/// None where a signal was not among those that told.
+double of(Signal signal, const Memories& memory) {
+  const auto own = memory.find(signal);
+  return own != memory.end() ? own->second : 0;
+}
+
 }  // namespace
 
 double log_likelihood(const SignalSquares& left, double memory) {
@@ -163,37 +175,44 @@ double log_likelihood(const SignalSquares& left, double memory) {
   return -0.5 * (n / kappa) * std::log1p(kappa * (m - 1));
 }
 
-double Quality::nats(double of_error) const {
+double Quality::nats(const Memories& of_error) const {
   double sum = 0, readings = 0;
   for (const auto& [signal, left] : training) {
-    sum += log_likelihood(left, of_error);
-    readings += independent(left, of_error);
+    sum += log_likelihood(left, of(signal, of_error));
+    readings += independent(left, of(signal, of_error));
   }
-  for (const auto& [signal, left] : held_out) sum += log_likelihood(left, of_error);
+  for (const auto& [signal, left] : held_out) sum += log_likelihood(left, of(signal, of_error));
   return sum - 0.5 * static_cast<double>(free_parameters) * std::log(std::max(1.0, readings));
 }
 
 namespace {
 
-/// By how much the mean squares of the training runs are above their floors.
-double excess(const Quality& quality) {
-  double sum = 0;
-  for (const auto& [signal, left] : quality.training) sum += std::max(0.0, left.squares / left.readings - 1);
-  return sum;
+/// By how much the mean square of a signal is above its floor in the training runs.
+double excess(const Quality& quality, Signal signal) {
+  const auto own = quality.training.find(signal);
+  return own != quality.training.end() ? std::max(0.0, own->second.squares / own->second.readings - 1) : 0;
 }
 
-/// The memory at which two models are compared: of the better one, since what the other lacks has one of its own. Where
-/// the better one leaves next to nothing of the other's error, its memory is that of next to nothing.
-double memory_between(const Quality& without, const Quality& with) {
-  constexpr double next_to_nothing = 0.1;  // by hand
-  const bool tells = excess(with) > next_to_nothing * excess(without);
-  return tells ? with.memory : std::min(with.memory, without.memory);
+/// The memories at which two models are compared: of the better one, since what the other lacks has one of its own.
+/// What is missing shows in several signals, so that the longest is that of all which it leaves something of. A signal
+/// of which it leaves next to nothing has that of next to nothing.
+Memories memories_between(const Quality& without, const Quality& with) {
+  constexpr double next_to_nothing = 0.1;  // of what the other leaves; by hand
+  const auto tells = [&](Signal signal) { return excess(with, signal) > next_to_nothing * excess(without, signal); };
+  double most = 0;
+  for (const auto& [signal, time] : with.memory) {
+    if (tells(signal)) most = std::max(most, time);
+  }
+  Memories between;
+  for (const auto& [signal, time] : with.memory)
+    between.emplace(signal, tells(signal) ? most : std::min(time, of(signal, without.memory)));
+  return between;
 }
 
 }  // namespace
 
 double gain(const Quality& without, const Quality& with) {
-  const double memory = memory_between(without, with);
+  const Memories memory = memories_between(without, with);
   return with.nats(memory) - without.nats(memory);
 }
 

@@ -66,8 +66,12 @@ using Squares = std::map<Signal, SignalSquares>;
 void add_squares(Squares& sums, const Record& record, const Residuals& residuals);
 Squares squares_of(std::span<const Record> records, std::span<const Residuals> residuals);
 
-/// [s] over which the error of a model remembers: the longest of all signals, since what is missing shows in several.
-double memory_of(const ResidualSpectra& spectra);
+/// [s] over which the error of a model remembers, signal by signal.
+using Memories = std::map<Signal, double>;
+Memories memory_of(const ResidualSpectra& spectra);
+
+/// The longest of all signals.
+double longest(const Memories& memory);
 
 /// Logarithm of the likelihood of what a model leaves of a signal. With m the mean square in units of the floor's, n
 /// readings, and n_eff = n m/(1 + kappa (m - 1)) of them independent, kappa = 2 tau/interval,
@@ -81,12 +85,12 @@ double log_likelihood(const SignalSquares& left, double memory);
 /// What is known of a model that was fitted to training runs and tried on others.
 struct Quality {
   Squares training, held_out;
-  double memory = 0;  ///< [s] of its error in the training runs
+  Memories memory;  ///< of its error in the training runs
   std::size_t free_parameters = 0;
 
   /// Q in nats:  ln L of the training runs - 1/2 ln n_eff for each free parameter + ln L of the runs held out.
-  /// @param memory [s] of the error: of models that are compared the same
-  double nats(double memory) const;
+  /// @param memory of the error: of models that are compared the same
+  double nats(const Memories& memory) const;
 };
 
 /// By how much Q rises from one model to another, in nats. The error that the other leaves says how many of the

@@ -100,7 +100,7 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
       add_spectrum(spectra, records[i], base.plain);
     }
   }
-  fit.memory = memory_of(spectra);
+  fit.memory = longest(memory_of(spectra));
   fit.seen.ringing = ringing_of(fit);
   return fit;
 }

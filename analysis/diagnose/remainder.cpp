@@ -23,7 +23,7 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
     unsure.push_back(signal);
   }
   if (unsure.empty()) return false;
-  const double memory = held_out.quality ? held_out.quality->memory : 0;
+  const double memory = held_out.quality ? longest(held_out.quality->memory) : 0;
   const std::map<Signal, ComingAgain> again = coming_again(data.all(), model, memory);
   return std::ranges::any_of(unsure, [&](Signal signal) {
     const ComingAgain& found = again.at(signal);

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 #include "tests/analysis/check/planted.h"
+#include "tests/analysis/synthetic.h"
 #include "tests/blind/recording.h"
 
 namespace emtb {
@@ -132,6 +136,33 @@ TEST_F(Check, ASignalBeyondItsRangeIsClipped) {
   EXPECT_THAT(found, names(Flaw::clipped, Signal::omega));
   EXPECT_THAT(found, Not(Contains(is_a(Flaw::held))));
   EXPECT_TRUE(stops(found));
+}
+
+/// A speed controller sends the driver to and fro, and to its highest reference for as long as the motor speeds up.
+emtb::Run in_closed_loop() {
+  emtb::Run run;
+  run.name = "step.h5";
+  const std::vector<double> noise = synthetic::coloured(600, 0.5, 7);
+  for (std::size_t k = 0; k < noise.size(); ++k) {
+    const double t = 0.002 * static_cast<double>(k);  // [s]
+    const bool speeding_up = k >= 100 && k < 150;
+    const double u = speeding_up ? 1 : k < 50 ? 0 : 0.5 + 0.02 * noise[k];
+    for (const auto& [signal, value] :
+         {std::pair{Signal::u_ref, u}, std::pair{Signal::e_a, 0.2 * std::round(5 * 96 * u)},
+          std::pair{Signal::omega, 150 * std::clamp(t / 0.3, 0.0, 1.0) + noise[k]}}) {
+      run.signals[signal].t.push_back(t);
+      run.signals[signal].value.push_back(value);
+    }
+  }
+  return run;
+}
+
+TEST_F(Check, AVoltageStaysWhereItsReferenceStays) {
+  emtb::Run run = in_closed_loop();
+  EXPECT_THAT(check(std::vector{run}), Not(Contains(Field("signal", &DataFinding::signal, Signal::e_a))));
+  Series& e_a = run.signals.at(Signal::e_a);
+  for (std::size_t k = 300; k < 400; ++k) e_a.value[k] = e_a.value[300];
+  EXPECT_THAT(check(std::vector{run}), names(Flaw::held, Signal::e_a)) << "the reference goes on";
 }
 
 TEST_F(Check, SpikesAreCountedAndAnInrushIsNone) {
