@@ -7,6 +7,8 @@
 #include "drivers/comedi/open.h"
 #include "drivers/driver.h"
 #include "drivers/modbus_meter/open.h"
+#include "drivers/program/open.h"
+#include "drivers/scpi_meter/open.h"
 #include "drivers/serial_daq/open.h"
 #include "drivers/serial_meter/open.h"
 #include "drivers/simulated/open.h"
@@ -23,6 +25,8 @@ namespace {
 constexpr std::array drivers{
     Driver{"comedi", comedi::open_card},
     Driver{"modbus_meter", modbus_meter::open_meter},
+    Driver{"program", program::open_program},
+    Driver{"scpi_meter", scpi_meter::open_meter},
     Driver{"serial_daq", serial_daq::open_board},
     Driver{"serial_meter", serial_meter::open_meter},
     Driver{"simulated_daq", simulated::open_daq},

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include "session/units.h"
+
 namespace emtb {
 
 int whole_number(const YamlMap& yaml, std::string_view key, int min, int max, int fallback) {
@@ -15,6 +17,27 @@ double read_scale(const YamlMap& yaml) {
   const double scale = yaml.number_or("scale", 1);
   if (scale == 0) yaml.fail("scale", "is 0: every reading would be the same");
   return scale;
+}
+
+Scaling read_scaling(Signal signal, const YamlMap& yaml) {
+  const std::string unit = yaml.text_or("unit", info(signal).unit);
+  const auto conversion = unit_of(signal, unit);
+  if (!conversion) yaml.fail("unit", "is `" + unit + "`. Known: " + known_units(signal));
+  Scaling scaling{.unit = conversion->scale, .zero = conversion->offset};
+  scaling.scale = scaling.unit * read_scale(yaml);
+  scaling.offset = scaling.unit * yaml.number_or("offset", 0) + scaling.zero;
+  if (yaml.has("resolution")) scaling.digit = std::abs(scaling.unit) * yaml.positive("resolution");
+  if (yaml.has("range")) scaling.range = std::abs(scaling.unit) * yaml.positive("range");
+  return scaling;
+}
+
+Signal measured_signal(const YamlMap& yaml, std::string_view key, const std::string& name) {
+  const auto signal = signal_named(name);
+  if (!signal || *signal == Signal::u_ref || *signal == Signal::armature_open) {
+    yaml.fail(key, (key == name ? "cannot be measured here" : "is `" + name + "`") +
+                       ". A device may give e_a, i_a, omega, theta, torque, i_f, temperature");
+  }
+  return *signal;
 }
 
 LineSettings read_line_key(const YamlMap& yaml, const LineSettings& usual, std::string_view example) {

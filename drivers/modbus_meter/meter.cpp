@@ -18,17 +18,12 @@ std::vector<Channel> described(const std::string& name, const MeterSettings& set
     channels.push_back({.signal = entry.signal,
                         .period = settings.period,
                         .window = entry.window,
-                        .lsb = entry.digit,
+                        .lsb = entry.scaling.digit,
                         .source = name + " (Modbus " + name_of(settings.address) + " unit " +
                                   std::to_string(settings.unit) + ", function " + std::to_string(entry.function) +
                                   ", register " + std::to_string(entry.address) + ")",
-                        .conversion = {.scale = entry.scale,
-                                       .offset = entry.offset,
-                                       .unit = "of the register",
-                                       .from_file = true,
-                                       .file_unit = entry.unit,
-                                       .file_zero = entry.zero}});
-    if (entry.range > 0) channels.back().low = -(channels.back().high = entry.range);
+                        .conversion = entry.scaling.conversion("of the register")});
+    if (entry.scaling.range > 0) channels.back().low = -(channels.back().high = entry.scaling.range);
   }
   return channels;
 }
@@ -130,7 +125,8 @@ Outcome Meter::ask(Link& link, const Register& entry, Fault& fault) {
   } else if (entry.overload && number == *entry.overload) {
     fault = Fault::over_range;
   } else {
-    handover_.deliver(entry.signal, (asked + answered) / 2 - settings_.latency, entry.scale * number + entry.offset);
+    handover_.deliver(entry.signal, (asked + answered) / 2 - settings_.latency,
+                      entry.scaling.scale * number + entry.scaling.offset);
   }
   return outcome;
 }

@@ -9,6 +9,7 @@
 #include "drivers/handover.h"
 #include "drivers/modbus_meter/link.h"
 #include "drivers/modbus_meter/value.h"
+#include "drivers/settings.h"
 #include "drivers/wake.h"
 #include "hal/clock.h"
 #include "hal/input_device.h"
@@ -22,14 +23,9 @@ struct Register {
   int address = 0;   ///< from 0, as it is sent
   Type type = Type::u16;
   Order order;
-  double scale = 1;                ///< reading = scale * number + offset, SI
-  double offset = 0;               ///< SI
-  double unit = 1;                 ///< SI per unit of the bench file's scale and offset
-  double zero = 0;                 ///< SI where a value in that unit is 0
+  Scaling scaling;
   std::optional<double> overload;  ///< the number by which the meter says that its range is exceeded
   double window = 0;               ///< [s] that a reading averages
-  double digit = 0;                ///< SI; 0: unknown
-  double range = 0;                ///< SI, the largest that the meter shows, of either sign; 0: not said
 };
 
 struct MeterSettings {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "drivers/settings.h"
-#include "session/units.h"
 
 namespace emtb::modbus_meter {
 namespace {
@@ -47,18 +46,10 @@ Register read_register(Signal signal, const YamlMap& yaml) {
   if (!order) yaml.fail("order", "is `" + yaml.text("order") + "`. Known: ABCD, CDAB, BADC, DCBA");
   entry.order = *order;
 
-  const std::string unit = yaml.text_or("unit", info(signal).unit);
-  const auto conversion = unit_of(signal, unit);
-  if (!conversion) yaml.fail("unit", "is `" + unit + "`. Known: " + known_units(signal));
-  entry.unit = conversion->scale;
-  entry.zero = conversion->offset;
-  entry.scale = conversion->scale * read_scale(yaml);
-  entry.offset = conversion->scale * yaml.number_or("offset", 0) + conversion->offset;
+  entry.scaling = read_scaling(signal, yaml);
   if (yaml.has("overload")) entry.overload = yaml.number("overload");
   entry.window = yaml.within_or("window", 0, unbounded, 0);
-  const double step = entry.type == Type::f32 ? 0 : std::abs(entry.scale);
-  entry.digit = yaml.has("resolution") ? std::abs(conversion->scale) * yaml.positive("resolution") : step;
-  if (yaml.has("range")) entry.range = std::abs(conversion->scale) * yaml.positive("range");
+  if (entry.scaling.digit == 0 && entry.type != Type::f32) entry.scaling.digit = std::abs(entry.scaling.scale);
   return entry;
 }
 
@@ -73,12 +64,7 @@ MeterSettings read_settings(const YamlMap& device) {
   settings.latency = device.within_or("latency", 0, unbounded, 0);
   const YamlMap registers = device.map("registers");
   for (const auto& [name, entry] : registers.entries()) {
-    const auto signal = signal_named(name);
-    if (!signal || *signal == Signal::u_ref || *signal == Signal::armature_open) {
-      registers.fail(name,
-                     "cannot be measured here. A meter may give e_a, i_a, omega, theta, torque, i_f, temperature");
-    }
-    settings.registers.push_back(read_register(*signal, entry));
+    settings.registers.push_back(read_register(measured_signal(registers, name, name), entry));
   }
   if (settings.registers.empty()) device.fail("registers", "is empty. Give at least one signal");
   return settings;

@@ -100,11 +100,7 @@ BoardSettings read_settings(const YamlMap& device, const BenchConfig::Reference*
   const YamlMap entries = device.map("channels");
   bool bus_matters = false;
   for (const auto& [name, entry] : entries.entries()) {
-    const auto signal = signal_named(name);
-    if (!signal || *signal == Signal::u_ref || *signal == Signal::armature_open) {
-      entries.fail(name, "cannot be measured here. A board may give e_a, i_a, omega, theta, torque, i_f, temperature");
-    }
-    settings.channels.push_back(read_channel(*signal, entry, device));
+    settings.channels.push_back(read_channel(measured_signal(entries, name, name), entry, device));
     bus_matters = bus_matters || std::holds_alternative<Pwm>(settings.channels.back().source);
   }
   if (settings.channels.empty()) device.fail("channels", "is empty. Give at least one signal");

@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "drivers/serial_meter/measurement.h"
 #include "drivers/serial_port.h"
@@ -16,7 +17,8 @@ namespace emtb::serial_meter {
 class Conversation {
  public:
   /// @param wish_to_end a descriptor; once it can be read from, nothing waits any more
-  Conversation(SerialPort& port, Find find, int wish_to_end) : port_(port), find_(find), wish_to_end_(wish_to_end) {}
+  Conversation(SerialPort& port, Find find, int wish_to_end)
+      : port_(port), find_(std::move(find)), wish_to_end_(wish_to_end) {}
 
   void say(std::string_view text) { port_.write(text); }
 

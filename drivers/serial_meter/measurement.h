@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string_view>
 
@@ -64,7 +65,7 @@ struct Message {
 };
 
 /// Finds out what the received bytes begin with. Pure: the same bytes give the same message.
-using Find = Message (*)(std::string_view received) noexcept;
+using Find = std::function<Message(std::string_view received)>;
 
 /// Find for frames of one length that carry one measurement each and tell themselves where they begin.
 template <std::size_t length>
@@ -99,7 +100,7 @@ inline constexpr std::size_t longest_line = 80;  ///< [bytes] of an answer; what
 
 /// Find for lines of text that end with CR, LF or both.
 template <class Classify>
-Message find_line(std::string_view received, Classify classify) noexcept {
+Message find_line(std::string_view received, const Classify& classify) {
   const std::size_t end = received.find_first_of("\r\n");
   if (end == 0) return {.kind = Message::Kind::noise, .length = 1};
   if (end == std::string_view::npos) {

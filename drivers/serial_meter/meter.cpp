@@ -27,7 +27,9 @@ Meter::Meter(const std::string& name, std::shared_ptr<Clock> clock, const MeterS
           .conversion = {.scale = settings.scale,
                          .offset = settings.offset,
                          .unit = settings.function.unit,
-                         .from_file = true}},
+                         .from_file = true,
+                         .file_unit = settings.file_unit,
+                         .file_zero = settings.file_zero}},
       handover_(std::span(&description_, 1)) {
   if (settings_.reach > 0) {
     description_.low = settings_.offset - settings_.reach;

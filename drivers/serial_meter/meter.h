@@ -16,12 +16,14 @@ namespace emtb::serial_meter {
 
 struct MeterSettings {
   std::string port;  ///< `/dev/serial/by-id/...`
-  const Model* model = nullptr;
+  std::shared_ptr<const Model> model;
   LineSettings line;
   Signal signal = Signal::i_a;
   Function function{};
   double scale = 1;      ///< of the signal's unit in the function's: reading = scale * measurement + offset
   double offset = 0;     ///< in the signal's unit
+  double file_unit = 1;  ///< SI of one of the unit in which the bench file gives scale and offset
+  double file_zero = 0;  ///< SI of its zero
   double range = 0;      ///< full scale in the function's unit; 0: the meter chooses
   double reach = 0;      ///< the largest that it shows, in the signal's unit, without the offset; 0: unknown
   double digit = 0;      ///< in the signal's unit; 0: unknown

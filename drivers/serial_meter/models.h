@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,7 +23,7 @@ struct Protocol {
   /// number: after a silence, only what comes behind this one is known to be new.
   std::string_view barrier = {};
   /// The lines that set function and range; null: the meter is set by hand.
-  std::vector<std::string> (*set_up)(const Function&, double range, double line_cycles) = nullptr;
+  std::function<std::vector<std::string>(const Function&, double range, double line_cycles)> set_up = nullptr;
 };
 
 /// One range of one quantity, DC.

@@ -37,15 +37,6 @@ const Model& read_model(const YamlMap& device) {
   return *model;
 }
 
-Signal read_signal(const YamlMap& device) {
-  const std::string name = device.text_or("signal", "i_a");
-  const auto signal = signal_named(name);
-  if (!signal || *signal == Signal::u_ref || *signal == Signal::armature_open) {
-    device.fail("signal", "is `" + name + "`. A meter may measure e_a, i_a, omega, theta, torque, i_f, temperature");
-  }
-  return *signal;
-}
-
 Function read_function(const YamlMap& device, Signal signal) {
   std::string name = signal == Signal::i_a || signal == Signal::i_f ? "dc_current"
                      : signal == Signal::e_a                        ? "dc_voltage"
@@ -97,21 +88,24 @@ double largest_range(const Model& model, const Function& function) {
   return largest;
 }
 
-LineSettings read_line_settings(const YamlMap& device, const Model& model) {
-  LineSettings line = read_line_key(device, model.line, "9600 8N1");
+}  // namespace
+
+LineSettings read_line_settings(const YamlMap& device, const LineSettings& usual) {
+  LineSettings line = read_line_key(device, usual, "9600 8N1");
   line.dtr = device.flag_or("dtr", line.dtr);
   line.rts = device.flag_or("rts", line.rts);
   return line;
 }
 
-}  // namespace
-
 MeterSettings read_settings(const YamlMap& device) {
   device.only({"driver", "port", "model", "signal", "function", "scale", "offset", "range", "resolution", "period",
                "window", "latency", "timeout", "line", "dtr", "rts"});
   const Model& model = read_model(device);
-  MeterSettings settings{.port = device.text("port"), .model = &model, .line = read_line_settings(device, model)};
-  settings.signal = read_signal(device);
+  MeterSettings settings{
+      .port = device.text("port"),
+      .model = std::shared_ptr<const Model>(std::shared_ptr<void>(), &model),  // one of models(): nobody's
+      .line = read_line_settings(device, model.line)};
+  settings.signal = measured_signal(device, "signal", device.text_or("signal", "i_a"));
   settings.function = read_function(device, settings.signal);
   settings.scale = read_scale(device);
   settings.offset = device.number_or("offset", 0);

@@ -378,7 +378,7 @@ TEST(ModbusMeterFile, EachMistakeHasItsLine) {
   EXPECT_EQ(with(""), "5: devices.meter.registers is empty. Give at least one signal");
   EXPECT_EQ(
       with("u_ref: {address: 0, type: u16}"),
-      "5: devices.meter.registers.u_ref cannot be measured here. A meter may give e_a, i_a, omega, theta, torque, i_f, "
+      "5: devices.meter.registers.u_ref cannot be measured here. A device may give e_a, i_a, omega, theta, torque, i_f, "
       "temperature");
   EXPECT_EQ(with("i_a: {type: u16}"), "5: devices.meter.registers.i_a.address is missing");
   EXPECT_EQ(with("i_a: {address: 1.5, type: u16}"), "5: devices.meter.registers.i_a.address must be a whole number");

@@ -299,7 +299,7 @@ TEST_F(SerialDaqBoard, EachMistakeInTheBenchFileHasItsLine) {
   EXPECT_EQ(refusal(), "yaml:5: devices.daq.channels.i_a.from is encoder, which gives omega and theta");
   channels = "u_ref: {from: pwm}";
   EXPECT_EQ(refusal(),
-            "yaml:5: devices.daq.channels.u_ref cannot be measured here. A board may give e_a, i_a, omega, theta, "
+            "yaml:5: devices.daq.channels.u_ref cannot be measured here. A device may give e_a, i_a, omega, theta, "
             "torque, i_f, temperature");
 }
 

@@ -33,7 +33,7 @@ TEST(SerialMeterFile, EachMistakeHasItsLine) {
               HasSubstr("4: devices.meter.model is `ut61e`. Known: agilent_34401a, keithley_2000, fluke_45"));
   EXPECT_EQ(complaint_about("driver: serial_meter, model: uni_t_ut61e"), "4: devices.meter.port is missing");
   EXPECT_EQ(complaint_about(good + ", signal: u_ref"),
-            "4: devices.meter.signal is `u_ref`. A meter may measure e_a, i_a, omega, theta, torque, i_f, temperature");
+            "4: devices.meter.signal is `u_ref`. A device may give e_a, i_a, omega, theta, torque, i_f, temperature");
   EXPECT_THAT(
       complaint_about(good + ", signal: omega"),
       HasSubstr("4: devices.meter.function is missing: what does the meter measure of omega? Known: dc_current"));
