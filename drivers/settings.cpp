@@ -31,7 +31,7 @@ Scaling read_scaling(Signal signal, const YamlMap& yaml) {
   return scaling;
 }
 
-Signal measured_signal(const YamlMap& yaml, std::string_view key, const std::string& name) {
+Signal measured_signal(const YamlMap& yaml, const std::string& key, const std::string& name) {
   const auto signal = signal_named(name);
   if (!signal || *signal == Signal::u_ref || *signal == Signal::armature_open) {
     yaml.fail(key, (key == name ? "cannot be measured here" : "is `" + name + "`") +

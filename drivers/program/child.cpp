@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstring>
 #include <thread>
+#include <utility>
 
 #include "drivers/program/confinement.h"
 #include "hal/error.h"

@@ -34,8 +34,8 @@ struct ProgramChannel {
 struct ProgramSettings {
   ChildSettings child;
   std::vector<ProgramChannel> channels;
-  double start_up = 5;          ///< [s] until it must have said hello
-  double silence = 1;           ///< [s] without a line that means something, after which it counts as lost
+  double start_up = 5;            ///< [s] until it must have said hello
+  double silence = 1;             ///< [s] without a line that means something, after which it counts as lost
   std::optional<Limits> moves{};  ///< [V] it is the reference's output, within these
 };
 
@@ -47,8 +47,8 @@ struct ProgramSettings {
 /// it was told within `follow` is Fault::output_failed, until make_safe().
 class Device {
  public:
-  static constexpr double alive = 0.05;    ///< [s] between two `set` at the latest
-  static constexpr double follow = 0.3;    ///< [s] until the output must say what it was told
+  static constexpr double alive = 0.05;  ///< [s] between two `set` at the latest
+  static constexpr double follow = 0.3;  ///< [s] until the output must say what it was told
 
   /// Starts it and waits until it has said hello, and, where it moves, that its output is safe.
   /// @throws DeviceError where it does not, with the last that it wrote to its stderr

@@ -376,10 +376,10 @@ TEST(ModbusMeterFile, EachMistakeHasItsLine) {
             "5: devices.meter.line is `fast`. Write baud, bits, parity, stop bits: 9600 8N1");
   EXPECT_EQ(with(current, "tcp: h, unit: 300"), "5: devices.meter.unit is 300, but must be 0 to 255");
   EXPECT_EQ(with(""), "5: devices.meter.registers is empty. Give at least one signal");
-  EXPECT_EQ(
-      with("u_ref: {address: 0, type: u16}"),
-      "5: devices.meter.registers.u_ref cannot be measured here. A device may give e_a, i_a, omega, theta, torque, i_f, "
-      "temperature");
+  EXPECT_EQ(with("u_ref: {address: 0, type: u16}"),
+            "5: devices.meter.registers.u_ref cannot be measured here. A device may give e_a, i_a, omega, theta, "
+            "torque, i_f, "
+            "temperature");
   EXPECT_EQ(with("i_a: {type: u16}"), "5: devices.meter.registers.i_a.address is missing");
   EXPECT_EQ(with("i_a: {address: 1.5, type: u16}"), "5: devices.meter.registers.i_a.address must be a whole number");
   EXPECT_EQ(with("i_a: {address: 1, type: f64}"),
@@ -399,7 +399,7 @@ TEST(ModbusMeterFile, TheShippedExampleIsInOrder) {
   const MeterSettings settings = read_settings(meter->yaml);
   ASSERT_EQ(settings.registers.size(), 2U);
   EXPECT_EQ(settings.registers[0].signal, Signal::i_a);
-  EXPECT_DOUBLE_EQ(settings.registers[0].scale, 1e-3);
+  EXPECT_DOUBLE_EQ(settings.registers[0].scaling.scale, 1e-3);
   EXPECT_EQ(settings.registers[1].type, Type::f32);
 }
 
@@ -409,9 +409,9 @@ TEST(ModbusMeterFile, UnitScaleAndOffsetComeToSi) {
       "5}}}");
   const MeterSettings settings = read_settings(bench.devices[0].yaml);
   ASSERT_EQ(settings.registers.size(), 1U);
-  EXPECT_DOUBLE_EQ(settings.registers[0].scale, 0.01);
-  EXPECT_DOUBLE_EQ(settings.registers[0].offset, 0.005);
-  EXPECT_DOUBLE_EQ(settings.registers[0].digit, 0.01);
+  EXPECT_DOUBLE_EQ(settings.registers[0].scaling.scale, 0.01);
+  EXPECT_DOUBLE_EQ(settings.registers[0].scaling.offset, 0.005);
+  EXPECT_DOUBLE_EQ(settings.registers[0].scaling.digit, 0.01);
   EXPECT_EQ(name_of(settings.address), "meter.lab:502");
 }
 

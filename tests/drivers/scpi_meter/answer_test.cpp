@@ -55,3 +55,19 @@ TEST(ScpiAnswer, ANumberIsOneAsAWhole) {
 
 TEST(ScpiAnswer, LinesAreToldFromEachOther) {
   const Answers answers{.mode = "\"CURR\""};
+  EXPECT_EQ(answers.classify("+5.3E-01").kind, Message::Kind::reading);
+  EXPECT_DOUBLE_EQ(answers.classify("+5.3E-01").measurement.value, 0.53);
+  EXPECT_TRUE(answers.classify("+9.9E+37").measurement.overload);
+  EXPECT_TRUE(answers.classify("-9.9E+37").measurement.overload);
+  EXPECT_EQ(answers.classify("OWON,XDM1041,2133,V3.3").kind, Message::Kind::prompt);
+  EXPECT_EQ(answers.classify("\"CURR\"").kind, Message::Kind::function);
+  EXPECT_EQ(answers.classify("\"CURR\"").measurement.quantity, Quantity::unsaid);
+  EXPECT_EQ(answers.classify("\"VOLT\"").measurement.quantity, Quantity::other);
+  EXPECT_EQ(Answers{}.classify("\"VOLT\"").kind, Message::Kind::noise) << "where the mode is not asked for";
+  EXPECT_EQ(Answers{}.classify("").kind, Message::Kind::noise);
+  EXPECT_EQ(Answers{.identity = "METER"}.classify("METER 7").kind, Message::Kind::prompt);
+  EXPECT_EQ(Answers{.identity = "METER"}.classify("OWON,XDM1041,2133,V3.3").kind, Message::Kind::noise) << "another";
+}
+
+}  // namespace
+}  // namespace emtb::scpi_meter
