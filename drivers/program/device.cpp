@@ -75,6 +75,7 @@ struct Device::Talk {
   double started, heard, followed, looked;  ///< [s] its start; last line; output as told; look at what is broken
   std::optional<Hello> hello{};
   bool mute = false;         ///< it has closed its stderr
+  bool answered = true;      ///< it has said what its output is at since it was told the last value
   bool at_work = false;      ///< it measures, and its output is safe
   std::uint64_t broken = 0;  ///< lines that mean nothing, since the last look
   std::string nonsense{}, complaint{};
@@ -227,22 +228,23 @@ bool Device::deliver(Talk& with, const Report& report) {
   std::array<Ready, signal_count> values{};
   if (report.time && *report.time > now + hurry) return false;
   bool finite = true;
+  std::size_t count = 0;
   for (std::size_t k = 0; k < report.count; ++k) {
     const Value& said = report.values[k];
     const auto channel = std::ranges::find(settings_.channels, said.signal, &ProgramChannel::signal);
-    if (channel == settings_.channels.end()) return false;
+    if (channel == settings_.channels.end()) continue;  // it offers more than the bench file takes
     const double time = std::min(report.time.value_or(now), now) - channel->latency;
     if (time <= with.last[index(said.signal)]) return false;
     finite = finite && std::isfinite(said.value);
-    values[k] = {said.signal, time, channel->scaling.scale * said.value + channel->scaling.offset};
+    values[count++] = {said.signal, time, channel->scaling.scale * said.value + channel->scaling.offset};
   }
   if (report.out && settings_.moves) follow_output(with, *report.out);
   if (!finite) {
     handover_.raise(Fault::non_finite);
     return true;
   }
-  if (report.count > 0) handover_.clear();
-  for (std::size_t k = 0; k < report.count; ++k) {
+  if (count > 0) handover_.clear();
+  for (std::size_t k = 0; k < count; ++k) {
     with.last[index(values[k].signal)] = values[k].time;
     handover_.deliver(values[k].signal, values[k].time, values[k].value);
   }
@@ -252,8 +254,8 @@ bool Device::deliver(Talk& with, const Report& report) {
 /// What the program says its output is at: one of the values that it was told of late?
 void Device::follow_output(Talk& with, double volts) {
   const double now = machine_.now();
+  with.answered = true;
   const double close = near * (settings_.moves->max - settings_.moves->min);
-  while (with.told.size() > 1 && now - with.told.front().first > follow) with.told.pop_front();
   const bool follows =
       std::ranges::any_of(with.told, [&](const auto& told) { return std::abs(told.second - volts) <= close; });
   if (!follows) return;
@@ -293,11 +295,15 @@ double Device::command(Talk& with) {
   if (!settings_.moves || !with.hello) return alive;
   const double volts = with.at_work ? target_.volts() : target_.limits().safe, now = machine_.now();
   if (!with.told.empty()) {
-    const double wait = with.told.back().first + (volts != with.told.back().second ? breath : alive) - now;
-    if (wait > 0) return wait;
+    const auto [when, what] = with.told.back();
+    // No faster than it answers: a slow program must not work through old values. Safe waits for no answer.
+    const bool at_once = volts != what && (with.answered || volts == target_.limits().safe);
+    if (const double wait = when + (at_once ? breath : alive) - now; wait > 0) return wait;
   }
+  while (with.told.size() > 1 && now - with.told.front().first > follow) with.told.pop_front();
   if (!with.child.say(set_line(volts))) lost(with, "does not read what it is told");
   with.told.emplace_back(now, volts);
+  with.answered = false;
   return alive;
 }
 

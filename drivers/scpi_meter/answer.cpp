@@ -1,12 +1,10 @@
 #include "drivers/scpi_meter/answer.h"
 
-#include <regex.h>
-
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <memory>
+#include <regex>
 
 #include "drivers/serial_meter/decimal.h"
 
@@ -16,48 +14,34 @@ using serial_meter::Message;
 using serial_meter::Quantity;
 using serial_meter::trimmed;
 
-/// Compiled once. POSIX: its time grows with the line alone, as long as it has no back-references.
+/// Compiled once.
 struct Place::Pattern {
-  Pattern() = default;
-  ~Pattern() {
-    if (compiled) regfree(&expression);
-  }
-  Pattern(const Pattern&) = delete;
-  Pattern& operator=(const Pattern&) = delete;
-
-  regex_t expression{};
-  bool compiled = false;
+  std::regex expression;
 };
 
 std::optional<Place> Place::pattern(const std::string& pattern, std::string& why) {
   constexpr std::size_t longest = 100;
-  for (std::size_t at = pattern.find('\\'); at + 1 < pattern.size(); at = pattern.find('\\', at + 2)) {
-    if (serial_meter::is_digit(pattern[at + 1])) {
-      why = "a back-reference is not taken";
-      return std::nullopt;
-    }
-  }
+  // The library's own engine whose time grows with the line alone, and which has no back-references: the usual one
+  // tries 2^n ways with (a+)+b, and so does that of the C library.
+  constexpr auto bounded = std::regex::ECMAScript | std::regex_constants::__polynomial;
   if (pattern.empty() || pattern.size() > longest) {
     why = "it may have 1 to 100 characters";
     return std::nullopt;
   }
-  auto made = std::make_shared<Pattern>();
-  const int error = regcomp(&made->expression, pattern.c_str(), REG_EXTENDED);
-  made->compiled = error == 0;
-  if (error == 0) return Place(0, '\0', std::move(made));
-  std::array<char, 128> text{};
-  regerror(error, &made->expression, text.data(), text.size());
-  why = text.data();
-  return std::nullopt;
+  try {
+    return Place(0, '\0', std::make_shared<const Pattern>(std::regex(pattern, bounded)));
+  } catch (const std::regex_error& e) {
+    why = e.what();
+    return std::nullopt;
+  }
 }
 
 std::optional<std::string_view> Place::in(std::string_view line) const {
   if (pattern_) {
-    std::array<regmatch_t, 2> match{};
-    match[0].rm_eo = static_cast<regoff_t>(line.size());  // REG_STARTEND: the line ends there
-    if (regexec(&pattern_->expression, line.data(), match.size(), match.data(), REG_STARTEND) != 0) return std::nullopt;
-    const regmatch_t& found = match[1].rm_so >= 0 ? match[1] : match[0];
-    return line.substr(static_cast<std::size_t>(found.rm_so), static_cast<std::size_t>(found.rm_eo - found.rm_so));
+    std::cmatch match;
+    if (!std::regex_search(line.data(), line.data() + line.size(), match, pattern_->expression)) return std::nullopt;
+    const auto& found = match.size() > 1 && match[1].matched ? match[1] : match[0];
+    return std::string_view(found.first, static_cast<std::size_t>(found.length()));
   }
   for (std::size_t n = 1; n < field_; ++n) {
     const std::size_t end = line.find(separator_);

@@ -15,7 +15,8 @@ class Place {
  public:
   /// @param number of the field, the first is 1
   static Place field(std::size_t number, char separator) { return Place(number, separator, {}); }
-  /// @param pattern a POSIX extended regular expression; the number is its first group, or all that it matches
+  /// @param pattern a regular expression as of ECMAScript, without back-references; the number is its first group, or
+  /// all that it matches
   /// @return nothing where the pattern cannot be read; `why` says what is wrong with it
   static std::optional<Place> pattern(const std::string& pattern, std::string& why);
 

@@ -89,7 +89,7 @@ TEST_F(MovingProgram, OneThatDiesIsStartedAgainAndSafe) {
 }
 
 TEST_F(MovingProgram, IsNotOpenedBeforeItSaysThatItIsSafe) {
-  EXPECT_THAT(refusal_of([&] { open(mover("put(3.0)"), ", start_up: 1"); }),
+  EXPECT_THAT(refusal_of([&] { open(mover("put(3.0)"), ", start_up: 4"); }),
               HasSubstr("cell: /usr/bin/python3: does not say `out=` with the safe value that it was told"));
 }
 
