@@ -293,11 +293,14 @@ void Device::look_after(Talk& with) {
 double Device::command(Talk& with) {
   bell_.answer();  // before the look at what is wanted: what changes after it rings anew
   if (!settings_.moves || !with.hello) return alive;
-  const double volts = with.at_work ? target_.volts() : target_.limits().safe, now = machine_.now();
+  const double safe = target_.limits().safe, now = machine_.now();
+  // We hung, and its watchdog has bitten: it must not go on by itself as if nothing had been.
+  if (!with.told.empty() && with.told.back().second != safe && now - with.told.back().first > watchdog) dropped_ = true;
+  const double volts = with.at_work && !dropped_ ? target_.volts() : safe;
   if (!with.told.empty()) {
     const auto [when, what] = with.told.back();
     // No faster than it answers: a slow program must not work through old values. Safe waits for no answer.
-    const bool at_once = volts != what && (with.answered || volts == target_.limits().safe);
+    const bool at_once = volts != what && (with.answered || volts == safe);
     if (const double wait = when + (at_once ? breath : alive) - now; wait > 0) return wait;
   }
   while (with.told.size() > 1 && now - with.told.front().first > follow) with.told.pop_front();

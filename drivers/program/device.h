@@ -44,11 +44,13 @@ struct ProgramSettings {
 /// A program that ends, falls silent, floods us or does not take its lines is Fault::device_lost; it is killed, and
 /// started again, until it measures again. What is no line of the protocol is dropped; much of it within a second is
 /// Fault::scan_broken. What the program itself reports stands until its next reading. An output that does not say what
-/// it was told within `follow` is Fault::output_failed, until make_safe().
+/// it was told within `follow`, or that we left alone for longer than its watchdog bears, is Fault::output_failed,
+/// until make_safe().
 class Device {
  public:
-  static constexpr double alive = 0.05;  ///< [s] between two `set` at the latest
-  static constexpr double follow = 0.3;  ///< [s] until the output must say what it was told
+  static constexpr double alive = 0.05;    ///< [s] between two `set` at the latest
+  static constexpr double watchdog = 0.2;  ///< [s] without one, after which the program makes itself safe
+  static constexpr double follow = 0.3;    ///< [s] until the output must say what it was told
 
   /// Starts it and waits until it has said hello, and, where it moves, that its output is safe.
   /// @throws DeviceError where it does not, with the last that it wrote to its stderr
