@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "config/yaml.h"
+#include "tests/drivers/program/python_device.h"
 #include "tests/drivers/pseudo_terminal.h"
 #include "tests/drivers/serial_daq/desk.h"
 #include "tests/drivers/serial_meter/frames.h"
@@ -293,6 +294,18 @@ TEST_F(BenchInputCommands, CalibrateLeavesTheFileWhereTheReferencesMakeNoLine) {
   EXPECT_EQ(calibrate("", "omega"), 2);
   EXPECT_THAT(last->err(), HasSubstr("no device has a channel omega, and no meter measures it"));
   EXPECT_EQ(read(file), before);
+}
+
+/// The shipped bench whose one device is a program.
+class ProgramBenchCommand : public program::PythonFolder {};
+
+TEST_F(ProgramBenchCommand, CheckReadsItsSignalsAndListsWhatTheyGuard) {
+  Process check({EMTB, "bench", "check", write("desk.yaml", desk()).string()}, path("check"));
+  EXPECT_EQ(check.wait(60), 0) << check.err();
+  EXPECT_THAT(check.out(),
+              HasSubstr("guard: limits.omega, 280 rad/s: motor (program /usr/bin/python3), which reads -400 to "
+                        "400 rad/s, says so within 0.205 s"));
+  EXPECT_THAT(check.out(), HasSubstr("Every signal reads"));
 }
 
 }  // namespace
