@@ -148,6 +148,26 @@ TEST_F(ExportCommand, AModelWithManyEffectsMovesAsSimulateSaysInCAndInOctave) {
   agree(coarse, said(), like_the_model, "Octave");
 }
 
+TEST_F(ExportCommand, AnFmuPlayedByAnImporterMovesAsSimulateSays) {
+  for (const char* input : {"u_ref", "e_a", "i_a"}) {
+    Model model = with(with(with(linear_model(), "coulomb_friction"), "armature_inductance"), "windage");
+    model.input = *signal_named(input);
+    const std::string file = saved(model);
+    const Motion m = simulated(file, "fh2_step_mid", "1000");
+    ASSERT_EQ(call({"export-model", file, "--to", "fmu", "--out", path("motor.fmu")}), 0) << last->err();
+    run_program({"python3", EMTB_SOURCE_DIR "/tests/export/fmu_player.py", path("motor.fmu"), inputs(m)});
+    agree(m, said(), like_the_model, std::string("FMU driven by ") + input);
+  }
+}
+
+TEST_F(ExportCommand, AnFmuIsTheSameTwice) {
+  for (const char* name : {"a/motor.fmu", "b/motor.fmu"}) {
+    std::filesystem::create_directories(path(name).parent_path());
+    ASSERT_EQ(call({"export-model", saved(linear_model()), "--to", "fmu", "--out", path(name)}), 0) << last->err();
+  }
+  EXPECT_TRUE(read(path("a/motor.fmu")) == read(path("b/motor.fmu")));
+}
+
 TEST_F(ExportCommand, AStateSpaceMovesAsSimulateSaysWithinTheDriversLimits) {
   Model model = with(with(linear_model(), "armature_inductance"), "driver_lag");
   model.driver = DriverModel{.gain = 18};
@@ -206,6 +226,9 @@ TEST_F(ExportCommand, RefusesWithOneLine) {
   EXPECT_THAT(complaint({"export-model", rubs, "--to", "fortran"}), HasSubstr("Known: c, octave"));
   EXPECT_THAT(complaint({"export-model", rubs}), HasSubstr("--to is missing"));
   EXPECT_THAT(complaint({"export-model", rubs, "--to", "octave", "--out", path("my-motor.m")}),
+              HasSubstr("letters, digits"));
+  EXPECT_THAT(complaint({"export-model", rubs, "--to", "fmu"}), HasSubstr("--out FILE.fmu is missing"));
+  EXPECT_THAT(complaint({"export-model", rubs, "--to", "fmu", "--out", path("my-motor.fmu")}),
               HasSubstr("letters, digits"));
   write_model(path("springs.yaml"), with(linear_model(), "shaft_compliance"));
   EXPECT_THAT(complaint({"export-model", path("springs.yaml"), "--to", "c"}), HasSubstr("shaft_compliance"));
