@@ -34,7 +34,13 @@ def keys():
     schema = schema_keys(json.loads(SCHEMA.read_text()))
     wrong = [f"docs/bench-file.md does not name the key {key}" for key in sorted(known - named - {"driver"})]
     wrong += [f"{SCHEMA.name} does not have the key {key}" for key in sorted(known - schema)]
-    return wrong + [f"{SCHEMA.name} has the key {key}, which no reader knows" for key in sorted(schema - known - SIGNALS)]
+    wrong += [f"{SCHEMA.name} has the key {key}, which no reader knows" for key in sorted(schema - known - SIGNALS)]
+    effects = {name for p in (ROOT / "model/effects").rglob("*.h") for name in re.findall(r'\.id = "(\w+)"', p.read_text())}
+    hides = [row.split("|")[3] for row in page.splitlines() if row.startswith("| `") and row.count("|") == 4]
+    hidden = {name for cell in hides for name in re.findall(r"`(\w+)`", cell)}
+    if len(hidden) < 25:
+        wrong.append(f"only {len(hidden)} effects are said to be hidden by a key: see how this test looks for them")
+    return wrong + [f"docs/bench-file.md says that a key hides {name}, which is no effect" for name in sorted(hidden - effects)]
 
 
 def schema_keys(part):

@@ -147,7 +147,8 @@ TEST_F(Spec, TheResolutionIsEstimatedOverAllRuns) {
 }
 
 TEST_F(Spec, OtherEndingsAreNeitherReadNorWritten) {
-  EXPECT_THAT(message_of<SessionError>([&] { read_session("x.txt"); }), HasSubstr("x.txt: is none of .csv, .h5 and .mat"));
+  EXPECT_THAT(message_of<SessionError>([&] { read_session("x.txt"); }),
+              HasSubstr("x.txt: is none of .csv, .h5 and .mat"));
   EXPECT_THAT(message_of<SessionError>([&] { write_session(path("x.txt"), {}); }),
               HasSubstr("is none of .csv, .h5 and .mat"));
 }
