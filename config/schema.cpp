@@ -35,18 +35,23 @@ std::string keys_of(const YAML::Node& map) {
   return text;
 }
 
-/// What a value of a schema's type is called; empty: it is one.
-std::string not_of_type(const YAML::Node& value, const std::string& type) {
-  if (type == "object") return value.IsMap() ? "" : "must be a map of `key: value` lines";
-  if (type == "array") return value.IsSequence() ? "" : "must be a list, e.g. [0, 1]";
-  if (!value.IsScalar()) return "must be a " + std::string(type == "string" ? "text" : type);
-  const std::string found = ", not `" + value.Scalar() + "`";
+/// What a schema's type is called.
+std::string called(const std::string& type) {
+  if (type == "object") return "a map of `key: value` lines";
+  if (type == "array") return "a list, e.g. [0, 1]";
+  if (type == "number") return "a number";
+  if (type == "integer") return "a whole number";
+  return type == "boolean" ? "true or false" : "a text";
+}
+
+bool is_of_type(const YAML::Node& value, const std::string& type) {
+  if (type == "object") return value.IsMap();
+  if (type == "array") return value.IsSequence();
   const auto number = number_in(value);
-  if (type == "number" && !number) return "must be a number" + found;
-  if (type == "integer" && (!number || *number != std::floor(*number))) return "must be a whole number" + found;
+  if (type == "number") return number.has_value();
+  if (type == "integer") return number && *number == std::floor(*number);
   bool flag = false;
-  if (type == "boolean" && !YAML::convert<bool>::decode(value, flag)) return "must be true or false" + found;
-  return "";
+  return value.IsScalar() && (type != "boolean" || YAML::convert<bool>::decode(value, flag));
 }
 
 /// One place of the file and what the schema says of it.
@@ -65,9 +70,9 @@ class Check {
   void at(const Place& place, const YAML::Node& given) {
     const YAML::Node schema = resolved(given);
     if (schema["anyOf"]) return any_of(place, schema);
-    if (schema["type"]) {
-      const std::string wrong = not_of_type(place.value, schema["type"].Scalar());
-      if (!wrong.empty()) return say(place, wrong, schema);
+    if (schema["type"] && !is_of_type(place.value, schema["type"].Scalar())) {
+      const std::string found = place.value.IsScalar() ? ", not `" + place.value.Scalar() + "`" : "";
+      return say(place, "must be " + called(schema["type"].Scalar()) + found, schema);
     }
     scalar(place, schema);
     if (place.value.IsMap()) map(place, schema);
@@ -98,8 +103,8 @@ class Check {
       Check alone(file_, root_);
       alone.at(place, one);
       if (alone.problems.empty()) return;
-      if (one["enum"]) words += " or " + listed_scalars(one["enum"]);
-      if (one["type"]) words += (words.empty() ? "" : " or ") + ("a " + one["type"].Scalar());
+      words += words.empty() ? "" : " or ";
+      words += one["enum"] ? listed_scalars(one["enum"]) : called(one["type"].Scalar());
     }
     say(place, "must be " + words, schema);
   }

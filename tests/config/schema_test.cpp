@@ -46,14 +46,14 @@ TEST(Schema, AllThatIsWrongIsNamedAtOnceWithLineAndKey) {
                                     {"safe: 0 ", "save: 0 "},
                                     {"omega: 620", "omega: -3"},
                                     {"driver: simulated_daq", "driver: daq"},
-                                    {"R_a: 1.2            # [ohm]\n    K_b: 0.042            # [V s/rad] 24",
-                                     "K_b: 0.042            # [V s/rad] 24"}});
+                                    {"    J: 6.0e-5", "    JJ: 6.0e-5"}});
   EXPECT_THAT(lines, ElementsAre(HasSubstr("mine.yaml:5: rate must be a number, not `fast`: [Hz] of the loop"),
                                  AllOf(HasSubstr(":9: reference.safe is missing"), HasSubstr("standstill")),
                                  AllOf(HasSubstr(":12: reference.save is not known here. Known: device, min")),
                                  HasSubstr(":16: limits.omega is -3, but must be above 0"),
                                  HasSubstr("devices.daq.driver is `daq`. Known: comedi"),
-                                 HasSubstr("simulation.motor.R_a is missing")));
+                                 HasSubstr("simulation.motor.J is missing: [kg m2]"),
+                                 HasSubstr("simulation.motor.JJ is not known here")));
 }
 
 TEST(Schema, EachDriversKeysAreItsOwn) {

@@ -29,7 +29,7 @@ TEST_F(Formats, SessionsOfEachVersionAreRead) {
     ASSERT_EQ(s.runs.size(), 1U) << name;
     EXPECT_EQ(s.runs[0].signals.size(), 6U) << name;
     EXPECT_EQ(s.runs[0].at(Signal::omega).t.size(), 101U) << name;
-    EXPECT_NEAR(s.runs[0].at(Signal::omega).value[75], 28.83, 0.1) << name;
+    EXPECT_NEAR(s.runs[0].at(Signal::omega).value[75], 25.2372, 1e-3) << name;
     EXPECT_EQ(s.attributes.at("profile"), "kept") << name;
     EXPECT_EQ(s.events.at(0).text, "kept") << name;
     EXPECT_TRUE(s.complete) << name;

@@ -103,7 +103,8 @@ TEST_F(Mat, VectorsOfSomebodysFileAreColumns) {
 }
 
 TEST_F(Mat, AMappingReachesFieldsAndColumnsOfMatrices) {
-  Mapping map{.time = "log.time"};
+  Mapping map;
+  map.time = "log.time";
   map.columns[Signal::omega] = {.column = "y(:,2)", .scale = 2};
   map.columns[Signal::e_a] = {.column = "log.volts"};
   const auto s =
