@@ -50,6 +50,9 @@ class FileCheck {
  private:
   void look(const YamlMap& yaml) {
     kind_ = kind_of(yaml);
+    const auto keys = yaml.keys();
+    const bool holds_maps = !keys.empty() && yaml.node()[keys.front()].IsMap();
+    if (kind_.empty() && holds_maps && is_formula(yaml, keys.front())) kind_ = "candidates";
     if (kind_ == "bench") return look_at_bench(yaml);
     if (kind_ == "model") return void(read_model(yaml));
     if (kind_ == "profile") return void(read_experiment(yaml));
