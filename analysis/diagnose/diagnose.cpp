@@ -172,7 +172,7 @@ class WholeSearch {
         return motion;
       }
     }
-    Finding found = search(without_effects_of_the_load(law->current));
+    Finding found = search(without_effects_of_the_load(law->current), first.held_out);
     return with_law(std::move(*law), std::move(found));
   }
 
@@ -182,9 +182,10 @@ class WholeSearch {
   bool torque_left_out() const { return torque_left_out_; }
 
  private:
-  Finding search(const Trial& start) {
-    return Search(trials_, criterion_, start, options_.longest_list, progress_).run();
+  Finding search(const Trial& start, const Loss& as_given) {
+    return Search(trials_, criterion_, start, as_given, options_.longest_list, progress_).run();
   }
+  Finding search(const Trial& start) { return search(start, start.held_out); }
 
   static bool is_torque(Signal signal) { return signal == Signal::torque; }
 

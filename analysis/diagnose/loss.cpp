@@ -113,6 +113,16 @@ bool material(const Loss& without, const Loss& with, const Materiality& rule) {
   return gain(*without.quality, *with.quality) > rule.nats && takes_share(without, rule.share, without, with, rule);
 }
 
+bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with, const Materiality& rule) {
+  const auto at_first = as_given.mean_squares(), before = without.mean_squares();
+  return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {
+    const auto& [signal, d] = entry;
+    const auto first = at_first.find(signal);
+    const double taken = first != at_first.end() ? std::max(0.0, first->second - before.at(signal)) : 0;
+    return d.gain >= rule.least && d.gain > rule.law_share * rule.law_share * taken;
+  });
+}
+
 bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
   const auto mean = other.mean_squares();
   return std::ranges::all_of(Loss::difference(other, best), [&](const auto& entry) {

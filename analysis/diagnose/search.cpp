@@ -19,9 +19,11 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
 
 }  // namespace
 
-Search::Search(Trials& trials, const Criterion& criterion, Trial first, std::size_t longest_list, Progress progress)
+Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
+               Progress progress)
     : trials_(trials),
       criterion_(criterion),
+      as_given_(std::move(as_given)),
       longest_list_(longest_list),
       progress_(std::move(progress)),
       found_{std::move(first), {}, {}, {}, {}, {}} {
@@ -104,7 +106,8 @@ bool Search::add_best_of(std::vector<Addition> additions) {
   for (const Addition& a : additions) remember(a.score, a.trial.held_out.error());
   std::erase_if(additions, [&](const Addition& a) {
     return dropped_.contains(a.effect()) || mends_another(a.effect(), current.held_out, a.trial.held_out) ||
-           !shows_itself(current.model().about(a.effect()), current.held_out, a.trial.held_out);
+           !shows_itself(current.model().about(a.effect()), current.held_out, a.trial.held_out) ||
+           !criterion_.beyond_the_laws(as_given_, current.held_out, a.trial.held_out);
   });
   std::optional<Trial> kept;
   std::optional<Addition> best = best_that_stays(additions, kept);
@@ -326,7 +329,10 @@ void Search::prune() {
 bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
   const Trial& current = found_.current;
   without = fit_without(effect);
-  const auto worse_without = [&] { return !without || criterion_.material(without->held_out, current.held_out); };
+  const auto worse_without = [&] {
+    return !without || (criterion_.material(without->held_out, current.held_out) &&
+                        criterion_.beyond_the_laws(as_given_, without->held_out, current.held_out));
+  };
   bool stays = worse_without();
   if (stays && without && !trials_.determined(current.model(), effect)) {  // a fit without it may have lost its way
     if (auto again = trials_.fit_from_elsewhere_too(without->model())) without = std::move(again);

@@ -77,13 +77,14 @@ double third_difference(const std::vector<double>& sum, std::size_t lag) {
   return sizes.empty() ? infinity : robust_sigma(std::move(sizes));
 }
 
-/// Counts in pieces of so many readings, where they hop: where the shaft turns.
-std::vector<std::vector<double>> hopping(std::span<const std::vector<double>> all, double step, std::size_t length) {
+/// Speeds in counts over the usual time, in pieces of so many readings, where they hop: where the shaft turns.
+std::vector<std::vector<double>> hopping(std::span<const Series> speeds, double step, std::size_t length) {
   std::vector<std::vector<double>> pieces;
-  for (const auto& one : all) {
-    for (std::size_t from = 0; from + length <= one.size(); from += length) {
+  for (const Series& speed : speeds) {
+    const double in_counts = mean_interval(speed.t) / step;
+    for (std::size_t from = 1; from + length <= speed.value.size(); from += length) {
       std::vector<double> counts;
-      for (std::size_t k = from; k < from + length; ++k) counts.push_back(std::round(one[k] / step));
+      for (std::size_t k = from; k < from + length; ++k) counts.push_back(speed.value[k] * in_counts);
       if (std::ranges::adjacent_find(counts, std::not_equal_to{}) != counts.end()) pieces.push_back(std::move(counts));
     }
   }
@@ -100,12 +101,12 @@ double of_the_steady(std::vector<double> sizes) {
 
 /// Do counts add up? Over so many readings that hops at random would have led some counts away, their sum is still
 /// right to one.
-bool adds_up(std::span<const std::vector<double>> advances, double step) {
+bool adds_up(std::span<const Series> speeds, double step) {
   constexpr double clear = 40;  // variance of what a walk would leave there, counts²
   constexpr double most = 2;    // counts; a counter leaves sqrt(20/12)
   constexpr std::size_t length = 256, pieces = 3;
   std::vector<double> left;
-  for (const std::vector<double>& counts : hopping(advances, step, length)) {
+  for (const std::vector<double>& counts : hopping(speeds, step, length)) {
     double neighbours = 0;
     for (std::size_t k = 1; k < length; ++k) neighbours += std::pow(counts[k] - counts[k - 1], 2);
     const double variance = neighbours / 2 / static_cast<double>(length - 1);
@@ -119,11 +120,11 @@ bool adds_up(std::span<const std::vector<double>> advances, double step) {
 }
 
 /// Is there no more noise in them than whole counts make by themselves?
-bool only_counts(std::span<const std::vector<double>> advances, double step) {
+bool only_counts(std::span<const Series> speeds, double step) {
   constexpr double most = 2;  // counts; a counter leaves sqrt(20/12) at the most, however the shaft turns
   constexpr std::size_t length = 32;
   std::vector<double> bends;
-  for (const std::vector<double>& counts : hopping(advances, step, length)) {
+  for (const std::vector<double>& counts : hopping(speeds, step, length)) {
     double squares = 0;
     for (std::size_t k = 2; k < length; ++k) squares += std::pow(counts[k] - 2 * counts[k - 1] + counts[k - 2], 2);
     bends.push_back(std::sqrt(squares / static_cast<double>(length - 2)));
@@ -147,7 +148,7 @@ std::optional<CountedSpeed> counted_speed(std::span<const Run> runs) {
     std::vector<std::vector<double>> all;
     for (const Series& speed : speeds) all.push_back(advances(speed, measured_time));
     const std::optional<double> step = common_step(all);
-    if (step && (adds_up(all, *step) || (divides_a_turn(*step) && only_counts(all, *step))))
+    if (step && (adds_up(speeds, *step) || (divides_a_turn(*step) && only_counts(speeds, *step))))
       return CountedSpeed{*step, measured_time};
   }
   return std::nullopt;
