@@ -12,7 +12,8 @@ namespace emtb {
 /// @throws ConfigError where it is of another kind or newer than `newest`
 int read_format(const YamlMap& yaml, std::string_view kind, int newest);
 
-/// What a YAML file of ours is: `bench`, `model`, `profile`, `mapping`, `candidates`, or empty; candidates may also be formulas alone.
+/// What a YAML file of ours is: `bench`, `model`, `profile`, `mapping`, `candidates`, or empty; candidates may also be
+/// formulas alone.
 std::string kind_of(const YamlMap& yaml);
 
 /// A bench's or model's file as this emtb would write it: all that was there, in the newest form. The same text where
