@@ -27,6 +27,7 @@ add_custom_target(emtb_manual ALL DEPENDS ${made})
 
 install(TARGETS emtb emtbd emtb-safe emtb-plant RUNTIME DESTINATION bin)
 install(DIRECTORY config/benches config/devices config/models config/profiles config/mappings config/candidates DESTINATION share/emtb)
+install(FILES config/bench.schema.json DESTINATION share/emtb)
 install(FILES ${EMTB_MADE}/emtb.man.gz DESTINATION share/man/man1 RENAME emtb.1.gz)
 install(FILES ${EMTB_MADE}/emtbd.8.gz ${EMTB_MADE}/emtb-safe.8.gz ${EMTB_MADE}/emtb-plant.8.gz DESTINATION share/man/man8)
 install(FILES ${EMTB_MADE}/emtb.bash DESTINATION share/bash-completion/completions RENAME emtb)

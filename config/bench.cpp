@@ -4,7 +4,9 @@
 #include <array>
 #include <sstream>
 
+#include "config/format.h"
 #include "config/shipped.h"
+#include "hal/format_version.h"
 
 namespace emtb {
 namespace {
@@ -145,8 +147,9 @@ BenchConfig read_bench(const std::filesystem::path& path) { return parse_bench(Y
 
 BenchConfig parse_bench(std::string text, const std::filesystem::path& path) {
   const YamlMap yaml = YamlMap::parse(text, path.string());
-  yaml.only({"name", "rate", "realtime", "reference", "limits", "field", "motor", "tacho", "spin", "estimates",
-             "devices", "simulation"});
+  read_format(yaml, "bench", newest_format::bench);
+  yaml.only({"format", "name", "rate", "realtime", "reference", "limits", "field", "motor", "tacho", "spin",
+             "estimates", "devices", "simulation"});
   std::vector<BenchConfig::Device> devices = read_devices(yaml);
   BenchConfig::Reference reference = read_reference(yaml, devices);
   const BenchConfig::Nameplate motor = read_motor(yaml);

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <fstream>
 
+#include "config/format.h"
 #include "config/formula_effect.h"
 #include "config/parameter.h"
 #include "hal/error.h"
+#include "hal/format_version.h"
 #include "model/catalogue.h"
 
 namespace emtb {
@@ -112,7 +114,8 @@ void read_history(const YamlMap& yaml, Model& model) {
 Model read_model(const std::filesystem::path& path) { return read_model(YamlMap::load(path)); }
 
 Model read_model(const YamlMap& yaml) {
-  yaml.only({"name", "input", "driver", "tie", "parameters", "bench", "noise", "effects", "history"});
+  read_format(yaml, "model", newest_format::model);
+  yaml.only({"format", "name", "input", "driver", "tie", "parameters", "bench", "noise", "effects", "history"});
   Model model;
   model.name = yaml.text_or("name", yaml.file().stem().string());
   const std::string input = yaml.text_or("input", "u_ref");
@@ -149,6 +152,7 @@ Model read_model(const YamlMap& yaml) {
 std::string to_yaml(const Model& model) {
   YAML::Emitter out;
   out << YAML::BeginMap;
+  out << YAML::Key << "format" << YAML::Value << format_words("model", newest_format::model);
   out << YAML::Key << "name" << YAML::Value << model.name;
   out << YAML::Key << "input" << YAML::Value << std::string(info(model.input).name);
   if (model.driver) {

@@ -12,6 +12,7 @@
 #include "daemon/sent_model.h"
 #include "daemon/status_json.h"
 #include "emtb/version.h"
+#include "hal/format_version.h"
 
 namespace emtb {
 namespace {
@@ -21,7 +22,6 @@ using rpc::Refusal;
 
 constexpr double default_rate = 20;                      // [Hz] of live lines
 constexpr double highest_rate = 50;                      // [Hz]
-constexpr int protocol_version = 1;                      // members are only added to it
 constexpr double block_period = 0.05;                    // [s] between blocks of samples
 constexpr auto reset_within = std::chrono::seconds(15);  // the slowest meter's patience
 
@@ -119,7 +119,7 @@ json Service::status(const rpc::Peer& peer) const {
   }
   const Durations late = live_.lateness.durations();
   const Durations work = live_.work.durations();
-  json answer = {{"protocol", protocol_version},
+  json answer = {{"protocol", newest_format::protocol},
                  {"version", version},
                  {"bench", bench_.name},
                  {"state", word(live_.state.load())},

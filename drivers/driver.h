@@ -40,6 +40,11 @@ struct OpenRequest {
     device.yaml.fail("driver",
                      "is " + device.driver + ", a real device, whose time cannot be hurried. Let simulation.pace be 1");
   }
+
+  /// Of a device that only measures. @throws ConfigError where the reference shall go out through it
+  void need_no_output() const {
+    if (drives_reference()) bench.reference.yaml.fail("device", "is `" + device.name + "`, which has no analog output");
+  }
 };
 
 /// Opens a device that only measures, in real time. @param read_settings of the device's entry
@@ -56,6 +61,16 @@ struct Driver {
   std::string_view name;
   /// @throws ConfigError for a setting that cannot be, DeviceError where the device does not answer
   OpenedDevice (*open)(const OpenRequest&);
+  /// Reads all settings that open() would, and opens nothing. @throws ConfigError as open() does
+  void (*check)(const OpenRequest&);
 };
+
+/// The check of a device that only measures. @tparam read_settings of the device's entry
+template <auto read_settings>
+void check_input(const OpenRequest& request) {
+  request.need_real_time();
+  request.need_no_output();
+  read_settings(request.device.yaml);
+}
 
 }  // namespace emtb

@@ -23,15 +23,15 @@ namespace {
 /// Every driver there is: one line each, and a folder.
 // clang-format off
 constexpr std::array drivers{
-    Driver{"comedi", comedi::open_card},
-    Driver{"modbus_meter", modbus_meter::open_meter},
-    Driver{"program", program::open_program},
-    Driver{"scpi_meter", scpi_meter::open_meter},
-    Driver{"serial_daq", serial_daq::open_board},
-    Driver{"serial_meter", serial_meter::open_meter},
-    Driver{"simulated_daq", simulated::open_daq},
-    Driver{"simulated_meter", simulated::open_meter},
-    Driver{"usb1608g", usb1608g::open_card},
+    Driver{"comedi", comedi::open_card, comedi::check_card},
+    Driver{"modbus_meter", modbus_meter::open_meter, check_input<modbus_meter::read_settings>},
+    Driver{"program", program::open_program, program::check_program},
+    Driver{"scpi_meter", scpi_meter::open_meter, check_input<scpi_meter::read_settings>},
+    Driver{"serial_daq", serial_daq::open_board, serial_daq::check_board},
+    Driver{"serial_meter", serial_meter::open_meter, check_input<serial_meter::read_settings>},
+    Driver{"simulated_daq", simulated::open_daq, simulated::check_daq},
+    Driver{"simulated_meter", simulated::open_meter, simulated::check_meter},
+    Driver{"usb1608g", usb1608g::open_card, usb1608g::check_card},
 };
 // clang-format on
 
@@ -94,6 +94,26 @@ Bench open(const BenchConfig& config, bool output_only) {
 }
 
 }  // namespace
+
+std::vector<std::string> complaints_of(const BenchConfig& config) {
+  std::vector<std::string> complaints;
+  const auto heard = [&](const auto& check) {
+    try {
+      check();
+    } catch (const ConfigError& e) {
+      complaints.emplace_back(e.what());
+    }
+  };
+  Setting setting;
+  heard([&] { setting = setting_of(config); });
+  if (config.simulation && !complaints.empty()) return complaints;  // devices would complain of the lack of a plant
+  for (const BenchConfig::Device& device : config.devices) {
+    heard([&] {
+      driver_of(device).check({.bench = config, .device = device, .clock = setting.clock, .world = setting.world});
+    });
+  }
+  return complaints;
+}
 
 Bench open_bench(const BenchConfig& config) { return open(config, false); }
 

@@ -14,6 +14,10 @@ namespace emtb {
 /// @throws ConfigError for an unknown driver or setting, DeviceError where a device does not answer.
 Bench open_bench(const BenchConfig& config);
 
+/// What the simulation and each device find wrong with their settings: one line each, of the first thing that is. No
+/// device is opened.
+std::vector<std::string> complaints_of(const BenchConfig& config);
+
 /// What measures, without what drives.
 struct BenchInputs {
   struct Device {

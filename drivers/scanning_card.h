@@ -27,4 +27,12 @@ OpenedDevice open_scanning_card(const OpenRequest& request, ReadInput read_input
   return opened;
 }
 
+/// The check of such a card.
+template <class ReadInput, class ReadOutput>
+void check_scanning_card(const OpenRequest& request, ReadInput read_input, ReadOutput read_output) {
+  request.need_real_time();
+  const auto input = read_input(request.device.yaml, request.bench.rate);
+  if (request.drives_reference()) read_output(request.bench.reference, input.card);
+}
+
 }  // namespace emtb

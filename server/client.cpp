@@ -12,6 +12,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "hal/format_version.h"
 #include "server/stop_socket.h"
 
 namespace emtb {
@@ -98,6 +99,19 @@ std::optional<std::string> Client::line() {
 }
 
 json Client::call(const std::string& method, const json& params) {
+  if (!known_ && (method == "run" || method == "reset")) call("status", json::object());
+  json result = ask(method, params);
+  if (method == "status") {
+    const int version = result.is_object() ? result.value("protocol", newest_format::protocol) : 0;
+    if (version > newest_format::protocol)
+      throw ProtocolError(path_.string() + ": the daemon there was " +
+                          made_by_a_newer("protocol", version, newest_format::protocol));
+    known_ = true;
+  }
+  return result;
+}
+
+json Client::ask(const std::string& method, const json& params) {
   const int id = ++id_;
   send(json{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params.is_null() ? json::object() : params}}
            .dump() +

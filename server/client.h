@@ -18,8 +18,10 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
+  /// Before anything may move, the daemon is asked for its protocol.
   /// @param params an object, or null for none
-  /// @return the result. @throws rpc::Refusal with the daemon's code and message; ProtocolError where it is gone.
+  /// @return the result. @throws rpc::Refusal with the daemon's code and message; ProtocolError where it is gone, or
+  /// speaks a protocol newer than ours.
   nlohmann::json call(const std::string& method, const nlohmann::json& params);
 
   const std::filesystem::path& path() const noexcept { return path_; }
@@ -29,6 +31,7 @@ class Client {
   std::optional<nlohmann::json> notification(double timeout);
 
  private:
+  nlohmann::json ask(const std::string& method, const nlohmann::json& params);
   /// @return false at the time-out, or where a signal arrived.
   bool fill(double timeout);
   std::optional<std::string> line();
@@ -39,6 +42,7 @@ class Client {
   std::string input_;
   std::string kept_;  // notifications that came before an answer, one a line
   int id_ = 0;
+  bool known_ = false;  ///< the daemon has told its protocol
 };
 
 /// Stops what is on, by the socket that is there for nothing else; a daemon that has none is asked by its method.

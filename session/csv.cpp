@@ -259,12 +259,15 @@ void append_rows(std::string& out, const Run& run, const std::vector<Signal>& co
 
 }  // namespace
 
-Session read_csv(const std::filesystem::path& path, const Mapping& given) {
+Session read_csv(const std::filesystem::path& path, const Mapping& mapping) {
+  return read_csv_text(path, read_whole(path), mapping);
+}
+
+Session read_csv_text(const std::filesystem::path& path, const std::string& text, const Mapping& given) {
   if (given.delimiter != '\0' && given.delimiter == given.decimal) {
     throw SessionError(path.string() + ": the mapping takes `" + std::string(1, given.decimal) +
                        "` for both delimiter and decimal. They must differ");
   }
-  const std::string text = read_whole(path);
   const Mapping mapping = completed(given, text);
   CsvTable table(path, text, mapping.delimiter);
   if (!table.next()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "session/mapping.h"
 #include "session/session.h"
@@ -24,6 +25,9 @@ namespace emtb {
 /// increase. Byte-order mark, CR LF, blank lines, spaces around cells and quoted cells (on one line) are understood.
 /// @throws SessionError with file, line, column and what would be right.
 Session read_csv(const std::filesystem::path& path, const Mapping& mapping = {});
+
+/// The same of a text. @param path for messages
+Session read_csv_text(const std::filesystem::path& path, const std::string& text, const Mapping& mapping);
 
 /// Writes the contract's columns: a row for each time at which any signal has a reading, empty cells for the others,
 /// the shortest digits that read back the same. Several runs: a column `run`. Where a

@@ -9,6 +9,7 @@
 #include "hal/error.h"
 #include "session/csv.h"
 #include "session/hdf5.h"
+#include "session/mat.h"
 #include "session/resolution.h"
 #include "session/shift.h"
 #include "session/text.h"
@@ -16,7 +17,7 @@
 namespace emtb {
 namespace {
 
-constexpr std::string_view form = "A session is PATH[#RUN][@T0:T1], its PATH ending in .csv or .h5";
+constexpr std::string_view form = "A session is PATH[#RUN][@T0:T1], its PATH ending in .csv, .h5 or .mat";
 
 bool ends_with(std::string_view text, std::string_view ending) {
   return text.size() >= ending.size() &&
@@ -24,25 +25,28 @@ bool ends_with(std::string_view text, std::string_view ending) {
                             [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
 }
 
-enum class Kind { csv, hdf5, neither };
+enum class Kind { csv, hdf5, mat, none };
 
 Kind kind_of(std::string_view path) {
-  return ends_with(path, ".csv") ? Kind::csv : ends_with(path, ".h5") ? Kind::hdf5 : Kind::neither;
+  return ends_with(path, ".csv")   ? Kind::csv
+         : ends_with(path, ".h5")  ? Kind::hdf5
+         : ends_with(path, ".mat") ? Kind::mat
+                                   : Kind::none;
 }
 
 Kind need_kind(const std::filesystem::path& path) {
   const Kind kind = kind_of(path.string());
-  if (kind == Kind::neither)
-    throw SessionError(path.string() + ": is neither .csv nor .h5, which are what emtb reads and writes");
+  if (kind == Kind::none)
+    throw SessionError(path.string() + ": is none of .csv, .h5 and .mat, which are what emtb reads and writes");
   return kind;
 }
 
-/// Where PATH can end: behind each .csv or .h5 that stands at the end or before # or @.
+/// Where PATH can end: behind each .csv, .h5 or .mat that stands at the end or before # or @.
 std::vector<std::size_t> possible_ends(std::string_view text) {
   std::vector<std::size_t> ends;
   for (std::size_t i = 1; i <= text.size(); ++i) {
     const bool boundary = i == text.size() || text[i] == '#' || text[i] == '@';
-    if (boundary && kind_of(text.substr(0, i)) != Kind::neither) ends.push_back(i);
+    if (boundary && kind_of(text.substr(0, i)) != Kind::none) ends.push_back(i);
   }
   return ends;
 }
@@ -151,7 +155,10 @@ SessionSpec parse_session_spec(std::string_view text) {
 }
 
 Session read_session(const std::filesystem::path& path, const Mapping& mapping) {
-  Session session = need_kind(path) == Kind::csv ? read_csv(path, mapping) : read_hdf5(path);
+  const Kind kind = need_kind(path);
+  Session session = kind == Kind::csv   ? read_csv(path, mapping)
+                    : kind == Kind::mat ? read_mat(path, mapping)
+                                        : read_hdf5(path);
   estimate_resolutions(session);
   return session;
 }
@@ -192,7 +199,14 @@ std::vector<Run> read_runs(std::string_view text, const Mapping& mapping) {
 }
 
 void write_session(const std::filesystem::path& path, const Session& session) {
-  need_kind(path) == Kind::csv ? write_csv(path, session) : write_hdf5(path, session);
+  switch (need_kind(path)) {
+    case Kind::csv:
+      return write_csv(path, session);
+    case Kind::mat:
+      return write_mat(path, session);
+    default:
+      return write_hdf5(path, session);
+  }
 }
 
 }  // namespace emtb

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "hal/error.h"
+#include "hal/format_version.h"
 #include "session/text.h"
 
 namespace emtb {
@@ -101,6 +102,9 @@ StoredSession open_stored(const std::filesystem::path& path) {
   session.path = path;
   session.opened = h5::open(path);
   const hid_t file = session.opened.file;
+  const int version = format_version(h5::attribute(file, "format").value_or(""), "session").value_or(0);
+  if (version > newest_format::session)
+    throw SessionError(path.string() + ": " + made_by_a_newer("session", version, newest_format::session));
   if (!h5::exists(file, "/signals")) {
     session.fail("/signals", "is not there: HDF5, but no session, which holds /signals/NAME/{t,value}");
   }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/format_version.h"
 #include "session/h5.h"
 
 namespace emtb {
@@ -241,7 +242,7 @@ void SessionWriter::Impl::create(const std::filesystem::path& draft, const Descr
   file = h5::Id(h5::check(H5Fcreate(draft.c_str(), H5F_ACC_TRUNC, layout, access)));
 
   const int incomplete = 0;
-  write_attribute(file, "format", "emtb session 1");
+  write_attribute(file, "format", format_words("session", newest_format::session));
   write_attribute(file, "complete", H5T_NATIVE_INT, &incomplete);
   std::map<std::string, std::string> attributes = description.attributes;
   attributes.erase("format");

@@ -2,7 +2,6 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <numbers>
 #include <sstream>
@@ -11,8 +10,8 @@
 #include "config/edit.h"
 #include "hal/error.h"
 #include "report/text.h"
-#include "session/replace.h"
 #include "tools/bench_inputs.h"
+#include "tools/rewrite.h"
 
 namespace emtb {
 namespace {
@@ -167,14 +166,7 @@ std::filesystem::path write_conversion(const BenchConfig& bench, const std::vect
                 pretty(numbers[0].second, 6) + ", " + numbers[1].first + ": " + pretty(numbers[1].second, 6));
   }
   const std::string text = edited(bench.text, file, path, numbers, "calibrated " + today() + ": " + residual);
-  const auto mode = std::filesystem::status(file).permissions();
-  replace_file(file, [&](const std::filesystem::path& draft) {
-    std::ofstream out(draft, std::ios::binary);
-    out << text;
-    out.flush();
-    if (!out) throw SessionError(draft.string() + ": cannot be written");
-    std::filesystem::permissions(draft, mode);
-  });
+  rewrite(file, text);
   return file;
 }
 

@@ -57,6 +57,10 @@ void catch_interrupt() {
 }
 
 bool motor_may_move(const std::string& question, bool yes) {
+  return a_person_agrees(question, "whether the motor may move", yes);
+}
+
+bool a_person_agrees(const std::string& question, const std::string& about, bool yes) {
   std::cout << question << " [y/N] " << std::flush;
   if (yes) {
     std::cout << "yes (--yes)" << std::endl;
@@ -64,7 +68,7 @@ bool motor_may_move(const std::string& question, bool yes) {
   }
   if (isatty(STDIN_FILENO) != 1) {
     std::cout << std::endl;
-    throw Error("nobody can be asked whether the motor may move: add --yes, or call it from a terminal");
+    throw Error("nobody can be asked " + about + ": add --yes, or call it from a terminal");
   }
   std::string answer;
   std::getline(std::cin, answer);

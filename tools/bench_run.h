@@ -16,6 +16,9 @@ bool interrupted();
 /// @return the answer. @throws Error where nobody can be asked
 bool motor_may_move(const std::string& question, bool yes);
 
+/// The same of anything else. @param about for the error: `whether ...`
+bool a_person_agrees(const std::string& question, const std::string& about, bool yes);
+
 /// `omega 102.3 rad/s  i_a 0.41 A` of what the daemon tells of its signals.
 std::string signals_in_words(const nlohmann::json& signals);
 

@@ -74,7 +74,7 @@ bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, co
 void add_check_command(CommandLine& line) {
   const auto o = std::make_shared<CheckOptions>();
   line.command("check", "looks whether recordings are what they say: scale, sign, clipping, holds, spikes, gaps, twins")
-      .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5")
+      .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv, .h5 or .mat")
       .options("--held-out", o->held_out, "sessions that will judge a fit: none of them may be among the others")
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
       .option("--model", o->model, "a model's YAML, whose bounds say what scales are possible")

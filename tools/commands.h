@@ -20,6 +20,9 @@ void add_investigate_command(CommandLine& line, const std::shared_ptr<const std:
 /// bench check, calibrate, spin: before anything runs.
 void add_bench_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 
+/// config check, upgrade, schema: YAML files, without a bench.
+void add_config_command(CommandLine& line);
+
 /// latency: whether the computer keeps the bench's rate.
 void add_latency_command(CommandLine& line, const std::shared_ptr<const std::string>& socket);
 

@@ -276,7 +276,7 @@ void add_discover_command(CommandLine& line) {
   const auto o = std::make_shared<DiscoverArguments>();
   const auto on_files = [&](Command command) {
     command.argument("MODEL", o->model, "the model's YAML, with what the library explains in it already")
-        .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5")
+        .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv, .h5 or .mat")
         .option("--map", o->map, "how the columns of foreign CSV files become signals")
         .option("--json", o->json_file, "writes the result to this file; - for standard output")
         .flag("--unchecked", o->unchecked, unchecked_help);

@@ -7,7 +7,7 @@ namespace {
 void group(emtb::CommandLine& line) {
   line.group("Bench, through the daemon emtbd",
              {"status", "watch", "run", "stop", "confirm", "reset", "estimates", "investigate"});
-  line.group("Before a bench runs", {"devices", "bench", "latency", "profiles"});
+  line.group("Before a bench runs", {"devices", "config", "bench", "latency", "profiles"});
   line.group("Recorded sessions", {"check", "info", "import", "export", "replay"});
   line.group("What the model is missing", {"diagnose", "add", "discover", "trend", "report", "page", "effects"});
   line.group("The model itself", {"estimate", "calibrate", "compare", "simulate", "table", "batch"});
@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
                        "where the daemon listens [$XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock]");
   emtb::add_daemon_commands(line, socket);
   emtb::add_bench_command(line, socket);
+  emtb::add_config_command(line);
   emtb::add_latency_command(line, socket);
   emtb::add_replay_command(line);
   emtb::add_devices_command(line);

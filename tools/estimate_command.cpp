@@ -269,7 +269,7 @@ int estimate_command(const EstimateOptions& o) {
 void add_estimate_command(CommandLine& line) {
   const auto o = std::make_shared<EstimateOptions>();
   line.command("estimate", "estimates parameters by the experiments of the paper, without a simulation")
-      .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5")
+      .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv, .h5 or .mat")
       .options(
           "--what", o->what,
           "resistance, generator, friction, torque-constant, inertia, coast-down, driver, inverse-dynamics or all; "

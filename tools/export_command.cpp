@@ -10,6 +10,7 @@
 #include "export/closed_loop.h"
 #include "export/controller.h"
 #include "export/export_text.h"
+#include "export/fmu.h"
 #include "export/linear.h"
 #include "figures/figure.h"
 #include "figures/terminal.h"
@@ -17,6 +18,7 @@
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/commands.h"
+#include "tools/compiler.h"
 
 namespace emtb {
 namespace {
@@ -42,14 +44,22 @@ WorkingPoint point_of(const ExportOptions& o) {
   return {o.linear ? number(o.at, "--at") : std::numeric_limits<double>::quiet_NaN(), o.load};
 }
 
-/// An Octave function has the name of its file.
-std::string function_name(const std::string& out) {
+/// An Octave function, and the library of an FMU, has the name of its file. @param what for the complaint
+std::string function_name(const std::string& out, const std::string& what) {
   const std::string name = out.empty() ? "motor" : std::filesystem::path(out).stem().string();
   const auto fits = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
   if (!std::ranges::all_of(name, fits) || std::isdigit(static_cast<unsigned char>(name[0])) != 0) {
-    throw Error("--out " + printable(out) + ": an Octave function is called as its file, letters, digits and _ alone");
+    throw Error("--out " + printable(out) + ": " + what + " is called as its file, letters, digits and _ alone");
   }
   return name;
+}
+
+/// With a library for this machine; other machines compile the sources that are in it.
+std::string fmu_archive(const ExportOptions& o, const ExportedEquations& equations) {
+  if (o.out.empty()) throw Error("--out FILE.fmu is missing: an FMU is an archive");
+  Fmu fmu = fmu_of(equations, function_name(o.out, "the model in an FMU"));
+  fmu.files.emplace_back(fmu.library, compiled_library(fmu.files, fmu.source));
+  return zip_archive(fmu.files);
 }
 
 std::string exported(const ExportOptions& o) {
@@ -59,19 +69,21 @@ std::string exported(const ExportOptions& o) {
   if (o.to == "transfer-function") return transfer_functions_json(model, at);
   const auto equations = [&] { return o.linear ? linear_equations(model, at) : equations_of(model); };
   if (o.to == "c") return c_header(equations());
-  if (o.to == "octave") return octave_function(equations(), function_name(o.out));
+  if (o.to == "octave") return octave_function(equations(), function_name(o.out, "an Octave function"));
   if (o.to == "modelica") return modelica_model(equations());
-  throw Error("--to " + printable(o.to) + ": not known. Known: c, octave, state-space, transfer-function, modelica");
+  if (o.to == "fmu") return fmu_archive(o, equations());
+  throw Error("--to " + printable(o.to) +
+              ": not known. Known: c, octave, state-space, transfer-function, modelica, fmu");
 }
 
 int export_model_command(const ExportOptions& o) {
-  if (o.to.empty()) throw Error("--to is missing: c, octave, state-space, transfer-function or modelica");
+  if (o.to.empty()) throw Error("--to is missing: c, octave, state-space, transfer-function, modelica or fmu");
   const std::string text = exported(o);
   if (o.out.empty()) {
     std::cout << text;
     return 0;
   }
-  std::ofstream file(o.out, std::ios::trunc);
+  std::ofstream file(o.out, std::ios::trunc | std::ios::binary);
   file << text;
   file.close();
   if (!file) throw Error(o.out + ": cannot be written. Give another --out FILE");
@@ -236,9 +248,9 @@ int gains_command(const GainsOptions& o) {
 
 void add_export_commands(CommandLine& line) {
   const auto o = std::make_shared<ExportOptions>();
-  line.command("export-model", "writes a model for other programs: C, Octave, Modelica, or a linear system")
+  line.command("export-model", "writes a model for other programs: C, Octave, Modelica, an FMU, or a linear system")
       .argument("MODEL", o->model, "the model's YAML")
-      .option("--to", o->to, "c, octave, state-space, transfer-function or modelica")
+      .option("--to", o->to, "c, octave, state-space, transfer-function, modelica or fmu (2.0, co-simulation)")
       .option("--out", o->out, "the file to write; without it standard output")
       .flag("--linear", o->linear, "all effects as straight lines about the speed --at")
       .option("--at", o->at, "[rad/s] the speed for --linear")

@@ -13,6 +13,7 @@
 #include "model/simulation.h"
 #include "report/result_json.h"
 #include "report/text.h"
+#include "session/mat.h"
 #include "session/spec.h"
 #include "tools/commands.h"
 #include "tools/prediction.h"
@@ -23,7 +24,7 @@ namespace {
 using json = nlohmann::ordered_json;
 
 struct FileOptions {
-  std::string model, profile, map, out, json_file, truth, log;
+  std::string model, profile, map, out, json_file, truth, log, mat = "5";
   std::vector<std::string> sessions, models;
   double rate = 1000;  ///< [Hz]
 
@@ -37,7 +38,7 @@ int simulate_command(const FileOptions& o) {
   const Model model = read_model(o.model);
   const Profile profile = read_profile(profile_path(o.profile));
   if (!(o.rate >= 10 && o.rate <= 1e5)) throw Error("--rate must be 10 to 100000 Hz");
-  if (o.out.empty()) throw Error("simulate needs --out FILE, .csv or .h5: where the simulated session goes");
+  if (o.out.empty()) throw Error("simulate needs --out FILE, .csv, .h5 or .mat: where the simulated session goes");
   write_session(o.out, prediction(model, profile, o.rate));
   std::cout << o.out << "\n";
   return 0;
@@ -75,9 +76,19 @@ int merge_log(const FileOptions& o) {
   return 0;
 }
 
+/// By the ending; of a .mat also by its version.
+void write(const FileOptions& o, const Session& session) {
+  if (o.mat != "5" && o.mat != "7.3") throw Error("--mat " + printable(o.mat) + ": not known. Known: 5, 7.3");
+  if (o.mat == "7.3") {
+    if (!o.out.ends_with(".mat")) throw Error("--mat 7.3 is for --out FILE.mat");
+    return write_mat(o.out, session, MatVersion::v73);
+  }
+  write_session(o.out, session);
+}
+
 int convert_command(const FileOptions& o) {
   if (o.sessions.size() != 1) throw Error("one SESSION at a time");
-  if (o.out.empty()) throw Error("--out FILE is missing: where the session goes, .csv or .h5");
+  if (o.out.empty()) throw Error("--out FILE is missing: where the session goes, .csv, .h5 or .mat");
   if (!o.log.empty()) return merge_log(o);
   Session session;
   const SessionSpec spec = parse_session_spec(o.sessions.front());
@@ -87,7 +98,7 @@ int convert_command(const FileOptions& o) {
     session.runs = o.runs();
     session.attributes["note"] = "cut from " + o.sessions.front();
   }
-  write_session(o.out, session);
+  write(o, session);
   std::cout << o.out << "\n";
   return 0;
 }
@@ -185,25 +196,26 @@ int table_command(const FileOptions& o) {
 void add_file_commands(CommandLine& line) {
   const auto o = std::make_shared<FileOptions>();
   const auto act = [&o](int (*command)(const FileOptions&)) { return [o, command] { return command(*o); }; };
-  const auto session_help = "PATH[#RUN][@T0:T1], .csv or .h5";
+  const auto session_help = "PATH[#RUN][@T0:T1], .csv, .h5 or .mat";
   const auto map_help = "how the columns of foreign CSV files become signals";
 
   line.command("simulate", "simulates a model under a profile")
       .argument("MODEL", o->model, "the model's YAML")
       .argument("PROFILE", o->profile, "a profile's file or name")
-      .option("--out", o->out, "the simulated session, .csv or .h5")
+      .option("--out", o->out, "the simulated session, .csv, .h5 or .mat")
       .option("--rate", o->rate, "[Hz] samples a second")
       .action(act(simulate_command));
   line.command("import", "turns a foreign file into a session, or merges a meter's own log into one")
       .arguments("SESSION", o->sessions, session_help)
       .option("--from-log", o->log, "a log of i_a by the meter's own software and clock; --map is then of this file")
       .option("--map", o->map, map_help)
-      .option("--out", o->out, "the file to write, .csv or .h5")
+      .option("--out", o->out, "the file to write, .csv, .h5 or .mat")
       .action(act(convert_command));
   line.command("export", "turns a session into another format")
       .arguments("SESSION", o->sessions, session_help)
       .option("--map", o->map, map_help)
-      .option("--out", o->out, "the file to write, .csv or .h5")
+      .option("--out", o->out, "the file to write, .csv, .h5 or .mat")
+      .option("--mat", o->mat, "of a .mat: 5, or 7.3 where it is larger than 2 GB")
       .action(act(convert_command));
   line.command("info", "says what a session holds")
       .arguments("SESSION", o->sessions, session_help)

@@ -8,6 +8,8 @@ def on_page_markdown(markdown, page, **_):
 
     def named(match):
         target = posixpath.normpath(posixpath.join("docs", here, match[2].split("#")[0]))
-        return match[0] if target.startswith("docs/") else f"{match[1]} (`{target}`)"
+        if target.startswith("docs/"):
+            return match[0]
+        return f"`{target}`" if match[1].strip("`") == target else f"{match[1]} (`{target}`)"
 
     return re.sub(r"(?<!!)\[([^\]]+)\]\(((?!https?:|#)[^)\s]+)\)", named, markdown)

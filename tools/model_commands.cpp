@@ -277,7 +277,7 @@ bool is_model_file(const std::string& argument) { return argument.ends_with(".ya
 /// Several models on the same runs, weighed alike: the error of each, signal by signal.
 int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
                    const std::vector<std::string>& sessions) {
-  if (sessions.empty()) throw Error("compare needs a SESSION behind the models: a .csv or .h5");
+  if (sessions.empty()) throw Error("compare needs a SESSION behind the models: a .csv, .h5 or .mat");
   if (!o.out.empty()) throw Error("compare writes no model where it compares several: leave --out away");
   std::vector<Model> models;
   for (const std::string& file : files) models.push_back(read_model(file));
@@ -441,7 +441,7 @@ void add_model_commands(CommandLine& line) {
   const auto on_files = [&](Command command) {
     command.argument("MODEL", o->model, "the model's YAML")
         .arguments("SESSION", o->sessions,
-                   "PATH[#RUN][@T0:T1], .csv or .h5: what the model is fitted to or compared with")
+                   "PATH[#RUN][@T0:T1], .csv, .h5 or .mat: what the model is fitted to or compared with")
         .options("--held-out", o->held_out, "sessions that judge the fit and take no part in it")
         .option("--map", o->map, "how the columns of foreign CSV files become signals")
         .option("--out", o->out, "writes the resulting model here; a MODEL is never overwritten otherwise")

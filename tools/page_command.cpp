@@ -90,7 +90,7 @@ std::vector<std::string> worker_words(const PageOptions& o, const page::Files& f
 }
 
 int page_command(const PageOptions& o) {
-  if (o.files.size() == 1) throw Error("page MODEL needs a SESSION behind the model: a .csv or .h5");
+  if (o.files.size() == 1) throw Error("page MODEL needs a SESSION behind the model: a .csv, .h5 or .mat");
   if (!o.held_out.empty() && o.files.empty()) throw Error("--held-out is of a MODEL and its SESSIONs: name them, too");
   page::Files files = files_of(o);
   if (!o.worker.empty()) {

@@ -96,7 +96,7 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
   o->command = as_called(argc, argv);
   line.command("report", "diagnoses a model and writes all of it as one HTML page, with figures")
       .argument("MODEL", o->model, "the model's YAML")
-      .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv or .h5: what the model is fitted to")
+      .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv, .h5 or .mat: what the model is fitted to")
       .options("--held-out", o->held_out, "sessions that judge the fit and take no part in it")
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
       .option("--candidates", o->candidates,

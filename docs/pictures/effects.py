@@ -33,11 +33,18 @@ def filled(text):
     return "\n".join(textwrap.wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False))
 
 
+NO_LIMIT = 1e12  # from here on a value stands for none
+
+
+def value(number):
+    return "" if number is None else "no limit" if number >= NO_LIMIT else f"{number:g}"
+
+
 def parameters(effect):
     lines = ["| parameter | unit | absent at | from | to |", "|---|---|---|---|---|"]
     for p in effect["parameters"]:
-        absent = "" if p["absent_at"] is None else f"{p['absent_at']:g}"
-        lines.append(f"| `{p['symbol']}` | {p['unit']} | {absent} | {p['min']:g} | {p['max']:g} |")
+        numbers = " | ".join(value(p[key]) for key in ("absent_at", "min", "max"))
+        lines.append(f"| `{p['symbol']}` | {p['unit']} | {numbers} |")
     return "\n".join(lines)
 
 

@@ -75,6 +75,8 @@ OpenedDevice open_card(const OpenRequest& request) {
   return open_scanning_card<Inputs, OutputConverter>(request, read_settings, read_output);
 }
 
+void check_card(const OpenRequest& request) { check_scanning_card(request, read_settings, read_output); }
+
 std::vector<std::pair<std::string, std::string>> connected_cards(const std::filesystem::path& dev) {
   std::vector<std::pair<std::string, std::string>> cards;
   constexpr std::string_view stem = "comedi";

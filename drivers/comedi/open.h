@@ -23,6 +23,7 @@ OutputSettings read_output(const BenchConfig::Reference& reference, const CardSe
 
 /// `comedi`: any PCI or USB card with a comedi driver that scans by its own clock. Input, and output of the reference.
 OpenedDevice open_card(const OpenRequest& request);
+void check_card(const OpenRequest& request);
 
 /// The cards that the kernel's drivers have found: node (`/dev/comedi0`), and what the driver calls the card; empty
 /// where it cannot be opened.

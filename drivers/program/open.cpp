@@ -105,10 +105,23 @@ ProgramSettings read_settings(const YamlMap& device, const BenchConfig::Referenc
   return settings;
 }
 
+namespace {
+
+ProgramSettings settings_of(const OpenRequest& request) {
+  const bool has_reference = request.bench.reference.device == request.device.name;
+  return read_settings(request.device.yaml, has_reference ? &request.bench.reference : nullptr);
+}
+
+}  // namespace
+
+void check_program(const OpenRequest& request) {
+  request.need_real_time();
+  settings_of(request);
+}
+
 OpenedDevice open_program(const OpenRequest& request) {
   request.need_real_time();
-  const bool has_reference = request.bench.reference.device == request.device.name;
-  ProgramSettings settings = read_settings(request.device.yaml, has_reference ? &request.bench.reference : nullptr);
+  ProgramSettings settings = settings_of(request);
   if (!request.drives_reference()) settings.moves.reset();  // it is told nothing, and stays as safe as it began
   auto device = std::make_shared<Device>(request.device.name, request.clock, std::move(settings));
   OpenedDevice opened;

@@ -13,5 +13,6 @@ ProgramSettings read_settings(const YamlMap& device, const BenchConfig::Referenc
 
 /// `program`: any program that speaks docs/wiring/program.md. Input, and, where it `moves`, output of the reference.
 OpenedDevice open_program(const OpenRequest& request);
+void check_program(const OpenRequest& request);
 
 }  // namespace emtb::program

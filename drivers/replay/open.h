@@ -15,7 +15,7 @@ struct Replay {
   std::function<void(bool)> play;  ///< whether the run is on; for the loop's thread
 };
 
-/// @param session `PATH[#RUN][@T0:T1]`, .csv or .h5
+/// @param session `PATH[#RUN][@T0:T1]`, .csv, .h5 or .mat
 /// @param period [s] of the loop
 /// @param pace times real time; infinity: as fast as it goes
 /// @throws SessionError where it cannot be read, or holds several runs of which none is named.

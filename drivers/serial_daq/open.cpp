@@ -113,13 +113,24 @@ BoardSettings read_settings(const YamlMap& device, const BenchConfig::Reference*
   return settings;
 }
 
+namespace {
+
+/// A board's PWM is told to be safe whatever it is opened for.
+BoardSettings settings_of(const OpenRequest& request) {
+  const bool has_reference = request.bench.reference.device == request.device.name;
+  return read_settings(request.device.yaml, has_reference ? &request.bench.reference : nullptr);
+}
+
+}  // namespace
+
+void check_board(const OpenRequest& request) {
+  request.need_real_time();
+  settings_of(request);
+}
+
 OpenedDevice open_board(const OpenRequest& request) {
   request.need_real_time();
-  // A board's PWM is told to be safe whatever it is opened for.
-  const bool has_reference = request.bench.reference.device == request.device.name;
-  auto board =
-      std::make_shared<Board>(request.device.name, request.clock,
-                              read_settings(request.device.yaml, has_reference ? &request.bench.reference : nullptr));
+  auto board = std::make_shared<Board>(request.device.name, request.clock, settings_of(request));
   OpenedDevice opened;
   if (request.drives_reference()) opened.output = std::make_unique<Output>(board);
   opened.input = std::make_unique<Input>(std::move(board));

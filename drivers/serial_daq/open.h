@@ -13,5 +13,6 @@ BoardSettings read_settings(const YamlMap& device, const BenchConfig::Reference*
 
 /// `serial_daq`: a microcontroller that speaks docs/serial-daq-protocol.md. Input, and output of the reference by PWM.
 OpenedDevice open_board(const OpenRequest& request);
+void check_board(const OpenRequest& request);
 
 }  // namespace emtb::serial_daq

@@ -301,10 +301,36 @@ MeterSettings read_meter(const YamlMap& device) {
   return settings;
 }
 
-OpenedDevice open_daq(const OpenRequest& request) {
-  OpenedDevice opened;
+namespace {
+
+void check_reference(const OpenRequest& request) {
   if (request.drives_reference())
     request.bench.reference.yaml.only({"device", "min", "max", "safe", "safe_because", "rate"});
+}
+
+/// There is a plant, here or in a process of its own.
+void check_plant(const OpenRequest& request) {
+  if (!process_of(request)) need_world(request);
+}
+
+}  // namespace
+
+void check_daq(const OpenRequest& request) {
+  check_reference(request);
+  read_clock(request.device.yaml);
+  read_channels(request.device.yaml);
+  check_plant(request);
+}
+
+void check_meter(const OpenRequest& request) {
+  request.need_no_output();
+  read_meter(request.device.yaml);
+  check_plant(request);
+}
+
+OpenedDevice open_daq(const OpenRequest& request) {
+  OpenedDevice opened;
+  check_reference(request);
   if (const auto process = process_of(request)) {
     read_clock(request.device.yaml);  // complains of what the plant would complain of
     std::vector<Signal> signals;

@@ -33,5 +33,7 @@ OpenedDevice open_daq(const OpenRequest& request);
 
 /// `simulated_meter`: signal (i_a), period, window, resolution, noise, latency, reads (mean, rms).
 OpenedDevice open_meter(const OpenRequest& request);
+void check_daq(const OpenRequest& request);
+void check_meter(const OpenRequest& request);
 
 }  // namespace emtb::simulated

@@ -70,4 +70,6 @@ OpenedDevice open_card(const OpenRequest& request) {
   return open_scanning_card<Inputs, Converter>(request, read_settings, read_output);
 }
 
+void check_card(const OpenRequest& request) { check_scanning_card(request, read_settings, read_output); }
+
 }  // namespace emtb::usb1608g

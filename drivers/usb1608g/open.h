@@ -18,5 +18,6 @@ OutputSettings read_output(const BenchConfig::Reference& reference, const CardSe
 
 /// `usb1608g`: MCC USB-1608G, -1608GX, -1608GX-2AO. Input, and with -2AO output of the reference.
 OpenedDevice open_card(const OpenRequest& request);
+void check_card(const OpenRequest& request);
 
 }  // namespace emtb::usb1608g

@@ -5,6 +5,9 @@ import pathlib
 import socket
 
 
+PROTOCOL = 1  # members are only added to it
+
+
 class BenchError(RuntimeError):
     """What the daemon refused. `code` is of docs/protocol.md, 0 where nobody answered."""
 
@@ -76,10 +79,15 @@ class Bench:
             return message["result"]
 
     def status(self):
-        return self.ask("status")
+        answer = self.ask("status")
+        if answer.get("protocol", PROTOCOL) > PROTOCOL:
+            raise BenchError(f"the daemon at {self.path} was made by a newer emtb: it speaks protocol "
+                             f"{answer['protocol']}, this package {PROTOCOL}. Update the package")
+        return answer
 
     def reset(self):
         """Arms the bench, where no cause against it stands. See that it is safe first."""
+        self.status()  # of a protocol that is known
         return self.ask("reset")
 
     def run(self, profile, note="", brake=""):
@@ -90,6 +98,7 @@ class Bench:
         path = pathlib.Path(profile) if "\n" not in profile else None
         if path and path.suffix in (".yaml", ".yml"):
             profile = path.read_text()
+        self.status()
         self.ask("subscribe", rate=1)
         texts = {name: text for name, text in (("note", note), ("brake", brake)) if text}
         begun = self.ask("run", profile=profile, **texts)

@@ -83,9 +83,10 @@ TEST(BenchFile, NamesTheModelOfTheLiveEstimatesFromWhereItIs) {
 }
 
 TEST(BenchFile, EachMistakeHasItsLine) {
-  EXPECT_EQ(bad("rate: 2000", "rat: 2000"),
-            "b.yaml:2: rat is not known here. Known: name, rate, realtime, reference, limits, field, motor, tacho, "
-            "spin, estimates, devices, simulation");
+  EXPECT_EQ(
+      bad("rate: 2000", "rat: 2000"),
+      "b.yaml:2: rat is not known here. Known: format, name, rate, realtime, reference, limits, field, motor, tacho, "
+      "spin, estimates, devices, simulation");
   EXPECT_EQ(bad("rate: 2000", "rate: fast"), "b.yaml:2: rate must be a number, not `fast`");
   EXPECT_EQ(bad("rate: 2000", "rate: 20000"), "b.yaml:2: rate is 20000, but must be 100 to 10000");
   EXPECT_EQ(bad("rate: 2000", "rate: 50"), "b.yaml:2: rate is 50, but must be 100 to 10000");

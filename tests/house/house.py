@@ -36,7 +36,7 @@ LIBRARIES = {
     "ceres/": ["analysis/fit"],
     "Eigen/|unsupported/Eigen": ["model"] + ["analysis/" + r for r in "numerics record fit live diagnose discover".split()],
     "yaml-cpp/|muParser": ["config"],
-    "hdf5|H5": ["session"],
+    "hdf5|H5|matio.h": ["session"],
     "boost/asio|boost/beast|sys/socket.h|sys/un.h": ["server"],
     "libusb|modbus/|comedilib": ["drivers"],
     "librsvg/|cairo": ["figures"],

@@ -44,7 +44,7 @@ def check_contents(package, root):
     files = {p.relative_to(root).as_posix() for p in root.rglob("*") if p.is_file()}
     for needed in ["usr/bin/emtb", "usr/bin/emtbd", "usr/bin/emtb-safe", "usr/bin/emtb-plant", "usr/lib/systemd/system/emtbd.service",
                    "usr/lib/sysusers.d/emtb.conf", "usr/lib/tmpfiles.d/emtb.conf", "usr/lib/udev/rules.d/60-emtb.rules",
-                   "usr/share/emtb/benches/fh2-simulated.yaml", "usr/share/emtb/profiles/fh2_step_low.yaml",
+                   "usr/share/emtb/bench.schema.json", "usr/share/emtb/benches/fh2-simulated.yaml", "usr/share/emtb/profiles/fh2_step_low.yaml",
                    "usr/share/emtb/models/fh2.yaml", "usr/share/man/man1/emtb.1.gz", "usr/share/man/man8/emtbd.8.gz",
                    "usr/share/man/man8/emtb-safe.8.gz", "usr/share/bash-completion/completions/emtb",
                    "usr/share/zsh/vendor-completions/_emtb", "usr/share/doc/emtb/copyright", "usr/share/doc/emtb/NOTICE",

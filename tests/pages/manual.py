@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Holds the manual to the programs.
 
-    manual.py keys        docs/bench-file.md names every key that a bench file may have
+    manual.py keys        docs/bench-file.md and the schema name every key that a bench file may have, and no other
+    manual.py schema      config/bench.schema.json is a JSON schema by other people's judgement, and so are the benches
     manual.py messages    every message of docs/troubleshooting.md stands in the source
     manual.py site        mkdocs builds the manual without a warning, all pages in it, and nothing of it comes from elsewhere
 """
+import json
 import pathlib
 import re
 import subprocess
@@ -12,6 +14,8 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCHEMA = ROOT / "config/bench.schema.json"
+SIGNALS = {"u_ref", "e_a", "i_a", "omega", "theta", "torque", "i_f", "temperature"}
 
 
 def sources(*folders):
@@ -27,7 +31,43 @@ def keys():
     known = {key for group in re.findall(r"only\(\s*\{([^}]*)\}", text) for key in re.findall(r'"(\w+)"', group)}
     if len(known) < 60:
         return [f"only {len(known)} keys were found in the sources: see how this test looks for them"]
-    return [f"docs/bench-file.md does not name the key {key}" for key in sorted(known - named - {"driver"})]
+    schema = schema_keys(json.loads(SCHEMA.read_text()))
+    wrong = [f"docs/bench-file.md does not name the key {key}" for key in sorted(known - named - {"driver"})]
+    wrong += [f"{SCHEMA.name} does not have the key {key}" for key in sorted(known - schema)]
+    wrong += [f"{SCHEMA.name} has the key {key}, which no reader knows" for key in sorted(schema - known - SIGNALS)]
+    effects = {name for p in (ROOT / "model/effects").rglob("*.h") for name in re.findall(r'\.id = "(\w+)"', p.read_text())}
+    hides = [row.split("|")[3] for row in page.splitlines() if row.startswith("| `") and row.count("|") == 4]
+    hidden = {name for cell in hides for name in re.findall(r"`(\w+)`", cell)}
+    if len(hidden) < 25:
+        wrong.append(f"only {len(hidden)} effects are said to be hidden by a key: see how this test looks for them")
+    return wrong + [f"docs/bench-file.md says that a key hides {name}, which is no effect" for name in sorted(hidden - effects)]
+
+
+def schema_keys(part):
+    """All keys that a schema knows."""
+    if isinstance(part, list):
+        return set().union(*map(schema_keys, part))
+    if not isinstance(part, dict):
+        return set()
+    own = set(part["properties"]) if isinstance(part.get("properties"), dict) else set()
+    return own.union(*map(schema_keys, part.values()))
+
+
+def schema():
+    import jsonschema
+    import yaml
+    wanted = json.loads(SCHEMA.read_text())
+    jsonschema.Draft7Validator.check_schema(wanted)
+    wrong, benches = [], sorted((ROOT / "config/benches").glob("*.yaml"))
+    for bench in benches:
+        for error in jsonschema.Draft7Validator(wanted).iter_errors(yaml.safe_load(bench.read_text())):
+            wrong.append(f"{bench.name}: {error.json_path}: {error.message}")
+    spoilt = yaml.safe_load(benches[0].read_text())
+    spoilt["limits"]["omega"] = -1
+    del spoilt["reference"]["safe"]
+    if len(list(jsonschema.Draft7Validator(wanted).iter_errors(spoilt))) != 2:
+        wrong.append("a negative limit and a missing safe value are no errors")
+    return wrong
 
 
 def messages():
@@ -52,11 +92,23 @@ def site():
         for page in built.rglob("*.html"):
             for address in re.findall(r'(?:src|<link[^>]*href)="(https?://[^"]+)"', page.read_text()):
                 wrong.append(f"{page.relative_to(built)} takes {address} from elsewhere")
-        return wrong
+        return wrong + dead_places(built)
+
+
+def dead_places(built):
+    """Links of the site to a place of a page that the page does not have."""
+    texts = {page.resolve(): page.read_text() for page in built.resolve().rglob("*.html")}
+    wrong = []
+    for page, text in texts.items():
+        for path, place in re.findall(r'href="([^":#?]*)#([^"]+)"', text):
+            target = (page.parent / path).resolve() if path else page
+            if target in texts and f'id="{place}"' not in texts[target]:
+                wrong.append(f"{page.name} leads to {path}#{place}, which is not there")
+    return wrong
 
 
 if __name__ == "__main__":
-    what = {"keys": keys, "messages": messages, "site": site}
+    what = {"keys": keys, "schema": schema, "messages": messages, "site": site}
     found = what[sys.argv[1]]() if len(sys.argv) == 2 and sys.argv[1] in what else [__doc__]
     for one in found:
         print("WRONG:", one)

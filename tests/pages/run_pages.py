@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Holds README.md and docs/ to what they say.
 
-    run_pages.py commands --build DIR    runs every block marked `sh`, in a folder as ./run.sh leaves it
+    run_pages.py commands --build DIR    runs every block marked `sh`, in a folder as ./run.sh leaves it, and the readers
+                                         in Python and Octave of docs/sessions.md beside its sessions
     run_pages.py numbers                 counts and words of README.md stand in the pages that it takes them from
 
 Prints what is wrong and where; exit code 1 if anything is.
@@ -57,8 +58,16 @@ def run(script, root, environment, seconds=300):
         return code, said.read()
 
 
+def reader_of(kind, block):
+    """A script that runs some lines of another language on build/story/staircase.h5 and wants readings of them."""
+    wanted = {"python": "assert len(t) == len(omega) > 1000 and max(omega) > 50",
+              "octave": "assert (numel (t) == numel (omega) && numel (t) > 1000 && max (omega) > 50)"}[kind]
+    program = {"python": "/usr/bin/python3 -", "octave": "octave-cli --no-gui --norc --quiet"}[kind]
+    return f"cd build/story\n{program} <<'END_OF_LINES'\n{block}{wanted}\nEND_OF_LINES\n"
+
+
 def commands(build):
-    wrong, count = [], 0
+    wrong, count, readers = [], 0, 0
     with tempfile.TemporaryDirectory(prefix="emtb-pages-") as folder:
         root = pathlib.Path(folder)
         shutil.copytree(ROOT / "config", root / "config")  # a reader may write there
@@ -75,17 +84,19 @@ def commands(build):
             return 1
         for page in PAGES:
             for line, kind, block in blocks((ROOT / page).read_text()):
-                if kind != "sh":
+                reader = page == "docs/sessions.md" and kind in ("python", "octave")
+                if kind != "sh" and not reader:
                     continue
                 begin = time.monotonic()
-                code, said = run(script_of(block), root, environment)
+                code, said = run(reader_of(kind, block) if reader else script_of(block), root, environment)
+                readers += reader
                 count += 1
                 print(f"{page}:{line}: {time.monotonic() - begin:.1f} s", flush=True)
                 if code != 0:
                     wrong.append(f"{page}:{line} ended with {code}:\n{said[-3000:]}")
     for one in wrong:
         print("WRONG:", one)
-    return 0 if count > 8 and not wrong else 1
+    return 0 if count > 8 and readers >= 2 and not wrong else 1
 
 
 def numbers():

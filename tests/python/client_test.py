@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The Python client beside a daemon of its own: client_test.py FOLDER_OF_THE_PROGRAMS"""
+import json
 import os
 import pathlib
+import socket
 import subprocess
 import sys
 import tempfile
@@ -76,6 +78,30 @@ class Client(unittest.TestCase):
         with emtb.Bench(self.socket) as bench:
             self.assertIn("omega", next(bench.live(rate=50)))
             self.assertTrue(bench.stop()["reference_safe"])
+
+    def test_the_example_for_plotjuggler_sends_json(self):
+        listening = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        listening.bind(("127.0.0.1", 0))
+        listening.settimeout(20)
+        example = subprocess.Popen([sys.executable, ROOT / "docs/examples/plotjuggler.py", self.socket,
+                                    str(listening.getsockname()[1])])
+        try:
+            first, second = (json.loads(listening.recv(65536)) for _ in range(2))
+        finally:
+            example.kill()
+            example.wait()
+            listening.close()
+        self.assertGreater(second["timestamp"], first["timestamp"])
+        self.assertIsInstance(second["bench"]["omega"], float)
+
+    def test_moves_nothing_where_the_daemon_is_newer(self):
+        with emtb.Bench(self.socket) as bench:
+            answer, asked = bench.status() | {"protocol": 2}, []
+            bench.ask = lambda method, **_: asked.append(method) or answer
+            for moving in (bench.reset, lambda: bench.run("fh2_step_low")):
+                with self.assertRaisesRegex(emtb.BenchError, "made by a newer emtb"):
+                    moving()
+            self.assertEqual(asked, ["status", "status"])
 
     def test_reads_csv_spans_and_lists_profiles(self):
         out = emtb.simulate(MODEL, "fh2_step_low", self.path / "simulated.csv")

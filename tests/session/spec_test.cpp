@@ -147,9 +147,10 @@ TEST_F(Spec, TheResolutionIsEstimatedOverAllRuns) {
 }
 
 TEST_F(Spec, OtherEndingsAreNeitherReadNorWritten) {
-  EXPECT_THAT(message_of<SessionError>([&] { read_session("x.mat"); }), HasSubstr("x.mat: is neither .csv nor .h5"));
+  EXPECT_THAT(message_of<SessionError>([&] { read_session("x.txt"); }),
+              HasSubstr("x.txt: is none of .csv, .h5 and .mat"));
   EXPECT_THAT(message_of<SessionError>([&] { write_session(path("x.txt"), {}); }),
-              HasSubstr("is neither .csv nor .h5"));
+              HasSubstr("is none of .csv, .h5 and .mat"));
 }
 
 }  // namespace

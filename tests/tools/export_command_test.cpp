@@ -89,6 +89,13 @@ int main(int argc, char **argv) {
     return said();
   }
 
+  /// An FMU in a program that knows the standard alone.
+  Motion by_an_importer(const std::string& model, const Motion& m) {
+    EXPECT_EQ(call({"export-model", model, "--to", "fmu", "--out", path("motor.fmu")}), 0) << last->err();
+    run_program({"python3", EMTB_SOURCE_DIR "/tests/export/fmu_player.py", path("motor.fmu"), inputs(m)});
+    return said();
+  }
+
   static void agree(const Motion& a, const Motion& b, double share, const std::string& what) {
     ASSERT_EQ(a.omega.size(), b.omega.size()) << what;
     const auto apart = [&](const std::vector<double>& x, const std::vector<double>& y) {
@@ -146,6 +153,36 @@ TEST_F(ExportCommand, AModelWithManyEffectsMovesAsSimulateSaysInCAndInOctave) {
                "cd('" + path("").string() + "'); x = load('" + inputs(coarse) +
                    "'); y = motor(x(:,1), x(:,2)); printf('%.12g %.12g %.12g\\n', [y.omega y.i_a y.e_a]');"});
   agree(coarse, said(), like_the_model, "Octave");
+}
+
+TEST_F(ExportCommand, AnFmuPlayedByAnImporterMovesAsSimulateSays) {
+  const std::string file =
+      saved(with(with(with(linear_model(), "coulomb_friction"), "armature_inductance"), "windage"));
+  const Motion m = simulated(file, "fh2_step_mid", "1000");
+  agree(m, by_an_importer(file, m), like_the_model, "FMU");
+}
+
+TEST_F(ExportCommand, AnFmuThatAVoltageOrACurrentDrivesMovesAsTheHeaderDoes) {
+  for (const char* input : {"e_a", "i_a"}) {
+    Model model = with(linear_model(), "coulomb_friction");
+    model.input = *signal_named(input);
+    const std::string file = saved(model);
+    Motion m;  // steps of 3.7 ms, longer than those of the model
+    for (int k = 0; k < 400; ++k) {
+      m.t.push_back(0.0037 * k);
+      m.u.push_back(k < 20 ? 0 : k < 200 ? 1.5 : 0.4);
+    }
+    ASSERT_EQ(call({"export-model", file, "--to", "c", "--out", path("motor.h")}), 0) << last->err();
+    agree(by_the_compiler(m), by_an_importer(file, m), 2e-3, std::string("FMU driven by ") + input);
+  }
+}
+
+TEST_F(ExportCommand, AnFmuIsTheSameTwice) {
+  for (const char* name : {"a/motor.fmu", "b/motor.fmu"}) {
+    std::filesystem::create_directories(path(name).parent_path());
+    ASSERT_EQ(call({"export-model", saved(linear_model()), "--to", "fmu", "--out", path(name)}), 0) << last->err();
+  }
+  EXPECT_TRUE(read(path("a/motor.fmu")) == read(path("b/motor.fmu")));
 }
 
 TEST_F(ExportCommand, AStateSpaceMovesAsSimulateSaysWithinTheDriversLimits) {
@@ -206,6 +243,9 @@ TEST_F(ExportCommand, RefusesWithOneLine) {
   EXPECT_THAT(complaint({"export-model", rubs, "--to", "fortran"}), HasSubstr("Known: c, octave"));
   EXPECT_THAT(complaint({"export-model", rubs}), HasSubstr("--to is missing"));
   EXPECT_THAT(complaint({"export-model", rubs, "--to", "octave", "--out", path("my-motor.m")}),
+              HasSubstr("letters, digits"));
+  EXPECT_THAT(complaint({"export-model", rubs, "--to", "fmu"}), HasSubstr("--out FILE.fmu is missing"));
+  EXPECT_THAT(complaint({"export-model", rubs, "--to", "fmu", "--out", path("my-motor.fmu")}),
               HasSubstr("letters, digits"));
   write_model(path("springs.yaml"), with(linear_model(), "shaft_compliance"));
   EXPECT_THAT(complaint({"export-model", path("springs.yaml"), "--to", "c"}), HasSubstr("shaft_compliance"));

@@ -107,9 +107,23 @@ TEST_F(ImportCommand, RefusesInOneLineALogThatCannotBePlaced) {
 
 TEST_F(ImportCommand, WantsToKnowWhereTheSessionGoes) {
   EXPECT_EQ(import({run_, "--from-log", log_, "--map", map_}), 2);
-  EXPECT_THAT(last->err(), HasSubstr("--out FILE is missing: where the session goes, .csv or .h5"));
+  EXPECT_THAT(last->err(), HasSubstr("--out FILE is missing: where the session goes, .csv, .h5 or .mat"));
   EXPECT_EQ(import({run_, run_, "--from-log", log_, "--map", map_, "--out", path("x.csv").string()}), 2);
   EXPECT_THAT(last->err(), HasSubstr("one SESSION at a time"));
+}
+
+TEST_F(ImportCommand, GoesThroughBothKindsOfMatAndBackUnchanged) {
+  ASSERT_EQ(call({"export", run_, "--out", path("plain.csv")}), 0) << last->err();
+  for (const char* version : {"5", "7.3"}) {
+    ASSERT_EQ(call({"export", run_, "--out", path("x.mat"), "--mat", version}), 0) << last->err();
+    EXPECT_TRUE(read(path("x.mat")).starts_with("MATLAB " + std::string(version)));
+    ASSERT_EQ(call({"import", path("x.mat"), "--out", path("back.csv")}), 0) << last->err();
+    EXPECT_EQ(read(path("back.csv")), read(path("plain.csv")));
+  }
+  EXPECT_EQ(call({"export", run_, "--out", path("x.mat"), "--mat", "6"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("--mat 6: not known. Known: 5, 7.3"));
+  EXPECT_EQ(call({"export", run_, "--out", path("x.h5"), "--mat", "7.3"}), 2);
+  EXPECT_THAT(last->err(), HasSubstr("is for --out FILE.mat"));
 }
 
 }  // namespace
