@@ -56,8 +56,9 @@ bool told_by_all_errors(const Dataset& data, const Model& model, std::size_t eff
 }
 
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing goes, the last found
-/// first; but not what the data need all the same, when timing and starts have had their say without it.
-void drop_what_is_not_told(Finding& found, FittedTrials& trials, Dataset& data) {
+/// first; but not where most of what has no other name would be left without it, when timing and starts have had their
+/// say.
+void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion, Dataset& data) {
   for (std::size_t left = found.effects.size(); left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
     if (needed(effect, found.current.model())) continue;
@@ -67,7 +68,9 @@ void drop_what_is_not_told(Finding& found, FittedTrials& trials, Dataset& data) 
     std::optional<Trial> trial = trials.fit_to_the_end(without);
     const Timing before = data.timing;
     if (trial && settle_timing(data, trial->model())) trial = trials.fit_to_the_end(trial->model());
-    if (!trial || removes_most(trial->held_out, found.current.held_out)) {
+    const bool is_needed =
+        !trial || (criterion.remainder(trial->held_out) && removes_most(trial->held_out, found.current.held_out));
+    if (is_needed) {
       set_timing(data, before);
       continue;
     }
@@ -349,7 +352,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   first = std::move(road.first);
   Finding found = std::move(road.found);
   free_what_is_told(found, trials, data);
-  drop_what_is_not_told(found, trials, *prepared);
+  drop_what_is_not_told(found, trials, criterion, *prepared);
   d.torque_is_input = search.torque_left_out();
   const std::vector<Record> all = data.all();
   tell_of_the_base(d, data, all, first, options);

@@ -80,7 +80,7 @@ struct Materiality {
                            ///< which noise scatters by 2 z: this asks for z > 4
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
-  double law_share = 0.02;   ///< of the error that was taken away: so well is the law known that took it
+  double law_share = 0.03;   ///< of the error that was taken away: so well is the law known that took it
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
   double remainder_errors = 3;      ///< standard errors of a mean square under noise alone, for the same
   double remainder_share = 0.02;    ///< of how much the signal varies, for the same: no machine is known better

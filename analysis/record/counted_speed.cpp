@@ -99,6 +99,17 @@ double of_the_steady(std::vector<double> sizes) {
   return *quarter;
 }
 
+/// Variance of hops to a neighbour or the next but one; larger changes are those of the speed.
+double hop_variance(std::span<const double> counts) {
+  constexpr double largest = 2;
+  double squares = 0;
+  for (std::size_t k = 1; k < counts.size(); ++k) {
+    const double hop = std::abs(counts[k] - counts[k - 1]);
+    if (hop < largest + 0.5) squares += hop * hop;
+  }
+  return std::max(1e-6, squares / 2 / static_cast<double>(counts.size() - 1));
+}
+
 /// Do counts add up? Over so many readings that hops at random would have led some counts away, their sum is still
 /// right to one.
 bool adds_up(std::span<const Series> speeds, double step) {
@@ -107,10 +118,7 @@ bool adds_up(std::span<const Series> speeds, double step) {
   constexpr std::size_t length = 256, pieces = 3;
   std::vector<double> left;
   for (const std::vector<double>& counts : hopping(speeds, step, length)) {
-    double neighbours = 0;
-    for (std::size_t k = 1; k < length; ++k) neighbours += std::pow(counts[k] - counts[k - 1], 2);
-    const double variance = neighbours / 2 / static_cast<double>(length - 1);
-    const auto lag = static_cast<std::size_t>(std::ceil(clear / (6 * variance)));
+    const auto lag = static_cast<std::size_t>(std::ceil(clear / (6 * hop_variance(counts))));
     if (4 * lag > length) continue;
     std::vector<double> sum{0};
     for (const double c : counts) sum.push_back(sum.back() + c);

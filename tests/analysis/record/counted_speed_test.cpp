@@ -87,6 +87,20 @@ TEST(CountedSpeed, IsNotThatOfATachogeneratorBehindACoarseConverter) {
   for (const double noise : {0.1, 0.3, 1.0, 5.0}) EXPECT_FALSE(look_at(converted(0.23, noise))) << noise << " LSB";
 }
 
+TEST(CountedSpeed, IsNotThatOfAQuietTachogeneratorWhoseSpeedSettlesBetweenSteps) {
+  auto run = converted(0.23, 0);
+  Series& omega = run.signals.at(Signal::omega);
+  std::mt19937 random(3);
+  std::normal_distribution<double> draw(0, 0.1);
+  double slow = 0;
+  for (std::size_t k = 0; k < omega.t.size(); ++k) {
+    slow = 0.9 * slow + draw(random);
+    const double steps = 8 * std::floor(2 * omega.t[k]) * (1 - std::exp(-std::fmod(omega.t[k], 0.5) / 0.02));
+    omega.value[k] = 0.23 * std::round((steps + slow) / 0.23);
+  }
+  EXPECT_FALSE(look_at(run));
+}
+
 TEST(CountedSpeed, IsNotTakenForAnAngleAcrossAGap) {
   auto run = counted({});
   Series& omega = run.signals.at(Signal::omega);
