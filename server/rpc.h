@@ -101,7 +101,8 @@ class Methods {
   void add_slow(std::string name, SlowMethod method) { methods_[std::move(name)] = std::move(method); }
 
   /// Answers one line, whatever is in it. Batches are refused: one object a line.
-  Reply answer(std::string_view line, const Peer& peer) const noexcept;
+  /// @throws std::bad_alloc where there is no memory even to say so
+  Reply answer(std::string_view line, const Peer& peer) const;
 
  private:
   std::string known() const;
