@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
 # Fuzzes the targets of tests/fuzz one after the other: cmake --preset fuzz && cmake --build --preset fuzz, then
 #
-#     tests/fuzz/fuzz.sh [--runs 1000000] [--into FOLDER] [TARGET...]
+#     tests/fuzz/fuzz.sh [--runs 1000000] [--seconds S] [--into FOLDER] [TARGET...]
 #
 # Each begins with its kept corpus and grows one of its own in FOLDER (build/fuzz/corpus). Prints what each came to; what was
 # found lies in FOLDER/found. Keep a find: mend it, then copy it to tests/fuzz/corpus/TARGET/found-WHAT. --keep then takes of
 # the grown corpus what covers as much with few and short files.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-runs=1000000 into=build/fuzz/corpus keep=no
+runs=1000000 seconds=0 into=build/fuzz/corpus keep=no
 while [ $# -gt 0 ]; do
   case "$1" in
     --runs) runs=$2; shift 2 ;;
+    --seconds) seconds=$2; shift 2 ;;  # for each at most
     --into) into=$2; shift 2 ;;
     --keep) keep=yes; shift ;;
     *) break ;;
@@ -32,8 +33,9 @@ for target in "$@"; do
     done
     continue
   fi
+  case "$target" in metex | fs9721 | es51922 | scpi | fluke | modbus) longest=128 ;; serial_daq | usb1608g) longest=512 ;; *) longest=4096 ;; esac
   begun=$(date +%s)
-  if nice -n 10 build/fuzz/bin/"fuzz_$target" -runs="$runs" -max_len=4096 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
+  if nice -n 10 build/fuzz/bin/"fuzz_$target" -runs="$runs" -max_total_time="$seconds" -max_len=$longest -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
       -artifact_prefix="$into/found/$target-" "$grown" "$kept" >"$into/$target.log" 2>&1; then found=nothing; else found=SOMETHING; fi
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$into/$target.log")
   echo "$target: ${executions:-?} executions in $(($(date +%s) - begun)) s, found $found"

@@ -46,6 +46,7 @@ def read(path):
 
 def root_folder(folder, kills):
     """What the container finds at /, but for /usr and the programs."""
+    os.chmod(folder, 0o755)
     for name in ("bin", "sbin", "lib", "lib64"):
         os.symlink(f"usr/{name}", f"{folder}/{name}")
     for name in ("usr", "proc", "sys", "dev", "run", "tmp", "var/lib", "opt/emtb/bin", "opt/emtb/reliability", "opt/emtb/config", "root"):
@@ -114,6 +115,7 @@ def sandbox(bench):
         asked = subprocess.run([*inside, *words], capture_output=True, check=False)
         assert asked.returncode != 0, f"{what} cannot be written"
     print("sandbox: user emtb, no capability, no new privileges, system calls filtered; all read-only but /run/emtb and /var/lib/emtb")
+    print("limits: " + "; ".join(" ".join(line.split()) for line in read(f"/proc/{pid}/limits").splitlines() if re.match("Max (locked|realtime p)", line)))
     print("real time under it: " + "; ".join(re.findall(r"real time: (.*)", read("/emtbd.log"))))
 
 
@@ -125,7 +127,7 @@ def inside():
         proof.prove(bench, int(os.environ["EMTB_KILLS"]), and_then=sandbox)
         good = True
     except AssertionError as error:
-        print(f"unit_in_container: {error}")
+        print(f"unit_in_container: {error}\n{bench.systemctl('status', '--no-pager', '-l', 'emtbd').stdout}")
     finally:
         bench.end()
     write("/result", "0" if good else "1")
@@ -148,7 +150,7 @@ def main():
         root_folder(folder, options.kills)
         # LimitMEMLOCK and LimitRTPRIO raise limits, which a container's manager may only with these.
         ended = subprocess.run(["systemd-nspawn", "--quiet", "--register=no", "--keep-unit", "--boot", f"--directory={folder}",
-                                "--capability=CAP_SYS_RESOURCE,CAP_SYS_NICE,CAP_IPC_LOCK", "--bind-ro=/usr",
+                                "--capability=CAP_SYS_RESOURCE,CAP_SYS_NICE,CAP_IPC_LOCK", "--bind-ro=/usr", "--bind-ro=/etc/alternatives",
                                 f"--bind-ro={os.path.abspath(options.bin)}:{PROGRAMS}", f"--bind-ro={HERE}:{TESTS}",
                                 f"--machine=emtb-unit-{os.getpid()}", "--console=pipe"],
                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=900)

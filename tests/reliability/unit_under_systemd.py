@@ -5,7 +5,8 @@
 
 Needs root and systemd installed; the machine need not be booted with it. A manager of our own (systemd --user) is started in a
 control group and a mount namespace of its own. It takes the shipped unit without what only the system's manager may do: user,
-groups, devices, sandbox (unit_in_container.py does). What stands here are ExecStart, notify, watchdog, ExecStopPost, Restart, the limit of starts, priorities.
+groups, devices, sandbox, which unit_in_container.py looks at. What stands here are ExecStart, notify, watchdog, ExecStopPost,
+Restart, the limit of starts, priorities.
 The plant lives in a process of its own and logs what its reference is.
 """
 import argparse
@@ -172,7 +173,8 @@ def prove(bench, kills, and_then=lambda bench: None):
     eventually("the manager answers", lambda: bench.systemctl("list-units").returncode == 0)
     started = bench.systemctl("start", "emtbd")  # returns when READY=1 was seen, or not at all
     assert started.returncode == 0, started.stderr
-    assert bench.show("StatusErrno") == "0" and bench.emtb("status").returncode == 0
+    told = bench.emtb("status")
+    assert bench.show("StatusErrno") == "0" and told.returncode == 0, f"it answers: {told}"
     print("ready: systemctl start returned with READY=1, and the socket answers")
     and_then(bench)
 
