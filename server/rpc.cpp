@@ -166,7 +166,7 @@ std::string Methods::known() const {
   return list;
 }
 
-Reply Methods::answer(std::string_view line, const Peer& peer) const {
+Reply Methods::answer(std::string_view line, const Peer& peer) const noexcept {
   try {
     json request;
     try {

@@ -101,8 +101,7 @@ class Methods {
   void add_slow(std::string name, SlowMethod method) { methods_[std::move(name)] = std::move(method); }
 
   /// Answers one line, whatever is in it. Batches are refused: one object a line.
-  /// @throws std::bad_alloc where there is no memory even to say so
-  Reply answer(std::string_view line, const Peer& peer) const;
+  Reply answer(std::string_view line, const Peer& peer) const noexcept;
 
  private:
   std::string known() const;

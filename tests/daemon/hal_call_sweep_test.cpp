@@ -118,9 +118,9 @@ class HalCallFailsOnce : public Scratch {
     const Order order{1, Profile("level", {{0, 3}, {0.2, 3}, {0.2, 0}, {0.25, 0}})};
     if (life.armed) {
       const auto file = path(failing + std::to_string(nth) + ".h5");
-      recorder.open(file, {.channels = channels}, "level");
+      recorder.open(file, {.channels = channels, .attributes = {}, .config = {}}, "level");
       mailbox.run = &order;
-      tick(2000);
+      tick(400);
       recorder.work(faulty.clock->now());
       life.session = read_session(file);
       life.told = std::ranges::any_of(life.session->events,
@@ -146,15 +146,15 @@ TEST_F(HalCallFailsOnce, AtItsFirstItsSecondAndALateTime) {
       const std::string what = call + ", time " + std::to_string(nth) + " of " + std::to_string(times);
       EXPECT_TRUE(life.calls.failed) << what;
       EXPECT_EQ(life.volts, 0) << "the reference is safe: " << what;
-      if (life.session) EXPECT_TRUE(life.session->complete) << what;
-      if (!life.armed) EXPECT_NE(life.fault, Fault::none) << "what is not armed says why: " << what;
+      EXPECT_TRUE(!life.session || life.session->complete) << what;
+      EXPECT_TRUE(life.armed || life.fault != Fault::none) << "what is not armed says why: " << what;
       if (!life.calls.failed_in_run) continue;
       ++in_runs;
       EXPECT_NE(life.fault, Fault::none) << "a run does not go on in silence: " << what;
       EXPECT_TRUE(life.told) << "and its session tells: " << what;
     }
   }
-  EXPECT_GE(in_runs, 5);
+  EXPECT_GE(in_runs, 3) << "of a run, too";
 }
 
 }  // namespace

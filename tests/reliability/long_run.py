@@ -112,10 +112,10 @@ def live(options, folder, out):
                 time.sleep(PAUSE if options.pace == "1" else 0.2)
                 hours += (RUN + PAUSE) / 3600
                 status = daemon.call("status")
-                late = status["loop"]["late_us"]
+                late = status["loop"]["late_us"] if options.pace == "1" else None  # simulated time knows none
                 ends[end["outcome"]] = ends.get(end["outcome"], 0) + 1
                 out.writerow([f"{hours:.4f}", f"{time.monotonic() - begun:.1f}", *(f"{x:.2f}" if isinstance(x, float) else x
-                              for x in of_process(emtbd.pid)), f"{late['p50']:.0f}", f"{late['p99']:.0f}",
+                              for x in of_process(emtbd.pid)), *((f"{late['p50']:.0f}", f"{late['p99']:.0f}") if late else ("", "")),
                               status["loop"]["missed"], end["outcome"] + (": " + end.get("text", "") if end["outcome"] != "done" else "")])
                 options.file.flush()
                 for old in sorted(pathlib.Path(f"{folder}/data").glob("*.h5"))[:-20]:
