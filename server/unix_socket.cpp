@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
@@ -249,6 +250,8 @@ struct UnixSocketServer::Impl {
 
   /// The server's thread. Whoever there is no memory for is not let in, and the next one is waited for all the same.
   void work() {
+    const auto until_stopped =
+        asio::make_work_guard(context);  // a handler that threw may have been all there was to do
     while (true) {
       try {
         if (!waits) accept();
