@@ -18,7 +18,8 @@ double resolution(std::span<const std::span<const double>> pieces) {
     count += piece.size();
     for (std::size_t i = 1; i < piece.size(); ++i) changes += piece[i] != piece[i - 1] ? 1 : 0;
   }
-  if (changes < std::max<std::size_t>(16, count / 100)) return 0;
+  const std::size_t of_a_slow_meter = std::clamp<std::size_t>(count / 2, 6, 16);
+  if (changes < std::max(of_a_slow_meter, count / 100)) return 0;
 
   std::vector<double> values;
   const std::size_t stride = count / enough + 1;
@@ -30,7 +31,7 @@ double resolution(std::span<const std::span<const double>> pieces) {
       1e-9 * (values.back() - values.front());  // arithmetic before the file was written may split a code in two
   values.erase(std::unique(values.begin(), values.end(), [&](double a, double b) { return b - a <= same; }),
                values.end());
-  if (values.size() < 5) return 0;
+  if (values.size() < 4) return 0;
 
   // The step as the mean of the gaps, each of which is one step or several; the smallest first, so that the estimate is
   // good before it has to tell seven steps from eight.
@@ -44,8 +45,6 @@ double resolution(std::span<const std::span<const double>> pieces) {
     sum += gap;
   }
   const double step = sum / steps;
-  const bool gapless = steps == static_cast<double>(gaps.size());
-  if (!gapless && values.size() < 8) return 0;
   double off = 0;
   for (const double value : values) {
     const double position = (value - values.front()) / step;
@@ -53,7 +52,11 @@ double resolution(std::span<const std::span<const double>> pieces) {
     if (std::abs(miss) > 0.4) return 0;
     off += miss * miss;
   }
-  return off / static_cast<double>(values.size()) < 0.15 * 0.15 ? step : 0;  // on no grid: 0.29 of a step rms
+  off = std::sqrt(off / static_cast<double>(values.size()));
+  constexpr double exactly = 1e-3, nearly = 0.15;  // of a step; on no grid: 0.29
+  if (off < exactly) return step;
+  const bool gapless = steps == static_cast<double>(gaps.size());
+  return off < nearly && values.size() >= (gapless ? 5U : 8U) ? step : 0;
 }
 
 }  // namespace emtb

@@ -10,8 +10,8 @@ namespace emtb {
 ///
 /// A 12-bit converter leaves a few thousand distinct values, evenly spaced but for the rounding of the text they were
 /// written in. Taken as evident where at least five distinct values (eight, if some steps are missing between them) lie
-/// within 0.15 steps rms of the grid, and where the values keep changing: the levels of a staircase are evenly spaced
-/// too, but rarely change.
+/// within 0.15 steps rms of the grid, or four within a thousandth, as a slow meter's few readings do; and where the
+/// values keep changing: the levels of a staircase are evenly spaced too, but rarely change.
 /// @param pieces the same channel in each run of a session
 double resolution(std::span<const std::span<const double>> pieces);
 

@@ -1,6 +1,7 @@
 #include "analysis/check/clipped.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "analysis/check/readings.h"
@@ -77,20 +78,41 @@ bool tops_a_wave(std::span<const double> x, const Stretch& s, double sign, doubl
   return before > 0 && after > 0 && static_cast<double>(before + after) > share * static_cast<double>(s.length());
 }
 
+/// Does a stretch begin and end with a jump of what drives the motor? Then it is that which holds the signal there: a
+/// controller that raises the voltage as the motor speeds up keeps its current.
+bool made_by_input(const Run& run, const Series& series, Signal signal, const Stretch& s) {
+  constexpr double at_begin = 0.2, at_end = 0.05;  // of the input's largest value, from row to row
+  const auto jumps = [&](double time, double share) {
+    return std::ranges::any_of(std::array{Signal::u_ref, Signal::e_a}, [&](Signal input) {
+      if (input == signal || !run.has(input)) return false;
+      const Series& u = run.at(input);
+      const auto at = static_cast<std::size_t>(std::ranges::lower_bound(u.t, time) - u.t.begin());
+      const double least = share * size_of(u.value);
+      for (std::size_t k = std::max<std::size_t>(at, 2) - 1; k < std::min(at + 2, u.value.size()); ++k) {
+        if (std::abs(u.value[k] - u.value[k - 1]) > least) return true;
+      }
+      return false;
+    });
+  };
+  return s.end < series.t.size() && jumps(series.t[s.begin], at_begin) && jumps(series.t[s.end], at_end);
+}
+
 struct Extreme {
   std::size_t readings = 0, first = 0, last = 0;
   std::size_t longest = 0;  ///< of what is no top of a wave
   bool cut = false;
 };
 
-Extreme at_extreme(std::span<const double> x, double value, double sign, double step, double noise) {
+Extreme at_extreme(const Run& run, Signal signal, double value, double sign, double step, double noise) {
+  const Series& series = run.at(signal);
+  const std::span<const double> x = series.value;
   Extreme e;
   for (const Stretch& s : stretches(x)) {
     if (s.value != value) continue;
     if (e.readings == 0) e.first = s.begin;
     e.readings += s.length();
     e.last = s.end - 1;
-    if (tops_a_wave(x, s, sign, step)) continue;
+    if (tops_a_wave(x, s, sign, step) || made_by_input(run, series, signal, s)) continue;
     e.longest = std::max(e.longest, s.length());
     e.cut = e.cut || (s.length() >= 4 && cuts_off(x, s, sign, step, noise));
   }
@@ -114,10 +136,12 @@ DataFindings clipped(const Run& run) {
       // A torque that stands where it stands most of the time is that of a brake.
       if (signal == Signal::torque && 2 * std::ranges::count(x, value) > std::ssize(x)) continue;
       const Restlessness usual = own_restlessness(run, signal, 0.1 * size, value);
-      const Extreme e = at_extreme(x, value, sign, step, noise_of(x, 0.1 * size));
+      const Extreme e = at_extreme(run, signal, value, sign, step, noise_of(x, 0.1 * size));
       const bool without_noise = usual.noisy && e.longest >= std::max<std::size_t>(12, 10 * usual.length);
-      // A driver that ends at its highest voltage is a driver's effect, unless noise stops there as well.
-      if (!without_noise && (!e.cut || signal == Signal::e_a)) continue;
+      // A driver that ends at its highest voltage, and a dry brake at its highest torque, do so by themselves, unless
+      // noise stops there as well.
+      const bool may_end = signal == Signal::e_a || signal == Signal::torque;
+      if (!without_noise && (!e.cut || may_end)) continue;
       findings.push_back({run.name, signal, Flaw::clipped, series.t[e.first], series.t[e.last],
                           name_of(signal) + " stops at " + short_number(value) + " " + std::string(info(signal).unit) +
                               " for " + std::to_string(e.readings) +

@@ -12,6 +12,10 @@ bool MaterialityCriterion::worth_a_step(const Loss& without, const Loss& with) c
   return emtb::worth_a_step(without, with, rule_);
 }
 
+bool MaterialityCriterion::beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with) const {
+  return emtb::beyond_the_laws(as_given, without, with, rule_);
+}
+
 bool MaterialityCriterion::material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const {
   return takes_share(before, rule_.edge_share, without, with, rule_);
 }

@@ -17,6 +17,9 @@ class Criterion {
   /// it.
   virtual bool worth_a_step(const Loss& without, const Loss& with) const { return material(without, with); }
 
+  /// Is what it removes more than a law that removed all the rest may be off by?
+  virtual bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with) const = 0;
+
   /// Does it still count beside an effect that shapes the same edges, as a share of what was there before both?
   virtual bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const = 0;
 
@@ -43,6 +46,7 @@ class MaterialityCriterion final : public Criterion {
 
   bool material(const Loss& without, const Loss& with) const override;
   bool worth_a_step(const Loss& without, const Loss& with) const override;
+  bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with) const override;
   bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const override;
   bool tied(const Loss& best, const Loss& other) const override;
   bool remainder(const Loss& loss) const override;

@@ -89,6 +89,11 @@ std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Los
   return differences;
 }
 
+bool likelier(const Loss& a, const Loss& b) {
+  if (!a.quality || !b.quality) return a.error() < b.error();
+  return gain(*b.quality, *a.quality) > gain(*a.quality, *b.quality);
+}
+
 bool takes_share(const Loss& before, double share, const Loss& without, const Loss& with, const Materiality& rule) {
   const auto mean = before.mean_squares();
   return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {
@@ -106,6 +111,16 @@ bool worth_a_step(const Loss& without, const Loss& with, const Materiality& rule
 bool material(const Loss& without, const Loss& with, const Materiality& rule) {
   if (!with.quality || !without.quality) return worth_a_step(without, with, rule);
   return gain(*without.quality, *with.quality) > rule.nats && takes_share(without, rule.share, without, with, rule);
+}
+
+bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with, const Materiality& rule) {
+  const auto at_first = as_given.mean_squares(), before = without.mean_squares();
+  return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {
+    const auto& [signal, d] = entry;
+    const auto first = at_first.find(signal);
+    const double taken = first != at_first.end() ? std::max(0.0, first->second - before.at(signal)) : 0;
+    return d.gain >= rule.least && d.gain > rule.law_share * rule.law_share * taken;
+  });
 }
 
 bool tied(const Loss& best, const Loss& other, const Materiality& rule) {

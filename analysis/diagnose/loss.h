@@ -80,6 +80,7 @@ struct Materiality {
                            ///< which noise scatters by 2 z: this asks for z > 4
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
+  double law_share = 0.02;   ///< of the error that was taken away: so well is the law known that took it
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
   double remainder_errors = 3;      ///< standard errors of a mean square under noise alone, for the same
   double remainder_share = 0.02;    ///< of how much the signal varies, for the same: no machine is known better
@@ -88,6 +89,9 @@ struct Materiality {
       0.1;          ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little
   double nats = 3;  ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
 };
+
+/// Is a model that leaves `a` likelier than one that leaves `b`? Where that was not asked for: is its error smaller?
+bool likelier(const Loss& a, const Loss& b);
 
 /// Does going from `without` to `with` remove something material from some signal, and make the error smaller?
 bool worth_a_step(const Loss& without, const Loss& with, const Materiality& rule = {});
@@ -98,6 +102,10 @@ bool material(const Loss& without, const Loss& with, const Materiality& rule = {
 /// Does going from `without` to `with` remove something material from some signal, counted as a share of what was too
 /// much `before`?
 bool takes_share(const Loss& before, double share, const Loss& without, const Loss& with, const Materiality& rule = {});
+
+/// Is what goes from `without` to `with` more, in some signal, than the laws may be off by that took away the rest of
+/// what was there `as_given`? No friction or driver keeps its formula to better than a small part of itself.
+bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with, const Materiality& rule = {});
 
 /// Is `other` as good as `best`: in every signal within 2 block standard errors, or not distinctly worse?
 bool tied(const Loss& best, const Loss& other, const Materiality& rule = {});

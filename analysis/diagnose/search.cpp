@@ -17,17 +17,13 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
-/// The likelier of two models; where that was not asked for, the one with the smaller error.
-bool better(const Loss& a, const Loss& b) {
-  if (!a.quality || !b.quality) return a.error() < b.error();
-  return gain(*b.quality, *a.quality) > gain(*a.quality, *b.quality);
-}
-
 }  // namespace
 
-Search::Search(Trials& trials, const Criterion& criterion, Trial first, std::size_t longest_list, Progress progress)
+Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
+               Progress progress)
     : trials_(trials),
       criterion_(criterion),
+      as_given_(std::move(as_given)),
       longest_list_(longest_list),
       progress_(std::move(progress)),
       found_{std::move(first), {}, {}, {}, {}, {}} {
@@ -87,7 +83,7 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
       const Trial& both = second.trial;
       if (!removes_most(found_.current.held_out, both.held_out)) continue;
       if (!criterion_.worth_a_step(found_.current.held_out, both.held_out)) continue;
-      if (best && !better(both.held_out, best->trial.held_out)) continue;
+      if (best && !likelier(both.held_out, best->trial.held_out)) continue;
       if (!trials_.determined(both.model(), step->effect()) || !trials_.determined(both.model(), second.effect()))
         continue;
       best = Pair{{step->effect(), second.effect()}, both};
@@ -110,7 +106,8 @@ bool Search::add_best_of(std::vector<Addition> additions) {
   for (const Addition& a : additions) remember(a.score, a.trial.held_out.error());
   std::erase_if(additions, [&](const Addition& a) {
     return dropped_.contains(a.effect()) || mends_another(a.effect(), current.held_out, a.trial.held_out) ||
-           !shows_itself(current.model().about(a.effect()), current.held_out, a.trial.held_out);
+           !shows_itself(current.model().about(a.effect()), current.held_out, a.trial.held_out) ||
+           !criterion_.beyond_the_laws(as_given_, current.held_out, a.trial.held_out);
   });
   std::optional<Trial> kept;
   std::optional<Addition> best = best_that_stays(additions, kept);
@@ -144,7 +141,7 @@ const Addition* Search::best_of(const std::vector<Addition>& additions, const Tr
   const Addition* best = nullptr;
   for (const Addition& a : additions) {
     if (criterion_.worth_a_step(current.held_out, a.trial.held_out) &&
-        (best == nullptr || better(a.trial.held_out, best->trial.held_out))) {
+        (best == nullptr || likelier(a.trial.held_out, best->trial.held_out))) {
       best = &a;
     }
   }
@@ -264,7 +261,7 @@ void Search::try_rivals_of(std::size_t place) {
   for (const Addition& a : reduced->refits) {
     const Trial& trial = a.trial;
     if (!is_rival(*reduced, a, member)) continue;
-    if (better(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
+    if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
       found_.steps.push_back(
           {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out.error()});
       current = trial;
@@ -332,7 +329,10 @@ void Search::prune() {
 bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
   const Trial& current = found_.current;
   without = fit_without(effect);
-  const auto worse_without = [&] { return !without || criterion_.material(without->held_out, current.held_out); };
+  const auto worse_without = [&] {
+    return !without || (criterion_.material(without->held_out, current.held_out) &&
+                        criterion_.beyond_the_laws(as_given_, without->held_out, current.held_out));
+  };
   bool stays = worse_without();
   if (stays && without && !trials_.determined(current.model(), effect)) {  // a fit without it may have lost its way
     if (auto again = trials_.fit_from_elsewhere_too(without->model())) without = std::move(again);

@@ -52,10 +52,12 @@ class Search {
  public:
   using Progress = std::function<void(double share, const std::string& doing)>;
 
-  /// @param first the fit of the model as given
+  /// @param first the fit of the model that the search begins with
+  /// @param as_given what the model as given leaves
   /// @param longest_list no more effects than this are added
   /// @param progress may be empty; shares only grow
-  Search(Trials& trials, const Criterion& criterion, Trial first, std::size_t longest_list, Progress progress = {});
+  Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
+         Progress progress = {});
 
   Finding run();
 
@@ -105,6 +107,7 @@ class Search {
 
   Trials& trials_;
   const Criterion& criterion_;
+  Loss as_given_;
   std::size_t longest_list_;
   Progress progress_;
   double told_ = 0;  // the share

@@ -45,6 +45,9 @@ Loss loss_of(double floors) {
 class ByError final : public Criterion {
  public:
   bool material(const Loss& without, const Loss& with) const override { return with.error() < 0.9 * without.error(); }
+  bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with) const override {
+    return without.error() - with.error() > of_a_law * (as_given.error() - without.error());
+  }
   bool material_beside_same_edges(const Loss&, const Loss& without, const Loss& with) const override {
     return material(without, with);
   }
@@ -55,6 +58,8 @@ class ByError final : public Criterion {
   bool worth_a_wide_search(const Loss& loss) const override { return remainder(loss); }
   bool far_off(const Loss& loss) const override { return remainder(loss); }
   bool anything_left(const Loss& loss) const override { return loss.error() > 1.05; }
+
+  double of_a_law = 0.01;
 };
 
 /// Fits whose errors stand in a table, by the effects that the model holds; what is not in it is as bad as nothing.
@@ -108,7 +113,7 @@ class SearchOnMadeUpFits : public testing::Test {
   std::vector<double> shares;
 
   Finding found() {
-    Search search(trials, criterion, trials.trial({}), 6,
+    Search search(trials, criterion, trials.trial({}), trials.trial({}).held_out, 6,
                   [this](double share, const std::string&) { shares.push_back(share); });
     return search.run();
   }
@@ -146,6 +151,13 @@ TEST_F(SearchOnMadeUpFits, AddsAgainWhereADroppedMemberLeftRoom) {
   trials.errors = {
       {{}, 9}, {{air}, 4}, {{air, dry}, 3}, {{air, dry, coil}, 2}, {{dry, coil}, 2}, {{dry, coil, brush}, 1}};
   EXPECT_THAT(found().effects, ElementsAre(dry, coil, brush));
+}
+
+TEST_F(SearchOnMadeUpFits, NamesNothingForWhatTheLawOfAnotherMayBeOffBy) {
+  trials.errors = {{{}, 120}, {{dry}, 1.5}, {{dry, air}, 1}};  // 0.5 of the 118.5 that `dry` took away
+  EXPECT_THAT(found().effects, ElementsAre(dry));
+  criterion.of_a_law = 0.002;
+  EXPECT_THAT(found().effects, ElementsAre(dry, air));
 }
 
 TEST_F(SearchOnMadeUpFits, NamesTheRivalThatDoesAsWell) {

@@ -1,0 +1,118 @@
+#include "analysis/record/counted_speed.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace emtb {
+namespace {
+
+constexpr double per_line = 2 * std::numbers::pi;
+
+/// A shaft that runs up to a speed, stays, and slows down again [rad].
+double angle_at(double t, double speed) {
+  constexpr double tau = 0.2;
+  const double up = speed * (t - tau * (1 - std::exp(-t / tau)));
+  if (t < 2) return up;
+  return up - 0.6 * speed * ((t - 2) - tau * (1 - std::exp(-(t - 2) / tau)));
+}
+
+struct Logger {
+  double interval = 0.005;  // [s]
+  double jitter = 0;        // of it
+  double step = per_line / 1320;
+  double speed = 20;  // [rad/s]
+};
+
+/// What a logger makes of an encoder: the difference of two counts over the time between them.
+Run counted(const Logger& logger) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> early(0, logger.jitter * logger.interval);
+  Series omega;
+  double last_t = -logger.interval, last = 0;
+  for (int k = 0; k * logger.interval < 4; ++k) {
+    const double t = k * logger.interval + early(random);
+    const double counts = std::floor(angle_at(t, logger.speed) / logger.step + 0.3);
+    omega.t.push_back(t);
+    omega.value.push_back((counts - last) * logger.step / (t - last_t));
+    last = counts, last_t = t;
+  }
+  return {.name = "counted", .signals = {{Signal::omega, omega}}};
+}
+
+/// A tachogenerator behind a coarse converter.
+Run converted(double lsb, double noise) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> draw(0, noise * lsb);
+  Series omega;
+  for (int k = 0; k < 800; ++k) {
+    const double t = 0.005 * k, speed = (angle_at(t + 1e-4, 20) - angle_at(t, 20)) / 1e-4;
+    omega.t.push_back(t);
+    omega.value.push_back(lsb * std::round((speed + draw(random)) / lsb));
+  }
+  omega.lsb = lsb;
+  return {.name = "converted", .signals = {{Signal::omega, omega}}};
+}
+
+std::optional<CountedSpeed> look_at(const Run& run) { return counted_speed(std::span(&run, 1)); }
+
+TEST(CountedSpeed, IsToldByItsStepAWholePartOfATurn) {
+  const auto found = look_at(counted({}));
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, per_line / 1320, 1e-9);
+}
+
+TEST(CountedSpeed, IsToldWhereOnlyOneCountFallsInManyReadings) {
+  const auto found = look_at(counted({.interval = 2e-4, .step = per_line / 122, .speed = 8}));
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, per_line / 122, 1e-9);
+}
+
+TEST(CountedSpeed, IsToldWhereTheTimesJitter) {
+  const auto found = look_at(counted({.jitter = 0.2}));
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->measured_time);
+  EXPECT_NEAR(found->step, per_line / 1320, 1e-9);
+}
+
+TEST(CountedSpeed, OfAnAxisWhoseStepIsNoPartOfATurnIsToldBecauseItsCountsAddUp) {
+  const auto found = look_at(counted({.interval = 1e-3, .step = 4.2017e-3, .speed = 5}));
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, 4.2017e-3, 1e-9);
+}
+
+TEST(CountedSpeed, IsNotThatOfATachogeneratorBehindACoarseConverter) {
+  for (const double noise : {0.1, 0.3, 1.0, 5.0}) EXPECT_FALSE(look_at(converted(0.23, noise))) << noise << " LSB";
+}
+
+TEST(CountedSpeed, IsNotTakenForAnAngleAcrossAGap) {
+  auto run = counted({});
+  Series& omega = run.signals.at(Signal::omega);
+  omega.t.erase(omega.t.begin() + 100);
+  omega.value.erase(omega.value.begin() + 100);
+  EXPECT_FALSE(look_at(run));
+}
+
+TEST(CountedSpeed, GivesBackTheAngleThatWasCounted) {
+  const Logger logger{.jitter = 0.2};
+  const auto run = counted(logger);
+  const auto angle = with_counted_angle(std::span(&run, 1), look_at(run).value()).front();
+  EXPECT_FALSE(angle.has(Signal::omega));
+  const Series& theta = angle.at(Signal::theta);
+  EXPECT_DOUBLE_EQ(theta.lsb, look_at(run)->step);
+  for (std::size_t k = 0; k < theta.t.size(); ++k)
+    ASSERT_NEAR(theta.value[k], angle_at(theta.t[k], logger.speed), 1.01 * logger.step);
+}
+
+TEST(CountedSpeed, StandsBehindAnAngleThatWasLoggedBesideIt) {
+  auto run = counted({});
+  run.signals[Signal::theta] = run.at(Signal::omega);
+  const auto angle = with_counted_angle(std::span(&run, 1), {.step = 1}).front();
+  EXPECT_EQ(angle.at(Signal::theta).value, run.at(Signal::omega).value);
+  EXPECT_FALSE(angle.has(Signal::omega));
+}
+
+}  // namespace
+}  // namespace emtb
