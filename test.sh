@@ -37,7 +37,7 @@ for what in "$@"; do
       cmake --build --preset release --target all_verify_interface_header_sets ;;
     release) build_and_test release all ;;
     numbers) build_and_test asan quick model numerics record fit estimate live diagnose ;;
-    asan) build_and_test asan all hal experiment export session config drivers usb comedi figures report server daemon ;;
+    asan) build_and_test asan all hal experiment export session config drivers fuzz usb comedi figures report server daemon ;;
     tsan) build_and_test tsan quick hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, headers, release, asan, tsan, numbers, tidy" >&2; exit 2 ;;

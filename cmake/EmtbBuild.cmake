@@ -26,6 +26,12 @@ if(EMTB_SANITIZE)
   add_link_options(-fsanitize=${EMTB_SANITIZE})
 endif()
 
+# tests/fuzz: libFuzzer has to see which ways the rooms' code takes. Needs clang, from 16 on.
+option(EMTB_FUZZ "Builds the fuzz targets of tests/fuzz, and no other test" OFF)
+if(EMTB_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
+
 # emtb_sees(TARGET): a room is found under the path that it has in the source tree, and nothing else is: who links a room may
 # include its headers as "ROOM/...", who does not cannot.
 function(emtb_sees target visibility)
@@ -82,7 +88,7 @@ endfunction()
 # in it, each copy of an inline function of the standard library or of Eigen, becomes local: otherwise the linker might take that
 # copy for the whole program, which then dies on a processor without those instructions.
 set(EMTB_PROCESSORS "")
-if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" AND NOT EMTB_FUZZ)  # whose linker may be another
   set(EMTB_PROCESSORS avx2)
   set(EMTB_OPTIONS_avx2 -mavx2 -mfma)  # what hal/processor.cpp asks for
 endif()
@@ -122,6 +128,9 @@ function(emtb_at_once target)
 endfunction()
 
 function(emtb_warnings target)
+  if(EMTB_FUZZ)  # g++ is the judge of warnings; clang sees shadows elsewhere
+    return()
+  endif()
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast
                                            -Wunused -Woverloaded-virtual -Wdouble-promotion -Werror)
 endfunction()

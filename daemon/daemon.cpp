@@ -75,6 +75,15 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
                     .stream = [this](std::uint64_t peer, double period) { server_.stream(peer, period); },
                     .clients = [this] { return server_.clients(); },
                     .publish = [this](std::string line) { server_.publish(std::move(line)); }});
+  try {
+    begin();
+  } catch (...) {  // no thread, no memory: what has begun ends, the reference is safe
+    end();
+    throw;
+  }
+}
+
+void Daemon::begin() {
   loop_thread_ = std::make_unique<LoopThread>(
       loop_, *bench_.clock, live_,
       LoopThread::Settings{.period = 1 / config_.rate, .realtime = settings_.realtime, .pace = settings_.set_pace});
@@ -95,7 +104,10 @@ Daemon::Daemon(const BenchConfig& config, Bench bench, UnixSocketServer& server,
 Recorder::Listeners Daemon::listeners_of_recorder() {
   return {.closed =
               [this](const Closed& closed) {
-                settings_.log(closed.path.string() + ": " + in_words(closed));
+                try {
+                  settings_.log(closed.path.string() + ": " + in_words(closed));
+                } catch (const std::bad_alloc&) {  // the run has ended all the same
+                }
                 service_.closed(closed);
               },
           .happened = [this](const std::string& text) { settings_.log(text); },
@@ -154,8 +166,8 @@ void Daemon::record() {
   while (!quit_) {
     try {
       if (recorder_.work(wall()) > a_batch) continue;
-    } catch (const std::bad_alloc&) {  // the bench is made safe, the fault named; what was flushed is kept
-      recorder_.give_up("the memory that is free is not enough");
+    } catch (const std::bad_alloc&) {       // the bench is made safe, the fault named; what was flushed is kept
+      recorder_.give_up("no memory left");  // short enough to need none
     }
     std::this_thread::sleep_for(recorder_.recording() ? recording : idle);
   }
@@ -171,12 +183,17 @@ void Daemon::keep_trace() {
 
 Daemon::~Daemon() {
   terminate();
+  end();
+}
+
+void Daemon::end() {
   server_.stop();
   loop_thread_.reset();
   bench_.reference->make_safe();
   quit_ = true;
-  recorder_thread_.join();
-  trace_thread_.join();
+  for (std::thread* thread : {&recorder_thread_, &trace_thread_}) {
+    if (thread->joinable()) thread->join();
+  }
   recorder_.finish();
 }
 

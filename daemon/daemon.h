@@ -59,6 +59,8 @@ class Daemon {
   Service::Settings service_settings() const;
   Loop::Settings loop_settings() const;
   void follow_named_model();
+  void begin();
+  void end();
   std::optional<Stopped> stopped(std::uint64_t number) const noexcept;
   void record();
   void keep_trace();

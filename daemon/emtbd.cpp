@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <new>
 #include <optional>
 
 #include "daemon/daemon.h"
@@ -187,6 +188,10 @@ int main(int argc, char** argv) {
         std::make_shared<spdlog::logger>("emtbd", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
     spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l: %v", spdlog::pattern_time_type::utc);
     return serve(options);
+  } catch (const std::bad_alloc&) {
+    last_resort = nullptr;
+    std::cerr << "emtbd: the memory that is free is not enough. End other programs, or allow it more\n";
+    return 2;
   } catch (const std::exception& e) {
     last_resort = nullptr;
     std::cerr << "emtbd: " << e.what() << "\n";

@@ -240,9 +240,9 @@ void Estimator::work() {
       follow_on(news, due);
     } catch (const std::bad_alloc&) {  // the estimates end, nothing else
       estimator_.reset();
-      explain("the memory that is free is not enough");
       const std::lock_guard lock(mutex_);
       latest_.reset();
+      why_not_ = "no memory left";  // short enough to need none
     }
   }
 }

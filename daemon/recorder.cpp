@@ -111,10 +111,11 @@ void Recorder::open(const std::filesystem::path& path, const SessionWriter::Desc
                     const std::string& profile) {
   const std::lock_guard lock(mutex_);
   if (open_run_) throw SessionError(path_.string() + ": is still being recorded. Wait for the run to end");
-  sink_ = open_(path, description);
-  sink_->append(Event{0, event_code::run, profile});
-  sink_->flush();
+  auto sink = open_(path, description);
+  sink->append(Event{0, event_code::run, profile});
+  sink->flush();
   path_ = path;
+  sink_ = std::move(sink);
   open_run_ = true;
   problem_.clear();
   fault_text_.clear();
@@ -206,10 +207,10 @@ void Recorder::take(const Record& record) {
 
 void Recorder::give_up(const std::string& why) {
   const std::lock_guard lock(mutex_);
-  if (open_run_ && problem_.empty()) problem_ = why;
   failed_ = open_run_;
   sink_.reset();
   batches_.clear();  // and with them the memory that they hold
+  if (open_run_ && problem_.empty()) problem_ = why;
 }
 
 void Recorder::take_remarks() {
@@ -221,7 +222,6 @@ void Recorder::take_remarks() {
 }
 
 void Recorder::close(const Record& end) {
-  ++runs_;
   write_batches();
   Closed closed{.path = path_, .outcome = end.outcome, .fault = static_cast<Fault>(end.code), .text = {}, .t = end.t};
   if (sink_) {
@@ -244,10 +244,11 @@ void Recorder::close(const Record& end) {
   if (closed.outcome == Outcome::fault) {
     closed.text = fault_text_.empty() ? std::string(text(closed.fault)) : fault_text_;
   }
+  closed_.push_back(std::move(closed));  // the last for which memory may be missing: then all of this is done again
   sink_.reset();
   open_run_ = false;
   failed_ = false;
-  closed_.push_back(std::move(closed));
+  ++runs_;
 }
 
 void Recorder::write_batches() {

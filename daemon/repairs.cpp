@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <exception>
+#include <string>
 #include <vector>
 
 #include "session/writer.h"
@@ -52,6 +54,14 @@ Repairs::~Repairs() {
 }
 
 void Repairs::work() {
+  try {
+    repair_all();
+  } catch (const std::exception& e) {  // no memory: the bench is in service all the same
+    log_(std::string("sessions that ended abruptly are not repaired: ") + e.what());
+  }
+}
+
+void Repairs::repair_all() const {
   std::vector<std::filesystem::path> files;
   std::error_code error;
   for (std::filesystem::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {

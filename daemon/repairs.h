@@ -21,6 +21,7 @@ class Repairs {
 
  private:
   void work();
+  void repair_all() const;
   void repair(const std::filesystem::path& file) const;
 
   const std::filesystem::path folder_, program_;

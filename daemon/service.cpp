@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "config/guards.h"
@@ -238,25 +239,25 @@ json Service::run(const rpc::Params& params, const rpc::Peer& peer) {
 
   const SessionWriter::Description description = session_of(*order, params, peer, now);
   const auto path = session_path(settings_.data, static_cast<std::int64_t>(now), order->profile.name());
-  try {
-    recorder_.open(path, description, order->profile.name());
-  } catch (const SessionError& e) {
-    throw Refusal(rpc::code::cannot_record, e.what());
-  }
-
-  const Order* wish = order.get();
+  const Order* const wish = order.get();
   json answer = {{"run", wish->id},
                  {"profile", wish->profile.name()},
                  {"duration", wish->profile.duration()},
                  {"session", path.string()}};
-  {
+  Current current{.order = std::move(order),
+                  .path = path,
+                  .controller = peer,
+                  .late = live_.lateness.durations(),
+                  .work = live_.work.durations(),
+                  .missed = live_.missed.load()};
+  try {
+    recorder_.open(path, description, wish->profile.name());
+  } catch (const SessionError& e) {
+    throw Refusal(rpc::code::cannot_record, e.what());
+  }
+  {  // nothing here may fail any more: the recorder waits for this run's end
     const std::lock_guard lock(mutex_);
-    current_ = Current{.order = std::move(order),
-                       .path = path,
-                       .controller = peer,
-                       .late = live_.lateness.durations(),
-                       .work = live_.work.durations(),
-                       .missed = live_.missed.load()};
+    current_ = std::move(current);
     ++next_run_;
   }
   mailbox_.run = wish;
@@ -391,22 +392,28 @@ void Service::gone(const rpc::Peer& peer) {
 }
 
 void Service::closed(const Closed& closed) {
-  json how;
-  {
+  std::unique_ptr<json> how;
+  std::string line;
+  try {
     const std::lock_guard lock(mutex_);
     if (!current_) return;
-    how = {{"run", current_->order->id},
-           {"profile", current_->order->profile.name()},
-           {"session", closed.path.string()},
-           {"outcome", word(closed.outcome)},
-           {"fault", fault_json(closed.fault, closed.text)},
-           {"t", closed.t},
-           {"complete", closed.complete}};
-    last_ = std::make_unique<json>(how);
+    how = std::make_unique<json>(json{{"run", current_->order->id},
+                                      {"profile", current_->order->profile.name()},
+                                      {"session", closed.path.string()},
+                                      {"outcome", word(closed.outcome)},
+                                      {"fault", fault_json(closed.fault, closed.text)},
+                                      {"t", closed.t},
+                                      {"complete", closed.complete}});
+    line = rpc::notification("ended", *how);
+  } catch (const std::bad_alloc&) {  // the run has ended, though nobody can be told how
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    last_ = std::move(how);
     current_.reset();
     admission_.run_ended();
   }
-  if (socket_.publish) socket_.publish(rpc::notification("ended", how));
+  if (socket_.publish && !line.empty()) socket_.publish(std::move(line));
 }
 
 bool Service::busy() const {

@@ -201,7 +201,8 @@ Reply Methods::answer(std::string_view line, const Peer& peer) const noexcept {
     reply.line = now;
     return reply;
   } catch (const std::exception&) {  // out of memory
-    return std::string(R"({"jsonrpc":"2.0","id":null,"error":{"code":-32603,"message":"internal error"}})");
+    return std::string(
+        R"({"jsonrpc":"2.0","id":null,"error":{"code":-32603,"message":"the memory that is free is not enough"}})");
   }
 }
 

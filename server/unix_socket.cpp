@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
@@ -53,12 +54,22 @@ struct UnixSocketServer::Impl {
           blocks(server.context),
           rest(server.context) {}
 
+    /// Does what came due. Without the memory for it this connection ends, and no other: its client sees that.
+    template <class Work>
+    void or_close(Work work) {
+      try {
+        work();
+      } catch (const std::bad_alloc&) {
+        close();
+      }
+    }
+
     /// The end of the connection is told even while we rest from the client's requests.
     void watch_end() {
       socket.async_wait(Protocol::socket::wait_error, [self = shared_from_this()](const error_code& error) {
         if (error || self->closed) return;
         if (!has_ended(self->socket)) return self->close();  // data out of band: not this protocol
-        self->ended();
+        self->or_close([&] { self->ended(); });
       });
     }
 
@@ -79,15 +90,16 @@ struct UnixSocketServer::Impl {
       if (left >= 0) return read();
       rest.expires_after(std::chrono::milliseconds(10));
       rest.async_wait([self = shared_from_this()](const error_code& error) {
-        if (!error && !self->closed) self->read();
+        if (!error && !self->closed) self->or_close([&] { self->read(); });
       });
     }
 
     void read() {
       reading = true;
-      asio::async_read_until(
-          socket, asio::dynamic_buffer(input, longest + 1), '\n',
-          [self = shared_from_this()](const error_code& error, std::size_t size) { self->received(error, size); });
+      asio::async_read_until(socket, asio::dynamic_buffer(input, longest + 1), '\n',
+                             [self = shared_from_this()](const error_code& error, std::size_t size) {
+                               self->or_close([&] { self->received(error, size); });
+                             });
     }
 
     void received(const error_code& error, std::size_t size) {
@@ -122,10 +134,12 @@ struct UnixSocketServer::Impl {
       rest.expires_after(std::chrono::milliseconds(1));
       rest.async_wait([self = shared_from_this(), later = std::move(later)](const error_code& error) mutable {
         if (error || self->closed) return;
-        std::string answer = later();
-        if (answer.empty()) return self->wait_for(std::move(later));
-        self->send(std::move(answer));
-        if (!self->closed) self->read_on();
+        self->or_close([&] {
+          std::string answer = later();
+          if (answer.empty()) return self->wait_for(std::move(later));
+          self->send(std::move(answer));
+          if (!self->closed) self->read_on();
+        });
       });
     }
 
@@ -147,7 +161,7 @@ struct UnixSocketServer::Impl {
                           if (error) return self->close();
                           self->queued -= self->queue.front().size();
                           self->queue.pop_front();
-                          if (!self->queue.empty()) return self->write();
+                          if (!self->queue.empty()) return self->or_close([&] { self->write(); });
                           if (self->last) self->close();
                         });
     }
@@ -156,9 +170,11 @@ struct UnixSocketServer::Impl {
       timer.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(period));
       timer.async_wait([self = shared_from_this()](const error_code& error) {
         if (error || self->closed) return;
-        if (self->queue.empty())
-          self->send(self->owner.handlers.live(self->peer.id));  // a slow reader gets fewer, not older ones
-        self->show_live();
+        self->or_close([&] {
+          if (self->queue.empty())
+            self->send(self->owner.handlers.live(self->peer.id));  // a slow reader gets fewer, not older ones
+          self->show_live();
+        });
       });
     }
 
@@ -166,10 +182,13 @@ struct UnixSocketServer::Impl {
       blocks.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(block_period));
       blocks.async_wait([self = shared_from_this()](const error_code& error) {
         if (error || self->closed) return;
-        if (self->queue.empty()) {
-          if (std::string line = self->owner.handlers.block(self->peer.id); !line.empty()) self->send(std::move(line));
-        }
-        self->show_blocks();
+        self->or_close([&] {
+          if (self->queue.empty()) {
+            if (std::string line = self->owner.handlers.block(self->peer.id); !line.empty())
+              self->send(std::move(line));
+          }
+          self->show_blocks();
+        });
       });
     }
 
@@ -208,24 +227,48 @@ struct UnixSocketServer::Impl {
     bool closed = false;
   };
 
+  /// Waits for the next who connects.
   void accept() {
     acceptor.async_accept([this](const error_code& error, Protocol::socket socket) {
+      waits = false;
       if (error == asio::error::operation_aborted) return;
       if (error) {  // no file descriptors left: try again when some may be free
         retry.expires_after(std::chrono::milliseconds(100));
         retry.async_wait([this](const error_code& stopped) {
+          waits = false;
           if (!stopped) accept();
         });
+        waits = true;
         return;
       }
       if (clients.size() >= most_clients) drop_one_who_never_asked();
-      if (clients.size() < most_clients) {
-        const auto client = std::make_shared<Client>(*this, std::move(socket), next_id++);
-        clients[client->peer.id] = client;
-        client->watch_end();
-        if (!client->closed) client->read();
-      }
+      if (clients.size() < most_clients) let_in(std::move(socket));
       accept();
+    });
+    waits = true;
+  }
+
+  /// The server's thread. Whoever there is no memory for is not let in, and the next one is waited for all the same.
+  void work() {
+    const auto until_stopped =
+        asio::make_work_guard(context);  // a handler that threw may have been all there was to do
+    while (true) {
+      try {
+        if (!waits) accept();
+        context.run();
+        return;
+      } catch (const std::bad_alloc&) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    }
+  }
+
+  void let_in(Protocol::socket socket) {
+    const auto client = std::make_shared<Client>(*this, std::move(socket), next_id++);
+    clients[client->peer.id] = client;
+    client->or_close([&] {
+      client->watch_end();
+      if (!client->closed) client->read();
     });
   }
 
@@ -248,6 +291,7 @@ struct UnixSocketServer::Impl {
   Handlers handlers;
   std::map<std::uint64_t, std::shared_ptr<Client>> clients;
   std::uint64_t next_id = 1;
+  bool waits = false;  // for the next who connects
   std::thread thread;
 };
 
@@ -268,16 +312,7 @@ void UnixSocketServer::stop() {
 void UnixSocketServer::start(Handlers handlers) {
   impl_->handlers = std::move(handlers);
   if (impl_->handlers.stop.stop) impl_->stop.start(impl_->handlers.stop);
-  impl_->accept();
-  impl_->thread = std::thread([impl = impl_.get()] {
-    while (true) {
-      try {
-        impl->context.run();
-        return;
-      } catch (const std::bad_alloc&) {  // one request is not answered; its connection ends with its client
-      }
-    }
-  });
+  impl_->thread = std::thread([impl = impl_.get()] { impl->work(); });
 }
 
 void UnixSocketServer::subscribe(std::uint64_t peer, double period) {
@@ -296,9 +331,9 @@ void UnixSocketServer::stream(std::uint64_t peer, double period) {
 
 void UnixSocketServer::publish(std::string line) {
   asio::post(impl_->context, [impl = impl_.get(), line = std::move(line)] {
-    const auto clients = impl->clients;  // a slow one is dropped while we send
-    for (const auto& [id, client] : clients) {
-      if (client->period.count() > 0) client->send(line);
+    for (auto at = impl->clients.begin(); at != impl->clients.end();) {
+      const auto client = (at++)->second;  // a slow one is dropped while we send
+      if (client->period.count() > 0) client->or_close([&] { client->send(line); });
     }
   });
 }

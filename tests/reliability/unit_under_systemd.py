@@ -5,7 +5,8 @@
 
 Needs root and systemd installed; the machine need not be booted with it. A manager of our own (systemd --user) is started in a
 control group and a mount namespace of its own. It takes the shipped unit without what only the system's manager may do: user,
-groups, devices, sandbox. What stands here are ExecStart, notify, watchdog, ExecStopPost, Restart, the limit of starts, priorities.
+groups, devices, sandbox, which unit_in_container.py looks at. What stands here are ExecStart, notify, watchdog, ExecStopPost,
+Restart, the limit of starts, priorities.
 The plant lives in a process of its own and logs what its reference is.
 """
 import argparse
@@ -119,9 +120,12 @@ class Bench:
         with open(f"{self.folder}/reference", encoding="ascii") as file:
             return [tuple(map(float, line.split(","))) for line in file.read().splitlines()[1:] if line.count(",") == 1]
 
+    def client_words(self):
+        return [f"{self.programs}/emtb", "--socket", f"{self.folder}/s", "run", "--reset", f"{self.folder}/endless.yaml"]
+
     def begin_run(self):
         """@return the client's process; the motor turns"""
-        words = [f"{self.programs}/emtb", "--socket", f"{self.folder}/s", "run", "--reset", f"{self.folder}/endless.yaml"]
+        words = self.client_words()
         for _ in range(3):  # a machine that stalls may need a second attempt
             run = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             eventually("the motor turns", lambda: run.poll() is not None or (self.references() and self.references()[-1][1] == 3))
@@ -164,12 +168,15 @@ def back_again(bench, pid):
     assert told.returncode == 0 and ": latched" in told.stdout, f"it answers, latched: {told}"
 
 
-def prove(bench, kills):
+def prove(bench, kills, and_then=lambda bench: None):
+    """@param and_then what else is asked of a daemon that has just started"""
     eventually("the manager answers", lambda: bench.systemctl("list-units").returncode == 0)
     started = bench.systemctl("start", "emtbd")  # returns when READY=1 was seen, or not at all
     assert started.returncode == 0, started.stderr
-    assert bench.show("StatusErrno") == "0" and bench.emtb("status").returncode == 0
+    told = bench.emtb("status")
+    assert bench.show("StatusErrno") == "0" and told.returncode == 0, f"it answers: {told}"
     print("ready: systemctl start returned with READY=1, and the socket answers")
+    and_then(bench)
 
     took = []
     for _ in range(kills):
