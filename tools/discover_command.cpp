@@ -11,6 +11,7 @@
 #include "analysis/fit/timing.h"
 #include "config/mapping.h"
 #include "config/model.h"
+#include "figures/terminal.h"
 #include "hal/error.h"
 #include "report/discovery_figures.h"
 #include "report/discovery_json.h"

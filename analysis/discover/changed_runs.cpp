@@ -20,7 +20,8 @@ namespace emtb {
 namespace {
 
 constexpr double least_change = 0.03;      // of the value
-constexpr double share = 0.1;              // of what is above the floor, and of the floor
+constexpr double share = 0.1;              // of what is above the floor
+constexpr double of_readings = 0.02;       // of the mean square of all that is read
 constexpr std::size_t fewest = 4;          // runs
 constexpr std::size_t enough_others = 16;  // tell the scatter between runs
 
@@ -194,7 +195,7 @@ class Search {
         all.push_back({p, j, drop});
         if (drop > top.drop) top = all.back();
       }
-      if (top.drop > std::max(least, in_part * share * readings)) {
+      if (top.drop > std::max(least, in_part * of_readings * readings)) {
         best.push_back(top);
       } else {
         all.resize(begin);
@@ -246,6 +247,7 @@ class Search {
     Changed c = named(pattern, place);
     c.from = others.at(place).value;
     c.to = own.value;
+    c.others = others;
     const double off = c.to - c.from;
     if (std::abs(off) < least_change * std::abs(c.from) || !takes_its_share(own)) return std::nullopt;
     if (!beyond(off, own.std_error, {})) return std::nullopt;  // before the others are asked, which takes longer
@@ -269,6 +271,7 @@ class Search {
     Changed c = named(pattern, place);
     c.from = line.at(0);
     c.to = line.at(1);
+    c.others = fitted_;
     c.std_error = line.slope_error;
     std::vector<Residuals> left;
     std::vector<Record> all;
@@ -291,7 +294,7 @@ class Search {
   static bool takes_its_share(const Alone& own) {
     const double excess = std::max(0.0, own.squares_before - own.readings);
     const double gone = own.squares_before - sum_of_squares(own.left);
-    return gone > share * excess && gone > share * own.readings;
+    return gone > share * excess && gone > of_readings * own.readings;
   }
 
   static void add(std::vector<Residuals>& left, std::vector<Record>& all, std::span<const Residuals> more,

@@ -21,6 +21,7 @@ struct Changed {
   double from = 0;                     ///< as the other runs have it; of a drift: in the first run
   double to = 0;                       ///< as these have it; of a drift: in the last run
   double std_error = 0;                ///< of the difference: of these runs, and between the others
+  Model others;                        ///< fitted to the runs that are as they were; of a drift to all
   double nats = 0;                     ///< by which Q rises, of all runs as they are
   std::vector<std::string> tied_with;  ///< effects of the library that explain the runs as well without a change
 };
@@ -33,7 +34,7 @@ struct Changed {
 /// A change is told that
 ///  - is beyond 3 sqrt(se^2 + between^2), between^2 the variance from run to run of the others beside their own errors
 ///    (between_runs.h), and beyond 3 %,
-///  - takes a tenth of what is above the floor from its runs, and a tenth of their mean square,
+///  - takes a tenth of what is above the floor from its runs, and a fiftieth of their mean square,
 ///  - raises Q by 3 nats, also beside the effect of the library that does most for all runs; where it does so only
 ///    without that effect, it is tied with it or, where the effect does 3 nats more, not told.
 /// The best is taken, and of one run the search goes on without it.

@@ -96,10 +96,10 @@ void look(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
   d.law = fitted.law(d.left, d.torque, d.voltage, options.read);
 }
 
-/// What stands out, with the values that runs of another machine have of their own.
+/// What stands out, with the values that runs of another machine have of their own: the model of all has bent to them.
 std::vector<Disturbance> disturbances_beside(const Fitted& fitted, const Model& model,
                                              std::span<const Changed> changed) {
-  std::vector<Model> models(fitted.all().size(), model);
+  std::vector<Model> models(fitted.all().size(), changed.empty() ? model : changed.back().others);
   for (const Changed& c : changed) {
     for (std::size_t r = 0; r < models.size(); ++r) {
       if (std::ranges::find(c.runs, fitted.all()[r].name) != c.runs.end()) set(models[r], c, r);

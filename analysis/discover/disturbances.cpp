@@ -126,9 +126,9 @@ void widen(Stretch& s, const std::vector<Interval>& all) {
     return all[i].run == inside.run && all[i].off * inside.off > 0 &&
            std::abs(all[i].off) > tail * std::max(all[i].limit, all[i].error);
   };
-  const std::size_t most = s.size();
-  for (std::size_t n = 0; n < most && s.begin > 0 && belongs(s.begin - 1); ++n) --s.begin;
-  for (std::size_t n = 0; n < most && s.end < all.size() && belongs(s.end); ++n) ++s.end;
+  const std::size_t as_far = s.size();
+  for (std::size_t n = 0; n < as_far && s.begin > 0 && belongs(s.begin - 1); ++n) --s.begin;
+  for (std::size_t n = 0; n < as_far && s.end < all.size() && belongs(s.end); ++n) ++s.end;
 }
 
 /// Do as many intervals like those of the stretch come elsewhere without it? Like in speed and current, or some in the
