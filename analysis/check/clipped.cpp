@@ -116,8 +116,10 @@ DataFindings clipped(const Run& run) {
       const Restlessness usual = own_restlessness(run, signal, 0.1 * size, value);
       const Extreme e = at_extreme(x, value, sign, step, noise_of(x, 0.1 * size));
       const bool without_noise = usual.noisy && e.longest >= std::max<std::size_t>(12, 10 * usual.length);
-      // A driver that ends at its highest voltage is a driver's effect, unless noise stops there as well.
-      if (!without_noise && (!e.cut || signal == Signal::e_a)) continue;
+      // A driver that ends at its highest voltage, and a dry brake at its highest torque, do so by themselves, unless
+      // noise stops there as well.
+      const bool may_end = signal == Signal::e_a || signal == Signal::torque;
+      if (!without_noise && (!e.cut || may_end)) continue;
       findings.push_back({run.name, signal, Flaw::clipped, series.t[e.first], series.t[e.last],
                           name_of(signal) + " stops at " + short_number(value) + " " + std::string(info(signal).unit) +
                               " for " + std::to_string(e.readings) +

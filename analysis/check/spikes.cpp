@@ -45,6 +45,16 @@ std::vector<Off> all_off(const Run& run) {
   return all;
 }
 
+/// Does the shaft stand at a time, as far as its speed was read? A dry brake holds it with any torque, and lets go and
+/// catches again within a reading.
+bool stands(const Run& run, double time) {
+  constexpr double slow = 0.05;  // of the highest speed
+  if (!run.has(Signal::omega)) return false;
+  const Series& omega = run.at(Signal::omega);
+  const auto k = static_cast<std::size_t>(std::ranges::lower_bound(omega.t, time) - omega.t.begin());
+  return k < omega.t.size() && std::abs(omega.value[k]) < slow * size_of(omega.value);
+}
+
 }  // namespace
 
 DataFindings spikes(const Run& run) {
@@ -75,7 +85,7 @@ DataFindings spikes(const Run& run) {
       std::ranges::sort(near);
       // Not where readings near by lie as far off: a signal that is rough there.
       if (sizes[k] < 3 * near[near.size() * 9 / 10] || drives.change(series.t[k], series.t[k])) continue;
-      if (another_sees_it(series.t[k])) continue;
+      if (another_sees_it(series.t[k]) || (signal == Signal::torque && stands(run, series.t[k]))) continue;
       found.push_back(k);
       energy += sizes[k] * sizes[k];
     }

@@ -89,6 +89,11 @@ std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Los
   return differences;
 }
 
+bool likelier(const Loss& a, const Loss& b) {
+  if (!a.quality || !b.quality) return a.error() < b.error();
+  return gain(*b.quality, *a.quality) > gain(*a.quality, *b.quality);
+}
+
 bool takes_share(const Loss& before, double share, const Loss& without, const Loss& with, const Materiality& rule) {
   const auto mean = before.mean_squares();
   return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {

@@ -89,6 +89,9 @@ struct Materiality {
   double nats = 3;  ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
 };
 
+/// Is a model that leaves `a` likelier than one that leaves `b`? Where that was not asked for: is its error smaller?
+bool likelier(const Loss& a, const Loss& b);
+
 /// Does going from `without` to `with` remove something material from some signal, and make the error smaller?
 bool worth_a_step(const Loss& without, const Loss& with, const Materiality& rule = {});
 

@@ -17,12 +17,6 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
-/// The likelier of two models; where that was not asked for, the one with the smaller error.
-bool better(const Loss& a, const Loss& b) {
-  if (!a.quality || !b.quality) return a.error() < b.error();
-  return gain(*b.quality, *a.quality) > gain(*a.quality, *b.quality);
-}
-
 }  // namespace
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, std::size_t longest_list, Progress progress)
@@ -87,7 +81,7 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
       const Trial& both = second.trial;
       if (!removes_most(found_.current.held_out, both.held_out)) continue;
       if (!criterion_.worth_a_step(found_.current.held_out, both.held_out)) continue;
-      if (best && !better(both.held_out, best->trial.held_out)) continue;
+      if (best && !likelier(both.held_out, best->trial.held_out)) continue;
       if (!trials_.determined(both.model(), step->effect()) || !trials_.determined(both.model(), second.effect()))
         continue;
       best = Pair{{step->effect(), second.effect()}, both};
@@ -144,7 +138,7 @@ const Addition* Search::best_of(const std::vector<Addition>& additions, const Tr
   const Addition* best = nullptr;
   for (const Addition& a : additions) {
     if (criterion_.worth_a_step(current.held_out, a.trial.held_out) &&
-        (best == nullptr || better(a.trial.held_out, best->trial.held_out))) {
+        (best == nullptr || likelier(a.trial.held_out, best->trial.held_out))) {
       best = &a;
     }
   }
@@ -264,7 +258,7 @@ void Search::try_rivals_of(std::size_t place) {
   for (const Addition& a : reduced->refits) {
     const Trial& trial = a.trial;
     if (!is_rival(*reduced, a, member)) continue;
-    if (better(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
+    if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
       found_.steps.push_back(
           {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out.error()});
       current = trial;

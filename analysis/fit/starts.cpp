@@ -19,7 +19,8 @@ class Start {
   Start(Record& record, const Model& model) : initial_(record.excitation.initial), model_(model), record_(record) {
     const DriverModel driver = model.structure().driver;
     const bool at_once = driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited;
-    drives_ = model.input == Signal::u_ref && !at_once && !record.measured_voltage && !record.find(Signal::e_a);
+    const bool told = record.find(Signal::e_a) != nullptr && initial_.e_driver;  // by its first readings
+    drives_ = model.input == Signal::u_ref && !at_once && !told;
     low_ = driver.min, high_ = driver.max;
     const double u = record.excitation.u_ref.empty() ? 0 : record.excitation.u_ref.front();
     settled_ = std::clamp(driver.gain * u, low_, high_);

@@ -4,6 +4,7 @@
 
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
+#include "analysis/record/counted_speed.h"
 #include "analysis/record/reference_row.h"
 #include "analysis/record/shaft_angle.h"
 #include "analysis/record/weights.h"
@@ -30,6 +31,13 @@ std::vector<Run> with_voltage_earlier(std::span<const Run> runs, int rows, const
     }
   }
   return earlier;
+}
+
+/// How the speeds of all runs come of counts, if they do.
+std::optional<CountedSpeed> counted_in_all(std::span<const Run> train, std::span<const Run> held_out) {
+  std::vector<Run> all(train.begin(), train.end());
+  all.insert(all.end(), held_out.begin(), held_out.end());
+  return counted_speed(all);
 }
 
 }  // namespace
@@ -66,7 +74,11 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
                 Chaining chaining) {
   Dataset data;
   std::span<const Run> train = train_as_read, held_out = held_out_as_read;
-  std::vector<Run> trains_earlier, held_out_earlier;
+  std::vector<Run> trains_counted, held_out_counted, trains_earlier, held_out_earlier;
+  if (const auto counted = counted_in_all(train, held_out)) {
+    train = trains_counted = with_counted_angle(train, *counted);
+    held_out = held_out_counted = with_counted_angle(held_out, *counted);
+  }
   data.timing.voltage_late = rows_voltage_is_late(train, model);
   if (data.timing.voltage_late > 0) {
     train = trains_earlier = with_voltage_earlier(train, data.timing.voltage_late, model);
@@ -90,13 +102,15 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
 
 std::vector<Record> prepare_with(const Noise& noise, std::span<const Run> runs, const Model& model, Chaining chaining,
                                  std::optional<double> order) {
+  std::vector<Run> with_angle;
+  if (const auto counted = counted_speed(runs)) runs = with_angle = with_counted_angle(runs, *counted);
   std::vector<ObservedRun> observed;
   for (const Run& run : runs) observed.push_back(observe_run(run, model, chaining, order));
   return weighed_all(observed, noise, model);
 }
 
 Record prepare_with(const Noise& noise, const Run& run, const Model& model, Chaining chaining) {
-  return weighed(observe_run(run, model, chaining), noise, model);
+  return prepare_with(noise, std::span(&run, 1), model, chaining, ripple_order(std::span(&run, 1))).front();
 }
 
 }  // namespace emtb

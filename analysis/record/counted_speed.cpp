@@ -1,0 +1,173 @@
+#include "analysis/record/counted_speed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "analysis/numerics/even_series.h"
+#include "analysis/numerics/statistics.h"
+#include "analysis/record/repeats.h"
+#include "model/effect.h"
+
+namespace emtb {
+namespace {
+
+constexpr std::size_t fewest = 64;  // readings that tell
+
+/// The angle by which the shaft went on with each reading but the first [rad].
+std::vector<double> advances(const Series& speed, bool measured_time) {
+  const double usual = mean_interval(speed.t);
+  std::vector<double> all;
+  for (std::size_t k = 1; k < speed.t.size(); ++k)
+    all.push_back(speed.value[k] * (measured_time ? speed.t[k] - speed.t[k - 1] : usual));
+  return all;
+}
+
+/// A gap would swallow what was counted in it.
+bool has_gaps(const Series& speed) {
+  const double usual = mean_interval(speed.t);
+  for (std::size_t k = 1; k < speed.t.size(); ++k) {
+    if (speed.t[k] - speed.t[k - 1] > 1.5 * usual) return true;
+  }
+  return false;
+}
+
+/// The step of which all are multiples. Begins with the smallest, which is one step or a few, and goes on to the
+/// larger, so that the step is known well enough before many have to be told from one more.
+std::optional<double> common_step(std::span<const std::vector<double>> all) {
+  constexpr double nothing = 1e-9;               // of the largest
+  constexpr int most_steps = 8;                  // that the smallest may be
+  constexpr double close = 0.1, farthest = 0.4;  // of a step: times are written with so many digits
+  std::vector<double> sizes;
+  for (const auto& one : all) {
+    for (const double a : one) sizes.push_back(std::abs(a));
+  }
+  std::ranges::sort(sizes);
+  sizes.erase(sizes.begin(), std::ranges::upper_bound(sizes, sizes.empty() ? 0 : nothing * sizes.back()));
+  if (sizes.empty()) return std::nullopt;
+  for (int steps = 1; steps <= most_steps; ++steps) {
+    double step = sizes.front() / steps, products = 0, squares = 0, off = 0, furthest = 0;
+    for (const double a : sizes) {
+      const double counts = std::round(a / step), miss = a / step - counts;
+      furthest = std::max(furthest, std::abs(miss));
+      if (furthest > farthest) break;
+      off += miss * miss;
+      products += counts * a;
+      squares += counts * counts;
+      step = products / squares;
+    }
+    if (furthest <= farthest && std::sqrt(off / static_cast<double>(sizes.size())) < close) return step;
+  }
+  return std::nullopt;
+}
+
+/// Is a step a whole part of a turn?
+bool divides_a_turn(double step) {
+  constexpr double least = 8, most = 2e5, close = 0.01;
+  const double a_turn = 2 * std::numbers::pi / step;
+  return a_turn > least && a_turn < most && std::abs(a_turn - std::round(a_turn)) < close;
+}
+
+/// What a third difference of the summed counts is beyond a smooth motion, over a lag: root of its mean square.
+double third_difference(const std::vector<double>& sum, std::size_t lag) {
+  std::vector<double> sizes;
+  for (std::size_t k = 3 * lag; k < sum.size(); ++k)
+    sizes.push_back(std::abs(sum[k] - 3 * sum[k - lag] + 3 * sum[k - 2 * lag] - sum[k - 3 * lag]));
+  return sizes.empty() ? infinity : robust_sigma(std::move(sizes));
+}
+
+/// Counts in pieces of so many readings, where they hop: where the shaft turns.
+std::vector<std::vector<double>> hopping(std::span<const std::vector<double>> all, double step, std::size_t length) {
+  std::vector<std::vector<double>> pieces;
+  for (const auto& one : all) {
+    for (std::size_t from = 0; from + length <= one.size(); from += length) {
+      std::vector<double> counts;
+      for (std::size_t k = from; k < from + length; ++k) counts.push_back(std::round(one[k] / step));
+      if (std::ranges::adjacent_find(counts, std::not_equal_to{}) != counts.end()) pieces.push_back(std::move(counts));
+    }
+  }
+  return pieces;
+}
+
+/// The smaller ones of some sizes tell of what is steady: a shaft that speeds up makes the others larger.
+double of_the_steady(std::vector<double> sizes) {
+  if (sizes.empty()) return infinity;
+  const auto quarter = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 4);
+  std::ranges::nth_element(sizes, quarter);
+  return *quarter;
+}
+
+/// Do counts add up? Over so many readings that hops at random would have led some counts away, their sum is still
+/// right to one.
+bool adds_up(std::span<const std::vector<double>> advances, double step) {
+  constexpr double clear = 40;  // variance of what a walk would leave there, counts²
+  constexpr double most = 2;    // counts; a counter leaves sqrt(20/12)
+  constexpr std::size_t length = 256, pieces = 3;
+  std::vector<double> left;
+  for (const std::vector<double>& counts : hopping(advances, step, length)) {
+    double neighbours = 0;
+    for (std::size_t k = 1; k < length; ++k) neighbours += std::pow(counts[k] - counts[k - 1], 2);
+    const double variance = neighbours / 2 / static_cast<double>(length - 1);
+    const auto lag = static_cast<std::size_t>(std::ceil(clear / (6 * variance)));
+    if (4 * lag > length) continue;
+    std::vector<double> sum{0};
+    for (const double c : counts) sum.push_back(sum.back() + c);
+    left.push_back(third_difference(sum, lag));
+  }
+  return left.size() >= pieces && of_the_steady(std::move(left)) < most;
+}
+
+/// Is there no more noise in them than whole counts make by themselves?
+bool only_counts(std::span<const std::vector<double>> advances, double step) {
+  constexpr double most = 2;  // counts; a counter leaves sqrt(20/12) at the most, however the shaft turns
+  constexpr std::size_t length = 32;
+  std::vector<double> bends;
+  for (const std::vector<double>& counts : hopping(advances, step, length)) {
+    double squares = 0;
+    for (std::size_t k = 2; k < length; ++k) squares += std::pow(counts[k] - 2 * counts[k - 1] + counts[k - 2], 2);
+    bends.push_back(std::sqrt(squares / static_cast<double>(length - 2)));
+  }
+  return of_the_steady(std::move(bends)) < most;
+}
+
+}  // namespace
+
+std::optional<CountedSpeed> counted_speed(std::span<const Run> runs) {
+  std::vector<Series> speeds;
+  std::size_t readings = 0;
+  for (const Run& run : runs) {
+    if (!run.has(Signal::omega)) return std::nullopt;
+    speeds.push_back(updates_of(run.at(Signal::omega)));
+    if (speeds.back().window > 0 || speeds.back().t.size() < 3 || has_gaps(speeds.back())) return std::nullopt;
+    readings += speeds.back().t.size();
+  }
+  if (readings < fewest) return std::nullopt;
+  for (const bool measured_time : {false, true}) {
+    std::vector<std::vector<double>> all;
+    for (const Series& speed : speeds) all.push_back(advances(speed, measured_time));
+    const std::optional<double> step = common_step(all);
+    if (step && (adds_up(all, *step) || (divides_a_turn(*step) && only_counts(all, *step))))
+      return CountedSpeed{*step, measured_time};
+  }
+  return std::nullopt;
+}
+
+std::vector<Run> with_counted_angle(std::span<const Run> runs, const CountedSpeed& counted) {
+  std::vector<Run> all(runs.begin(), runs.end());
+  for (Run& run : all) {
+    const Series speed = updates_of(run.at(Signal::omega));
+    run.signals.erase(Signal::omega);
+    if (run.has(Signal::theta)) continue;  // the counter itself
+    Series& theta = run.signals[Signal::theta];
+    theta.lsb = counted.step;
+    theta.source = speed.source;
+    theta.t = speed.t;
+    theta.value.push_back(0);
+    for (const double advance : advances(speed, counted.measured_time))
+      theta.value.push_back(theta.value.back() + counted.step * std::round(advance / counted.step));
+  }
+  return all;
+}
+
+}  // namespace emtb

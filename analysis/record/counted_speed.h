@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "session/session.h"
+
+namespace emtb {
+
+/// How a logged speed comes of an encoder's counts: counts × step / time.
+struct CountedSpeed {
+  double step = 0;             ///< [rad] of the encoder
+  bool measured_time = false;  ///< divided by the time between two rows; else by the time that is usual
+};
+
+/// Whether the speeds of runs are differences of counts; none where an instrument measured them.
+///
+/// All of its values times the time between them are whole multiples of a step. A coarse converter does as much, so
+/// that one of two more has to speak for counts: the step is a whole part of a turn, or the counts add up. Of a
+/// counter the sum over any time is right to a count, whereas noise that hops between two codes adds up like a walk.
+std::optional<CountedSpeed> counted_speed(std::span<const Run> runs);
+
+/// The runs with the angle that was counted in place of the speed that was made of it: nothing is lost, and what
+/// neighbours share of a count's error is known (count_errors.h).
+std::vector<Run> with_counted_angle(std::span<const Run> runs, const CountedSpeed& counted);
+
+}  // namespace emtb
