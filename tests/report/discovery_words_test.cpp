@@ -41,7 +41,12 @@ Discovery with_a_law() {
   d.left.runs = {run, run};
   Law law;
   law.text = {"bump_torque_of_omega", TermPlace::torque, "-a*tanh(omega/s)", {"omega"}, {}};
-  law.parameters = {{.symbol = "a", .unit = "N m", .value = 0.01, .std_error = 2e-4}};
+  Parameter a;
+  a.symbol = "a";
+  a.unit = "N m";
+  a.value = 0.01;
+  a.std_error = 2e-4;
+  law.parameters = {a};
   law.at = {-100, 0, 100};
   law.value = {0.01, 0, -0.01};
   law.value_error = {2e-4, 0, 2e-4};

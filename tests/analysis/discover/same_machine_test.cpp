@@ -104,7 +104,7 @@ TEST(Disturbances, WhatLastsLongIsNone) {
 }
 
 TEST(Disturbances, ARunWithoutOneIsTwoRuns) {
-  Run run;
+  emtb::Run run;
   run.name = "a.csv";
   for (const Signal signal : {Signal::e_a, Signal::omega}) {
     for (int k = 0; k < 1000; ++k) {
@@ -114,8 +114,8 @@ TEST(Disturbances, ARunWithoutOneIsTwoRuns) {
   }
   const std::vector<Disturbance> one{{"a.csv", 4, 5, 0.1}}, elsewhere{{"b.csv", 4, 5, 0.1}},
       early{{"a.csv", 0.5, 5, 0.1}};
-  const std::vector<Run> runs{run};
-  const std::vector<Run> pieces = without_disturbances(runs, one, Signal::e_a);
+  const std::vector<emtb::Run> runs{run};
+  const std::vector<emtb::Run> pieces = without_disturbances(runs, one, Signal::e_a);
   ASSERT_EQ(pieces.size(), 2U);
   EXPECT_EQ(pieces[0].name, "a.csv@:4");
   EXPECT_EQ(pieces[1].name, "a.csv@5:");
