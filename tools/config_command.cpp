@@ -115,14 +115,14 @@ std::vector<std::string> lines_of(const std::string& text) {
 void show_difference(const std::string& before, const std::string& after) {
   constexpr std::size_t around = 2;
   const auto old = lines_of(before), now = lines_of(after);
-  const auto first = static_cast<std::size_t>(std::ranges::mismatch(old, now).in1 - old.begin());
+  const auto unlike = static_cast<std::size_t>(std::ranges::mismatch(old, now).in1 - old.begin());
   std::size_t same = 0;  // at the end
-  while (same + first < std::min(old.size(), now.size()) && old[old.size() - 1 - same] == now[now.size() - 1 - same])
+  while (same + unlike < std::min(old.size(), now.size()) && old[old.size() - 1 - same] == now[now.size() - 1 - same])
     ++same;
-  const std::size_t begin = first > around ? first - around : 0;
-  for (std::size_t i = begin; i < first; ++i) std::cout << "  " << old[i] << "\n";
-  for (std::size_t i = first; i + same < old.size(); ++i) std::cout << "- " << old[i] << "\n";
-  for (std::size_t i = first; i + same < now.size(); ++i) std::cout << "+ " << now[i] << "\n";
+  const std::size_t begin = unlike > around ? unlike - around : 0;
+  for (std::size_t i = begin; i < unlike; ++i) std::cout << "  " << old[i] << "\n";
+  for (std::size_t i = unlike; i + same < old.size(); ++i) std::cout << "- " << old[i] << "\n";
+  for (std::size_t i = unlike; i + same < now.size(); ++i) std::cout << "+ " << now[i] << "\n";
   for (std::size_t i = old.size() - same; i < std::min(old.size(), old.size() - same + around); ++i)
     std::cout << "  " << old[i] << "\n";
 }

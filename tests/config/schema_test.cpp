@@ -48,7 +48,7 @@ TEST(Schema, AllThatIsWrongIsNamedAtOnceWithLineAndKey) {
                                     {"driver: simulated_daq", "driver: daq"},
                                     {"    J: 6.0e-5", "    JJ: 6.0e-5"}});
   EXPECT_THAT(lines, ElementsAre(HasSubstr("mine.yaml:5: rate must be a number, not `fast`: [Hz] of the loop"),
-                                 AllOf(HasSubstr(":9: reference.safe is missing"), HasSubstr("standstill")),
+                                 AllOf(HasSubstr(":8: reference.safe is missing"), HasSubstr("standstill")),
                                  AllOf(HasSubstr(":12: reference.save is not known here. Known: device, min")),
                                  HasSubstr(":16: limits.omega is -3, but must be above 0"),
                                  HasSubstr("devices.daq.driver is `daq`. Known: comedi"),

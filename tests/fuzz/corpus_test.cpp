@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "session/hdf5.h"
+#include "tests/fuzz/file_of.h"
 #include "tests/fuzz/targets.h"
 
 namespace emtb::fuzz {
@@ -37,6 +39,16 @@ TEST_P(Corpus, IsReadOrRefusedAsItMust) {
 
 INSTANTIATE_TEST_SUITE_P(Of, Corpus, testing::ValuesIn(targets),
                          [](const auto& test) { return std::string(test.param.name); });
+
+/// A reader that refused all would pass, too.
+TEST(CorpusOfHdf5, HasSeedsThatAreSessions) {
+  for (const auto& entry : fs::directory_iterator(fs::path(EMTB_CORPUS) / "hdf5")) {
+    if (!entry.path().filename().string().starts_with("seed-")) continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    const FileOf file(std::string{std::istreambuf_iterator<char>(in), {}});
+    EXPECT_NO_THROW(read_hdf5(file.path())) << entry.path();
+  }
+}
 
 TEST(CorpusOfAll, HasAFolderForEachTargetAndNoOther) {
   std::vector<std::string> folders, names;
