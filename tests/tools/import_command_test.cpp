@@ -5,8 +5,7 @@
 #include <sstream>
 
 #include "session/spec.h"
-#include "tests/process.h"
-#include "tests/session/scratch.h"
+#include "tests/tools/command_caller.h"
 
 namespace emtb {
 namespace {
@@ -17,7 +16,7 @@ constexpr double meters_window = 0.4;   // [s]
 constexpr double clocks_apart = 37.25;  // [s] t = t_log + this
 
 /// `emtb import RUN --from-log METER`: a run of the FH2 without a current, and what a meter's own software wrote of it.
-class ImportCommand : public Scratch {
+class ImportCommand : public CommandCaller {
  protected:
   void SetUp() override {
     // The machine under a slow driver that goes up and down again; the meter began when it began.
@@ -53,19 +52,14 @@ class ImportCommand : public Scratch {
                .string();
   }
   int import(std::vector<std::string> words) {
-    words.insert(words.begin(), {EMTB, "import"});
-    last = std::make_unique<Process>(words, path("emtb" + std::to_string(++called_)));
-    return last->wait();
+    words.insert(words.begin(), "import");
+    return call(std::move(words));
   }
   int merge(const std::string& run, const std::string& log) {
     return import({run, "--from-log", log, "--map", map_, "--out", path("both.h5").string()});
   }
 
   std::string run_, log_, map_;
-  std::unique_ptr<Process> last;
-
- private:
-  int called_ = 0;
 };
 
 TEST_F(ImportCommand, PutsTheLogOfAMeterWhereItBelongsInTheRun) {
