@@ -66,7 +66,8 @@ TEST(Registry, OpensWhatTheFileNames) {
 
 TEST(Registry, EachMistakeHasItsLine) {
   EXPECT_EQ(bad("driver: simulated_daq", "driver: simulated_dac"),
-            "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: comedi, modbus_meter, serial_daq, serial_meter, "
+            "b.yaml:5: devices.daq.driver is `simulated_dac`. Known: comedi, modbus_meter, program, scpi_meter, "
+            "serial_daq, serial_meter, "
             "simulated_daq, "
             "simulated_meter, usb1608g");
   EXPECT_EQ(bad("device: daq", "device: meter"), "b.yaml:2: reference.device is `meter`, which has no analog output");

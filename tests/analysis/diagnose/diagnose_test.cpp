@@ -156,11 +156,10 @@ TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
   EXPECT_EQ(d.verdict, Verdict::found);
   // `emtb add cogging` begins its fit where the diagnosis would: at the timing that the model without it tells.
   Dataset data = *d.data;
-  settle_timing(data, d.base);
-  const Fit base{.model = d.base, .cost = 0};
-  const Fit begun = begun_refit_with(data.train, base, effect_index("cogging"));
   CalibrationOptions one_start;
   one_start.extra_starts = 0;
+  const Fit base = calibrate(data, d.base, one_start);
+  const Fit begun = begun_refit_with(data.train, base, effect_index("cogging"));
   const Model added = calibrate(std::span<const Record>(data.train), begun.model, one_start).model;
   const double train = error_of(mean_squares(residuals(data.train, added, added.values(), {})));
   EXPECT_LT(train, 1.2 * d.final_train);  // 15 teeth in place of 14 come as near
