@@ -258,12 +258,12 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
 }
 
 /// The timing that a model tells which lacks something may be what it lacks, and so hide it: the runs are searched as
-/// they were recorded, too, and the likelier answer stands.
-Road best_road(Dataset& data, WholeSearch& search, const Trial& as_recorded) {
+/// they were recorded, too, where something is left, and the likelier answer stands.
+Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   if (!settle_timing(data, as_recorded.model())) return search_from(data, search, as_recorded);
   Road told = search_from(data, search, search.again(as_recorded));
-  if (told.found.effects.empty()) return told;
+  if (told.found.effects.empty() || !criterion.remainder(told.found.current.held_out)) return told;
   set(data, recorded);
   Road plain = search_from(data, search, search.again(as_recorded));
   Road& best = likelier(plain.found.current.held_out, told.found.current.held_out) ? plain : told;
@@ -348,7 +348,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   FittedTrials trials(data, given, criterion, options.score, options.refits);
   Trial first = first_fit(trials, data, given);
   WholeSearch search(*prepared, trials, criterion, model, options, progress);
-  Road road = best_road(*prepared, search, first);
+  Road road = best_road(*prepared, search, criterion, first);
   first = std::move(road.first);
   Finding found = std::move(road.found);
   free_what_is_told(found, trials, data);

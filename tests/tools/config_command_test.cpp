@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -27,8 +28,12 @@ class ConfigCommand : public CommandCaller {
 TEST_F(ConfigCommand, EveryShippedFileHasNothingWrong) {
   std::vector<std::string> words{"config", "check"};
   for (const char* folder : {"benches", "models", "profiles", "mappings", "candidates"}) {
-    for (const auto& entry : std::filesystem::directory_iterator(shipped(folder)))
-      if (entry.path().extension() == ".yaml") words.push_back(entry.path());
+    for (const auto& entry : std::filesystem::directory_iterator(shipped(folder))) {
+      if (entry.path().extension() != ".yaml") continue;
+      if (geteuid() == 0 && entry.path().stem() == "desk-program")
+        continue;  // root has to name whom its program runs as
+      words.push_back(entry.path());
+    }
   }
   ASSERT_GT(words.size(), 40U);
   EXPECT_EQ(call(words), 0) << last->out();

@@ -34,7 +34,7 @@ class RealData : public Scratch {
     for (const std::string& run : held_out) words.push_back(data + run);
     words.insert(words.end(), {"--map", config + "/mappings/" + model + ".yaml", "--json", path("d.json").string()});
     Process emtb(words, path("emtb"));
-    EXPECT_EQ(emtb.wait(250), 0) << emtb.err();
+    EXPECT_EQ(emtb.wait(800), 0) << emtb.err();
     return json::parse(read(path("d.json")));
   }
 
