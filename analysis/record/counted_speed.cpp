@@ -142,14 +142,16 @@ bool only_counts(std::span<const Series> speeds, double step) {
 
 }  // namespace
 
-std::optional<CountedSpeed> counted_speed(std::span<const Run> runs) {
+std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<const Run> others) {
   std::vector<Series> speeds;
   std::size_t readings = 0;
-  for (const Run& run : runs) {
-    if (!run.has(Signal::omega)) return std::nullopt;
-    speeds.push_back(updates_of(run.at(Signal::omega)));
-    if (speeds.back().window > 0 || speeds.back().t.size() < 3 || has_gaps(speeds.back())) return std::nullopt;
-    readings += speeds.back().t.size();
+  for (const std::span<const Run> some : {runs, others}) {
+    for (const Run& run : some) {
+      if (!run.has(Signal::omega)) return std::nullopt;
+      speeds.push_back(updates_of(run.at(Signal::omega)));
+      if (speeds.back().window > 0 || speeds.back().t.size() < 3 || has_gaps(speeds.back())) return std::nullopt;
+      readings += speeds.back().t.size();
+    }
   }
   if (readings < fewest) return std::nullopt;
   for (const bool measured_time : {false, true}) {

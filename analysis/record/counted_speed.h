@@ -19,7 +19,8 @@ struct CountedSpeed {
 /// All of its values times the time between them are whole multiples of a step. A coarse converter does as much, so
 /// that one of two more has to speak for counts: the step is a whole part of a turn, or the counts add up. Of a
 /// counter the sum over any time is right to a count, whereas noise that hops between two codes adds up like a walk.
-std::optional<CountedSpeed> counted_speed(std::span<const Run> runs);
+/// @param others that were logged alike
+std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<const Run> others = {});
 
 /// The runs with the angle that was counted in place of the speed that was made of it: nothing is lost, and what
 /// neighbours share of a count's error is known (count_errors.h).

@@ -33,13 +33,6 @@ std::vector<Run> with_voltage_earlier(std::span<const Run> runs, int rows, const
   return earlier;
 }
 
-/// How the speeds of all runs come of counts, if they do.
-std::optional<CountedSpeed> counted_in_all(std::span<const Run> train, std::span<const Run> held_out) {
-  std::vector<Run> all(train.begin(), train.end());
-  all.insert(all.end(), held_out.begin(), held_out.end());
-  return counted_speed(all);
-}
-
 }  // namespace
 
 std::vector<Record> Dataset::all() const {
@@ -75,7 +68,7 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   Dataset data;
   std::span<const Run> train = train_as_read, held_out = held_out_as_read;
   std::vector<Run> trains_counted, held_out_counted, trains_earlier, held_out_earlier;
-  if (const auto counted = counted_in_all(train, held_out)) {
+  if (const auto counted = counted_speed(train, held_out)) {
     train = trains_counted = with_counted_angle(train, *counted);
     held_out = held_out_counted = with_counted_angle(held_out, *counted);
   }
