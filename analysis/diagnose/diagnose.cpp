@@ -67,7 +67,8 @@ void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion
     without.exclude(effect);
     std::optional<Trial> trial = trials.fit_to_the_end(without);
     const Timing before = data.timing;
-    if (trial && settle_timing(data, trial->model())) trial = trials.fit_to_the_end(trial->model());
+    if (trial && settle_timing(data, trial->model()) != TimingChange::none)
+      trial = trials.fit_to_the_end(trial->model());
     const bool is_needed =
         !trial || (criterion.remainder(trial->held_out) && removes_most(trial->held_out, found.current.held_out));
     if (is_needed) {
@@ -179,6 +180,11 @@ class WholeSearch {
     return with_law(std::move(*law), std::move(found));
   }
 
+  /// What was found, in data whose timing has changed slightly: without what stood in for that.
+  Finding again(Finding found, const Loss& as_given) {
+    return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
+  }
+
   /// The same model, fitted to data that have changed.
   Trial again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
 
@@ -242,7 +248,8 @@ struct Road {
 };
 
 /// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
-/// lacked may have looked like another timing, or another start.
+/// lacked may have looked like another timing, or another start. By how little an instrument is behind the others only
+/// the answer tells.
 Road search_from(Dataset& data, WholeSearch& search, Trial first) {
   // Starts bend the fit and the fit the starts.
   for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {
@@ -250,9 +257,15 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
   }
   Finding found = search.from(first);
   const bool other_starts = settle_starts(data, found.current.model());
-  if (settle_timing(data, found.current.model()) || other_starts) {
+  TimingChange change = settle_timing(data, found.current.model());
+  if (change == TimingChange::other || other_starts) {
     first = search.again(first);
     found = search.from(first);
+    change = settle_timing(data, found.current.model());
+  }
+  if (change != TimingChange::none) {
+    first = search.again(first);
+    found = search.again(std::move(found), first.held_out);
   }
   return {std::move(first), std::move(found), circumstances_of(data)};
 }
@@ -261,7 +274,9 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
 /// they were recorded, too, where something is left, and the likelier answer stands.
 Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
-  if (!settle_timing(data, as_recorded.model())) return search_from(data, search, as_recorded);
+  const TimingChange change = settle_timing(data, as_recorded.model());
+  if (change == TimingChange::none) return search_from(data, search, as_recorded);
+  if (change == TimingChange::slight) return search_from(data, search, search.again(as_recorded));
   Road told = search_from(data, search, search.again(as_recorded));
   if (told.found.effects.empty() || !criterion.remainder(told.found.current.held_out)) return told;
   set(data, recorded);

@@ -30,6 +30,20 @@ Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_
   found_.steps.push_back({"fitted", {}, found_.current.train, found_.current.held_out.error()});
 }
 
+Search::Search(Trials& trials, const Criterion& criterion, Finding found, Loss as_given, Progress progress)
+    : trials_(trials),
+      criterion_(criterion),
+      as_given_(std::move(as_given)),
+      progress_(std::move(progress)),
+      found_(std::move(found)) {}
+
+Finding Search::without_superfluous() {
+  if (auto fitted = trials_.fit_to_the_end(found_.current.model())) found_.current = std::move(*fitted);
+  prune();
+  if (rivals_are_stale_) renew_rivals();
+  return std::move(found_);
+}
+
 Finding Search::run() {
   forward();
   try_cogging_first();

@@ -59,7 +59,13 @@ class Search {
   Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
          Progress progress = {});
 
+  /// Goes on with what another search found, in data that have changed since.
+  Search(Trials& trials, const Criterion& criterion, Finding found, Loss as_given, Progress progress = {});
+
   Finding run();
+
+  /// What was found, fitted again, without what has become superfluous.
+  Finding without_superfluous();
 
  private:
   /// A fitted model, the scores of what is absent from it, and the refits of the best of them.
@@ -108,7 +114,7 @@ class Search {
   Trials& trials_;
   const Criterion& criterion_;
   Loss as_given_;
-  std::size_t longest_list_;
+  std::size_t longest_list_ = 0;
   Progress progress_;
   double told_ = 0;  // the share
   Finding found_;

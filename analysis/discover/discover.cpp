@@ -16,7 +16,7 @@ Trial fitted_base(FittedTrials& trials, Dataset& data, const Model& given) {
   Trial first = trials.first_fit(given);
   const std::vector<std::size_t> places = places_to_hold(data.train, first.model());
   if (!places.empty()) first = trials.first_fit(hold(data.train, given, first.model(), places));
-  const bool timing = settle_timing(data, first.model());
+  const bool timing = settle_timing(data, first.model()) != TimingChange::none;
   if (settle_starts(data, first.model()) || timing) {
     if (auto again = trials.fit_to_the_end(first.model())) first = std::move(*again);
   }

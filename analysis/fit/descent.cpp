@@ -1,136 +1,147 @@
 #include "analysis/fit/descent.h"
 
-#include <ceres/ceres.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
 
-#include "analysis/numerics/linear_algebra.h"
+#include "analysis/numerics/bounded_step.h"
 
 namespace emtb {
 namespace {
 
-/// The compressed sum of squares as Ceres sees it: p + 1 residuals.
-class CompressedCost final : public ceres::CostFunction {
+using Eigen::VectorXd;
+
+/// A point of a descent, and the cost as a quadratic around it.
+struct Point {
+  std::vector<double> x;
+  NormalEquations around;
+
+  double cost() const { return 0.5 * around.rtr; }
+  bool usable() const { return std::isfinite(around.rtr) && around.sts.allFinite() && around.str.allFinite(); }
+  /// By how much the quadratic falls over a step.
+  double promise(const VectorXd& step) const { return step.dot(around.str) - 0.5 * step.dot(around.sts * step); }
+};
+
+Point looked_at(const FitProblem& problem, std::vector<double> x) {
+  NormalEquations around = problem.normal_equations(x, true, false);
+  return {std::move(x), std::move(around)};
+}
+
+/// The lower and upper bounds of the free parameters.
+struct Bounds {
+  VectorXd low, high;
+
+  Bounds(const FitProblem& problem, const Model& model)
+      : low(static_cast<Eigen::Index>(problem.free().size())), high(low.size()) {
+    for (Eigen::Index i = 0; i < low.size(); ++i) {
+      const Parameter& p = model.at(problem.free().places()[static_cast<std::size_t>(i)]);
+      low[i] = p.min;
+      high[i] = p.max;
+    }
+  }
+
+  std::vector<double> within(std::vector<double> x, const VectorXd& step) const {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      x[i] = std::clamp(x[i] + step[row], low[row], high[row]);
+    }
+    return x;
+  }
+};
+
+/// The step of a damped quadratic within the bounds. Parameters that differ by five orders of magnitude are scaled to
+/// the same curvature, so that the damping is a share of each.
+VectorXd damped_step(const Point& here, const Bounds& bounds, double damping) {
+  constexpr double regular = 1e-13;  // of the curvature: what nothing tells stays solvable, and where it is
+  const VectorXd size = here.around.sts.diagonal().cwiseSqrt().cwiseMax(1e-150);
+  const VectorXd inverse = size.cwiseInverse();
+  const Eigen::Map<const VectorXd> x(here.x.data(), size.size());
+  Eigen::MatrixXd scaled = inverse.asDiagonal() * here.around.sts * inverse.asDiagonal();
+  scaled.diagonal().array() += damping + regular;
+  const VectorXd step = bounded_step(scaled, inverse.cwiseProduct(here.around.str), size.cwiseProduct(bounds.low - x),
+                                     size.cwiseProduct(bounds.high - x));
+  return inverse.cwiseProduct(step);
+}
+
+/// How far a quadratic is trusted: the damping of its steps, as a share of the curvature, after Nielsen (1999).
+class Trust {
  public:
-  explicit CompressedCost(const FitProblem& problem) : problem_(problem) {
-    const auto p = static_cast<int>(problem.free().size());
-    mutable_parameter_block_sizes()->push_back(p);
-    set_num_residuals(p + 1);
+  double damping() const { return damping_; }
+  /// @param kept what a step brought of what it promised
+  void good(double kept) {
+    damping_ *= std::max(1.0 / 3, 1 - std::pow(2 * kept - 1, 3));
+    factor_ = 2;
   }
+  void bad() {
+    damping_ *= factor_;
+    factor_ *= 2;
+  }
+  bool lost() const { return damping_ > 1e16; }
 
-  bool Evaluate(double const* const* parameters, double* out, double** jacobians) const override {
-    const auto p = static_cast<Eigen::Index>(problem_.free().size());
-    const std::span x(parameters[0], static_cast<std::size_t>(p));
-    const bool linearize = jacobians != nullptr && jacobians[0] != nullptr;
-    const NormalEquations& n = at(x);
-    if (!std::isfinite(n.rtr) || !n.sts.allFinite() || !n.str.allFinite()) return false;
-    Eigen::Map<Eigen::VectorXd> r(out, p + 1);
-    r.setZero();
-    if (!linearize) {
-      r[p] = std::sqrt(n.rtr);
-      return true;
+ private:
+  double damping_ = 1e-4, factor_ = 2;
+};
+
+/// A descent on its way.
+class Way {
+ public:
+  Way(const FitProblem& problem, const Model& model, std::vector<double> x, double tolerance)
+      : problem_(problem), bounds_(problem, model), tolerance_(tolerance), here_(looked_at(problem, std::move(x))) {}
+
+  const Point& here() const { return here_; }
+
+  /// Tries a step, and takes it where it leads down. @return whether another is worth trying
+  bool step() {
+    const VectorXd step = damped_step(here_, bounds_, trust_.damping());
+    const double promised = here_.promise(step), enough = tolerance_ * here_.cost();
+    if (!(promised > 0)) return false;
+    Point there = looked_at(problem_, bounds_.within(here_.x, step));
+    const double gain = here_.cost() - there.cost();
+    if (there.usable() && gain > 0) {
+      trust_.good(gain / promised);
+      here_ = std::move(there);
+      return promised > enough && gain > enough;
     }
-    // SᵀS = L Lᵀ, scaled first: parameters differ by five orders of magnitude. With the Jacobian -Lᵀ, L r = Sᵀ
-    // residuals.
-    const Eigen::VectorXd size = n.sts.diagonal().cwiseSqrt().cwiseMax(1e-150);
-    const Eigen::VectorXd inverse = size.cwiseInverse();
-    Eigen::MatrixXd scaled = inverse.asDiagonal() * n.sts * inverse.asDiagonal();
-    scaled.diagonal().array() += 1e-13;  // a column of zeros stays solvable
-    const Eigen::MatrixXd l = cholesky(scaled);
-    const Eigen::VectorXd head = solve_lower(l, inverse.asDiagonal() * n.str);
-    r.head(p) = head;
-    r[p] = std::sqrt(std::max(0.0, n.rtr - head.squaredNorm()));
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(jacobians[0], p + 1, p);
-    jacobian.setZero();
-    jacobian.topRows(p) = -(l.transpose() * size.asDiagonal());
-    return true;
+    trust_.bad();
+    return promised > enough && !trust_.lost();
   }
 
-  void forget() { last_x_.clear(); }
-
-  /// Most points that are tried are kept, and then linearized: done at once, that is one simulation instead of two.
-  const NormalEquations& at(std::span<const double> x) const {
-    if (!std::ranges::equal(x, last_x_)) {
-      last_ = problem_.normal_equations(x, true, false);
-      last_x_.assign(x.begin(), x.end());
-    }
-    return last_;
-  }
+  /// Where the problem has changed.
+  void look_again() { here_ = looked_at(problem_, std::move(here_.x)); }
 
  private:
   const FitProblem& problem_;
-  mutable std::vector<double> last_x_;
-  mutable NormalEquations last_;
+  Bounds bounds_;
+  double tolerance_;
+  Point here_;
+  Trust trust_;
 };
 
 }  // namespace
 
 Descent descend(const FitProblem& problem, const Model& model, std::vector<double> x, int max_iterations,
                 double tolerance) {
-  constexpr int round_length = 8;
-  const bool phases_wander = problem.phases_wander();
+  constexpr int round_length = 8;  // steps, after which phases that were followed are searched anew
+  const double near = std::max(1e-5, 100 * tolerance);  // the phases are followed no nearer than this
   problem.search_phases();
-  CompressedCost cost(problem);
-  const auto places = problem.free().places();
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.function_tolerance = tolerance;
-  options.parameter_tolerance = tolerance;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
-  Descent result{std::move(x), 0, false, 0};
-  const NormalEquations& start = cost.at(result.x);
-  result.cost = 0.5 * start.rtr;
-  if (!std::isfinite(start.rtr) || !start.sts.allFinite()) {  // a load heavier than the whole rotor, say
-    result.cost = std::numeric_limits<double>::infinity();
-    return result;
+  Way way(problem, model, std::move(x), tolerance);
+  Descent result;
+  if (!way.here().usable()) return {way.here().x, infinity, false, 0};  // a load heavier than the whole rotor, say
+  double cost_of_round = way.here().cost();
+  while (result.iterations < max_iterations && !result.converged) {
+    ++result.iterations;
+    result.converged = !way.step();
+    if (!problem.phases_wander() || (!result.converged && result.iterations % round_length != 0)) continue;
+    result.converged = result.converged || way.here().cost() > (1 - near) * cost_of_round;
+    cost_of_round = way.here().cost();
+    if (result.iterations < max_iterations && problem.finds_better_phases(way.here().x, near)) {
+      way.look_again();
+      result.converged = false;
+    }
   }
-  std::vector<int> held_before{-1};
-  while (result.iterations < max_iterations) {
-    std::vector<int> held;
-    const Eigen::VectorXd downhill = cost.at(result.x).str;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const Parameter& p = model.at(places[i]);
-      const double pull = downhill[static_cast<Eigen::Index>(i)];
-      if ((result.x[i] <= p.min && pull <= 0) || (result.x[i] >= p.max && pull >= 0))
-        held.push_back(static_cast<int>(i));
-    }
-    if (held.size() == places.size()) result.converged = true;
-    if (result.converged && (held == held_before || held.size() == places.size())) break;
-    held_before = held;
-
-    ceres::Problem::Options borrow;
-    borrow.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    ceres::Problem round(borrow);
-    round.AddResidualBlock(&cost, nullptr, result.x.data());
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const Parameter& p = model.at(places[i]);
-      round.SetParameterLowerBound(result.x.data(), static_cast<int>(i), p.min);
-      round.SetParameterUpperBound(result.x.data(), static_cast<int>(i), p.max);
-    }
-    if (!held.empty()) {
-      round.SetManifold(result.x.data(),
-                        new ceres::SubsetManifold(static_cast<int>(places.size()), held));  // NOLINT: Ceres owns it
-    }
-    options.max_num_iterations = std::min(round_length, max_iterations - result.iterations);
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &round, &summary);
-    result.cost = summary.final_cost;
-    result.converged = summary.termination_type == ceres::CONVERGENCE;
-    result.iterations += std::max(1, static_cast<int>(summary.iterations.size()) - 1);
-    if (phases_wander) {  // the phases are followed no nearer than this
-      const double near = std::max(1e-5, 100 * tolerance);
-      result.converged = result.converged || summary.final_cost > (1 - near) * summary.initial_cost;
-      if (result.iterations < max_iterations && problem.finds_better_phases(result.x, near)) {
-        cost.forget();
-        result.converged = false;
-      }
-    }
-    if (summary.termination_type == ceres::FAILURE) break;
-  }
+  result.x = way.here().x;
+  result.cost = way.here().cost();
   return result;
 }
 

@@ -15,8 +15,10 @@ struct Descent {
   int iterations = 0;
 };
 
-/// Descends in rounds of a few iterations. A parameter that rests on a bound and would leave it stays there for a
-/// round: otherwise every step would be cut short at that bound, and the others would creep.
+/// Descends by the steps of Levenberg and Marquardt: each is the least of the quadratic that the normal equations are,
+/// damped, within the bounds; the damping follows what the last step kept of its promise (Madsen, Nielsen and
+/// Tingleff 2004). A step is one simulation of all records with their sensitivities.
+/// @param tolerance share of the cost: of less than that no step is tried
 Descent descend(const FitProblem& problem, const Model& model, std::vector<double> x, int max_iterations,
                 double tolerance);
 

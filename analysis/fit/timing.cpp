@@ -76,7 +76,7 @@ class TimingSearch {
   /// passes tell all of them.
   /// @param clear of half the sum of squares that it has to take away
   std::map<Signal, double> late(Timing timing, double clear) {
-    constexpr double least = 0.1;  // of a sample
+    constexpr double least = 0.02;  // of a sample
     std::vector<Signal> signals;
     for (const Residuals& r : known_) {
       if (models_lateness(model_, r.signal) || std::ranges::find(signals, r.signal) != signals.end()) continue;
@@ -180,8 +180,9 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   return with_late(best);
 }
 
-bool settle_timing(Dataset& data, const Model& fitted) {
-  constexpr double same = 0.1;  // of a sample: what a search on a grid of sixteenths may differ by
+TimingChange settle_timing(Dataset& data, const Model& fitted) {
+  constexpr double same = 0.1;      // of a sample: what a search on a grid of sixteenths may differ by
+  constexpr double as_good = 0.02;  // of a sample, of an instrument's reading
   Timing timing = fitted_timing(data.train, fitted);
   const Timing& before = data.timing;
   timing.voltage_late = before.voltage_late;
@@ -190,19 +191,22 @@ bool settle_timing(Dataset& data, const Model& fitted) {
     const auto found = of.late.find(signal);
     return found != of.late.end() ? found->second : 0;
   };
-  const bool as_late = std::ranges::all_of(
-      all_signals(), [&](Signal signal) { return std::abs(late(timing, signal) - late(before, signal)) < same; });
-  if (as_late && timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
-      std::abs(timing.acts_after - before.acts_after) < same * interval) {
-    return false;
+  double moved = 0;
+  for (const Signal signal : all_signals()) {
+    moved = std::max(moved, std::abs(late(timing, signal) - late(before, signal)));
   }
+  const bool same_edges = timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
+                          std::abs(timing.acts_after - before.acts_after) < same * interval;
+  if (same_edges && moved < as_good) return TimingChange::none;
+  if (same_edges) timing.acts_after = before.acts_after;
   set_timing(data, timing);
-  return true;
+  return same_edges && moved < same ? TimingChange::slight : TimingChange::other;
 }
 
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {
   Calibration fit = calibrate(std::span<const Record>(data.train), model, options);
-  const bool other_timing = settle_timing(data, fit.model), other_starts = settle_starts(data, fit.model);
+  const bool other_timing = settle_timing(data, fit.model) != TimingChange::none,
+             other_starts = settle_starts(data, fit.model);
   if (other_timing || other_starts) fit = calibrate(std::span<const Record>(data.train), fit.model, options);
   if (options.with_covariance) widen_by_timing(data.train, fit);
   return fit;

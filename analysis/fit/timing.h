@@ -22,8 +22,12 @@ namespace emtb {
 /// @param fitted to these records
 Timing fitted_timing(std::span<const Record> records, const Model& fitted);
 
-/// Finds the timing and sets it. @return whether it is another than before
-bool settle_timing(Dataset& data, const Model& fitted);
+/// How far a timing is from that before: `slight` where only instruments are read a little earlier or later, by less
+/// than a tenth of a sample. That bends no fit, but what is left of a good one.
+enum class TimingChange { none, slight, other };
+
+/// Finds the timing and sets it.
+TimingChange settle_timing(Dataset& data, const Model& fitted);
 
 /// Calibrates on the training runs, and once more where that tells another timing or another start.
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options = {});

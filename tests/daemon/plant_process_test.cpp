@@ -119,7 +119,7 @@ TEST_F(EmtbSafe, LoadsNothingOfTheRecorder) {
   const std::string program{std::istreambuf_iterator<char>(file), {}};
   EXPECT_NE(program.find("libyaml-cpp"), std::string::npos)
       << "the names of libraries stand in the program as they are";
-  for (const char* library : {"libhdf5", "libceres", "libspdlog"}) {
+  for (const char* library : {"libhdf5", "libmatio", "libspdlog"}) {
     EXPECT_EQ(program.find(library), std::string::npos) << library;
   }
 }

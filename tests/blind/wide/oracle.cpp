@@ -161,7 +161,7 @@ Oracle compare(const WideCase& c, const CaseFiles& files, const std::vector<std:
   const auto fit_truth = [&] { return best_fit(data.train, start, c, truth, known, mixed); };
   auto true_fit = fit_truth();
   // When the readings of a row are taken, the true structure tells best; all are compared at that.
-  if (true_fit && settle_timing(data, true_fit->model)) true_fit = fit_truth();
+  if (true_fit && settle_timing(data, true_fit->model) != TimingChange::none) true_fit = fit_truth();
   if (true_fit && settle_starts(data, true_fit->model)) true_fit = fit_truth();
   if (!true_fit)
     return {.nats = {}, .rival = {}, .truth_error = 0, .why_not = "the true structure could not be fitted"};
