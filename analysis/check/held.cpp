@@ -56,16 +56,21 @@ bool reference_moves(const Run& run, const Stretch& s) {
   return *high - *low > std::max(clear, several * step_of(e_a) / size_of(e_a.value)) * size_of(u_ref.value);
 }
 
-/// Whether the signal is elsewhere as soon as a stretch ends: by far more than it usually changes from row to row.
-bool jumps_after(std::span<const double> x, const Stretch& s, double step) {
-  if (s.end >= x.size()) return false;
+/// By far more than a signal usually changes from row to row.
+double far_change(std::span<const double> x, double step) {
   std::vector<double> changes;
   for (std::size_t k = 1; k < x.size(); ++k) {
     if (x[k] != x[k - 1]) changes.push_back(std::abs(x[k] - x[k - 1]));
   }
-  std::ranges::sort(changes);
-  const double usual = changes.empty() ? 0 : changes[changes.size() * 95 / 100];
-  return std::abs(x[s.end] - s.value) > std::max(5 * usual, 8 * step);
+  if (changes.empty()) return 8 * step;
+  const auto usual = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() * 95 / 100);
+  std::ranges::nth_element(changes, usual);
+  return std::max(5 * *usual, 8 * step);
+}
+
+/// Whether the signal is elsewhere, by a far change, as soon as a stretch ends.
+bool jumps_after(std::span<const double> x, const Stretch& s, double far) {
+  return s.end < x.size() && std::abs(x[s.end] - s.value) > far;
 }
 
 /// Whether the shaft turns by several counts of the angle during a stretch, as its speed says.
@@ -78,9 +83,9 @@ bool turns(const Run& run, double from, double to, double count) {
 }
 
 /// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.
-bool angle_held(const Run& run, const Series& series, const Stretch& s, double step) {
+bool angle_held(const Run& run, const Series& series, const Stretch& s, double step, double far) {
   if (s.length() < 10) return false;
-  return jumps_after(series.value, s, step) || turns(run, series.t[s.begin], series.t[s.end - 1], step);
+  return jumps_after(series.value, s, far) || turns(run, series.t[s.begin], series.t[s.end - 1], step);
 }
 
 /// Longer than a signal stays at one value by chance.
@@ -93,6 +98,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const std::span<const double> x = series.value;
   const double step = step_of(series), size = size_of(x);
   if (step == 0) return;
+  const double far = far_change(x, step);
   const bool angle = signal == Signal::theta;
   const Drives drives(run, signal);
   const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
@@ -103,12 +109,12 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   std::vector<Stretch> found;
   for (const Stretch& s : all) {
     if (angle) {
-      if (angle_held(run, series, s, step)) found.push_back(s);
+      if (angle_held(run, series, s, step, far)) found.push_back(s);
       continue;
     }
-    const bool extreme = (s.value == low || s.value == high) && !jumps_after(x, s, step);  // clipped, if anything
+    const bool extreme = (s.value == low || s.value == high) && !jumps_after(x, s, far);  // clipped, if anything
     if (std::abs(s.value) <= rest || extreme || !is_long(s, usual)) continue;
-    const bool jump = jumps_after(x, s, step) && !drives.change(series.t[s.end - 1], series.t[s.end]);
+    const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);

@@ -26,7 +26,14 @@ MatrixXd solve_normal(const MatrixXd& a, const MatrixXd& b) {
   return inverse_size.asDiagonal() * least_squares(scaled, inverse_size.asDiagonal() * b);
 }
 
-MatrixXd pseudo_inverse(const MatrixXd& a) { return a.completeOrthogonalDecomposition().pseudoInverse(); }
+MatrixXd pseudo_inverse(const MatrixXd& a) {
+  if (a.rows() <= a.cols()) return a.completeOrthogonalDecomposition().pseudoInverse();
+  // Of a tall one Eigen would solve for an identity of as many columns as there are rows.
+  const Eigen::HouseholderQR<MatrixXd> qr(a);
+  const MatrixXd r = qr.matrixQR().topRows(a.cols()).triangularView<Eigen::Upper>();
+  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(a.rows(), a.cols());
+  return r.completeOrthogonalDecomposition().pseudoInverse() * q.transpose();
+}
 
 MatrixXd scaled_inverse(const MatrixXd& a) {
   const VectorXd size = a.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
