@@ -79,6 +79,7 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
   NormalEquations at_best;
   if (options.extra_starts > 0)
     at_best = problem.normal_equations(best.x, true, false);  // at the phases of its descent
+  constexpr double clearly = 1e-4;  // better; of two valleys alike, that of what was given stands
   for (int s = 0; s < options.extra_starts; ++s) {
     const Descent rough =
         descend(first_look, model, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
@@ -86,7 +87,7 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
     if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;
     Descent other = descend(problem, model, rough.x, options.max_iterations, options.tolerance);
-    if (other.cost >= best.cost * (1 - 1e-9)) continue;
+    if (other.cost >= best.cost * (1 - clearly)) continue;
     best = std::move(other);
     at_best = problem.normal_equations(best.x, true, false);
   }

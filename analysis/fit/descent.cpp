@@ -41,6 +41,19 @@ struct Bounds {
     }
   }
 
+  /// Of one step: what has a size of its own loses or grows by a factor at most. At a bound that one long step has led
+  /// to, the others no longer feel it, and no descent leads back.
+  Bounds near(const VectorXd& x) const {
+    constexpr double factor = 3;
+    Bounds part = *this;
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      if (low[i] <= 0) continue;
+      part.low[i] = std::max(low[i], x[i] / factor);
+      part.high[i] = std::min(high[i], x[i] * factor);
+    }
+    return part;
+  }
+
   std::vector<double> within(std::vector<double> x, const VectorXd& step) const {
     for (std::size_t i = 0; i < x.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
@@ -59,8 +72,9 @@ VectorXd damped_step(const Point& here, const Bounds& bounds, double damping) {
   const Eigen::Map<const VectorXd> x(here.x.data(), size.size());
   Eigen::MatrixXd scaled = inverse.asDiagonal() * here.around.sts * inverse.asDiagonal();
   scaled.diagonal().array() += damping + regular;
-  const VectorXd step = bounded_step(scaled, inverse.cwiseProduct(here.around.str), size.cwiseProduct(bounds.low - x),
-                                     size.cwiseProduct(bounds.high - x));
+  const Bounds near = bounds.near(x);
+  const VectorXd step = bounded_step(scaled, inverse.cwiseProduct(here.around.str), size.cwiseProduct(near.low - x),
+                                     size.cwiseProduct(near.high - x));
   return inverse.cwiseProduct(step);
 }
 
