@@ -3,7 +3,8 @@
 #   format    clang-format agrees with every source file
 #   headers   every header of a room compiles alone
 #   release   all tests, as shipped
-#   asan      the tests of the rooms under AddressSanitizer and UndefinedBehaviorSanitizer; not those of whole programs
+#   asan      the tests of the rooms under AddressSanitizer and UndefinedBehaviorSanitizer; not those of whole programs, nor
+#             those labelled slow
 #   tsan      the tests of what has threads, under ThreadSanitizer
 #   numbers   as asan, of model, estimation and diagnosis: too slow for "all of it", where Eigen checks each index in release as well
 #   tidy      clang-tidy; as slow
@@ -37,7 +38,7 @@ for what in "$@"; do
       cmake --build --preset release --target all_verify_interface_header_sets ;;
     release) build_and_test release all ;;
     numbers) build_and_test asan quick model numerics record fit estimate live diagnose ;;
-    asan) build_and_test asan all hal experiment export session config drivers fuzz usb comedi figures report server daemon ;;
+    asan) build_and_test asan quick hal experiment export session config drivers fuzz usb comedi figures report server daemon ;;
     tsan) build_and_test tsan quick hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, headers, release, asan, tsan, numbers, tidy" >&2; exit 2 ;;
