@@ -81,6 +81,7 @@ class BatchWorker {
       replace_with_text(made, state);
       claims_.let_go("tables");
     }
+    claims_.clear("tables");
     return table;
   }
 
@@ -128,8 +129,10 @@ class BatchWorker {
   bool settle(std::size_t i) {
     if (results_[i]) return true;
     results_[i] = found(i);
-    if (!results_[i]) {
-      const std::string claim = number_of(i);
+    const std::string claim = number_of(i);
+    if (results_[i]) {
+      claims_.clear(claim);
+    } else {
       const int times = claims_.take(claim);
       if (times == 0) return false;  // another works at it
       results_[i] = found(i);        // which it may have done meanwhile

@@ -101,7 +101,10 @@ TEST_F(BatchCommand, LosesNothingWhereAProcessIsKilled) {
   EXPECT_EQ(other->wait(300), 0) << other->err();
   for (const std::string file : {"table.csv", "table.h5", "index.html"})
     EXPECT_EQ(of("one", file), of("two", file)) << file;
-  EXPECT_TRUE(std::filesystem::is_empty(path("two/claims")));
+  for (const auto& left : std::filesystem::directory_iterator(path("two/claims"))) {
+    const bool draft = left.path().filename().string().starts_with(".draft");  // of a claim: none yet
+    EXPECT_TRUE(draft) << left.path() << ": " << read(left.path());
+  }
 }
 
 TEST_F(BatchCommand, TakesOverWhatAnotherMachineLeftBehind) {
@@ -111,6 +114,15 @@ TEST_F(BatchCommand, TakesOverWhatAnotherMachineLeftBehind) {
                                    std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
   EXPECT_EQ(batch("out"), 1) << last->err();
   EXPECT_THAT(of("out", "table.csv"), HasSubstr("\nmotor_1,,pass,"));
+}
+
+TEST_F(BatchCommand, TheClaimOfAProcessThatDiedWhenItWasJustDoneGoes) {
+  batch("out");
+  write("out/claims/000001", "elsewhere/boot/pid:[1] 17 4711 1\n");
+  std::filesystem::last_write_time(path("out/claims/000001"),
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  batch("out");
+  EXPECT_TRUE(std::filesystem::is_empty(path("out/claims")));
 }
 
 TEST_F(BatchCommand, AnItemAtWhichProcessesDieIsBadInTheEnd) {

@@ -21,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const std::string draft_prefix = ".draft.";
+
 std::string text_of(const fs::path& file) {
   std::ifstream in(file);
   return {std::istreambuf_iterator<char>(in), {}};
@@ -72,6 +74,7 @@ Claims::Claims(fs::path folder, double patience) : folder_(std::move(folder)), p
   if (error) throw Error(folder_.string() + ": cannot be made: " + error.message() + ". Give another --out FOLDER");
   const std::string process = std::to_string(getpid());
   me_ = machine() + " " + process + " " + begin_of(process);
+  remove_old_drafts();
   keeper_ = std::jthread([this] { keep_up(); });
 }
 
@@ -86,11 +89,20 @@ Claims::~Claims() {
   for (const std::string& name : held_) fs::remove(folder_ / name, ignored);
 }
 
+/// Of processes that died as they were about to claim something.
+void Claims::remove_old_drafts() const {
+  std::error_code ignored;
+  for (const fs::directory_entry& file : fs::directory_iterator(folder_, ignored)) {
+    const bool draft = file.path().filename().string().starts_with(draft_prefix);
+    if (draft && age_of(file.path()) > patience_) fs::remove(file.path(), ignored);
+  }
+}
+
 bool Claims::make(const std::string& name, int times) {
   // Written beside it and linked: whoever sees it sees all of it.
   static std::atomic<unsigned> drafts{0};
   const fs::path draft =
-      folder_ / (".draft." + std::to_string(getpid()) + "." +
+      folder_ / (draft_prefix + std::to_string(getpid()) + "." +
                  std::to_string(std::hash<std::string>()(me_) % 1000000007) + "." + std::to_string(drafts++));
   {
     std::ofstream out(draft);
@@ -127,6 +139,10 @@ void Claims::let_go(const std::string& name) {
     held_.erase(name);
   }
   unlink((folder_ / name).c_str());
+}
+
+void Claims::clear(const std::string& name) {
+  if (fs::exists(folder_ / name) && take(name) > 0) let_go(name);
 }
 
 bool Claims::is_left_behind(const fs::path& claim, const std::string& text) const {

@@ -29,7 +29,11 @@ class Claims {
   /// Done with it.
   void let_go(const std::string& name);
 
+  /// Nothing is left to do of it: a claim that a process left behind, which died when it was just done, goes.
+  void clear(const std::string& name);
+
  private:
+  void remove_old_drafts() const;
   bool make(const std::string& name, int times);
   bool is_left_behind(const std::filesystem::path& claim, const std::string& text) const;
   double age_of(const std::filesystem::path& claim) const;
