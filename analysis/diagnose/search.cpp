@@ -21,12 +21,9 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
                Progress progress)
-    : trials_(trials),
-      criterion_(criterion),
-      as_given_(std::move(as_given)),
-      longest_list_(longest_list),
-      progress_(std::move(progress)),
-      found_{std::move(first), {}, {}, {}, {}, {}} {
+    : Search(trials, criterion, Finding{std::move(first), {}, {}, {}, {}, {}}, std::move(as_given),
+             std::move(progress)) {
+  longest_list_ = longest_list;
   found_.steps.push_back({"fitted", {}, found_.current.train, found_.current.held_out.error()});
 }
 

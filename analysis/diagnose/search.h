@@ -114,7 +114,7 @@ class Search {
   Trials& trials_;
   const Criterion& criterion_;
   Loss as_given_;
-  std::size_t longest_list_ = 0;
+  std::size_t longest_list_ = 0;  // what goes on adds nothing
   Progress progress_;
   double told_ = 0;  // the share
   Finding found_;

@@ -21,6 +21,9 @@ namespace {
 /// Of a sample: a change that acts just before the readings of its row.
 constexpr double just_before = -1e-3;
 
+/// Of a sample: an instrument that is behind the others by less is not.
+constexpr double least_late = 0.02;
+
 /// Can it be told at all when an input acts? A motor that is driven by a measured voltage does not see the reference.
 bool sees_its_input(const Record& record, const Model& model) {
   return model.input != Signal::u_ref || !record.measured_voltage;
@@ -76,7 +79,6 @@ class TimingSearch {
   /// passes tell all of them.
   /// @param clear of half the sum of squares that it has to take away
   std::map<Signal, double> late(Timing timing, double clear) {
-    constexpr double least = 0.02;  // of a sample
     std::vector<Signal> signals;
     for (const Residuals& r : known_) {
       if (models_lateness(model_, r.signal) || std::ranges::find(signals, r.signal) != signals.end()) continue;
@@ -114,7 +116,7 @@ class TimingSearch {
       without_a.col(c).setZero();
       const auto left = [&](const Eigen::VectorXd& x) { return 0.5 * x.dot(a * x) - b.dot(x); };
       const Eigen::VectorXd with = least_within_one(a, b);
-      if (left(least_within_one(without_a, b)) - left(with) < clear || with[c] < least) {
+      if (left(least_within_one(without_a, b)) - left(with) < clear || with[c] < least_late) {
         a = without_a;
         b[c] = 0;
       }
@@ -181,8 +183,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
 }
 
 TimingChange settle_timing(Dataset& data, const Model& fitted) {
-  constexpr double same = 0.1;      // of a sample: what a search on a grid of sixteenths may differ by
-  constexpr double as_good = 0.02;  // of a sample, of an instrument's reading
+  constexpr double same = 0.1;  // of a sample: what a search on a grid of sixteenths may differ by
   Timing timing = fitted_timing(data.train, fitted);
   const Timing& before = data.timing;
   timing.voltage_late = before.voltage_late;
@@ -197,7 +198,7 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
   }
   const bool same_edges = timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
                           std::abs(timing.acts_after - before.acts_after) < same * interval;
-  if (same_edges && moved < as_good) return TimingChange::none;
+  if (same_edges && moved < least_late) return TimingChange::none;
   if (same_edges) timing.acts_after = before.acts_after;
   set_timing(data, timing);
   return same_edges && moved < same ? TimingChange::slight : TimingChange::other;

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "session/spec.h"
 #include "tests/analysis/check/planted.h"
@@ -118,38 +117,22 @@ TEST_F(CheckCommand, ResolutionAndWindowSurviveTheWayThroughCsv) {
   EXPECT_GT(after["i_a"]["window"].get<double>(), 0);
 }
 
-/// A run at 50 Hz as text: a minute of steps of a small motor.
-std::string minute_of_steps(double pause_s, double unit_s) {
-  std::ostringstream csv;
-  csv << "t_s,u_ref_V,i_a_A,omega_rad_s\n";
-  double t = 0, omega = 0;
-  for (int k = 0; k < 3000; ++k) {
-    const double u = k / 500 % 2 == 0 ? 3 : 6, i = (u - 0.05 * omega) / 2, wobble = 0.01 * ((k * 7919) % 13 - 6);
-    csv << t / unit_s << ',' << u << ',' << i + 0.1 * wobble << ',' << omega + wobble << '\n';
-    omega += 0.02 * (0.05 * i - 1e-4 * omega) / 1e-3;
-    t += k == 1500 ? 0.02 + pause_s : 0.02;
-  }
-  return csv.str();
-}
-
 TEST_F(CheckCommand, APauseOfAnHourTakesNoMemory) {
-  const std::string file = write("pause.csv", minute_of_steps(3600, 1));
-  const std::string small =
-      write("small.yaml",
-            "name: small\ninput: u_ref\ntie: {K_m: K_b}\nparameters:\n"
-            "  R_a: {value: 2, min: 0.2, max: 20}\n  K_b: {value: 0.04, min: 0.005, max: 0.5}\n"
-            "  B: {value: 1.0e-4, min: 0, max: 0.01}\n  J: {value: 8.0e-4, min: 1.0e-4, max: 0.01}\n");
+  emtb::Run run = good();
+  planted::pause(run, 5, 3600);
+  const std::string file = write_run("pause.csv", run);
   EXPECT_EQ(call({"check", file}), 0);
   EXPECT_THAT(last->out(), HasSubstr("taken as 2 pieces"));
-  const std::string limited = "ulimit -v 1000000; exec " + std::string(EMTB) + " calibrate " + small + " " + file;
+  const std::string limited = "ulimit -v 1000000; exec " + std::string(EMTB) + " calibrate " + model() + " " + file;
   Process emtb({"/bin/sh", "-c", limited}, path("limited"));
   EXPECT_EQ(emtb.wait(60), 0) << emtb.err();
   EXPECT_THAT(emtb.out(), HasSubstr("error (1 = noise floor)"));
 }
 
 TEST_F(CheckCommand, TimesInMillisecondsUnderSecondsAreSaid) {
-  const std::string file = write("ms.csv", minute_of_steps(0, 1e-3));
-  EXPECT_EQ(call({"calibrate", model(), file}), 2);
+  std::string csv = "t_s,u_ref_V,omega_rad_s\n";  // at 50 Hz
+  for (int k = 0; k < 500; ++k) csv += std::to_string(20 * k) + ",3," + std::to_string(50 + k % 7) + "\n";
+  EXPECT_EQ(call({"calibrate", model(), write("ms.csv", csv)}), 2);
   EXPECT_THAT(last->err(), HasSubstr("time_unit: ms"));
 }
 
