@@ -163,5 +163,5 @@ endfunction()
 function(emtb_discover room which filter)
   gtest_discover_tests(${room}_tests TEST_PREFIX ${room}: DISCOVERY_TIMEOUT 60 TEST_LIST ${room}_${which} TEST_FILTER ${filter}
                        PROPERTIES LABELS ${room} TIMEOUT 900
-                                  ENVIRONMENT LSAN_OPTIONS=print_suppressions=0:suppressions=${CMAKE_SOURCE_DIR}/tests/leaks_of_others.txt)
+                                  ENVIRONMENT "LSAN_OPTIONS=print_suppressions=0:suppressions=${CMAKE_SOURCE_DIR}/tests/leaks_of_others.txt;TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/races_that_are_none.txt")
 endfunction()
