@@ -214,7 +214,9 @@ struct Balance {
   Scalar contact_drop{};  ///< [V] opposes the current; >= 0
   Scalar contact_knee{};  ///< [A] on which the drop bends: it is contact_drop tanh(i/contact_knee)
   // air gap
-  Scalar flux{};  ///< [1] factor on K_b and K_m
+  Scalar flux{};           ///< [1] factor on K_b and K_m
+  Scalar reaction{};       ///< [1] by which the current weakens it at most
+  Scalar reaction_knee{};  ///< [A] at which it does so by half of that
   // shaft and load: K_m flux i = J domega/dt + B omega + braking_torque + dry friction
   Scalar inertia{};         ///< [kg m2]
   Scalar viscous{};         ///< [N m s/rad]

@@ -13,6 +13,7 @@
 #include "model/machine/driver.h"
 #include "model/machine/equations.h"
 #include "model/machine/late_reading.h"
+#include "model/machine/reaction.h"
 #include "model/machine/rotor_angle.h"
 #include "model/machine/shaft.h"
 #include "model/machine/user_terms.h"
@@ -116,7 +117,8 @@ class Machine : public Motion<Scalar> {
 
     i_a_before = i_a;
     if (circuit == Circuit::closed) {
-      i_a = armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
+      i_a = reacts() && !armature_.inductive() ? reacting_current(armature_.end().v1, e.end, omega_end)
+                                               : armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
     } else {
       i_a = mean_current;
     }
@@ -230,6 +232,7 @@ class Machine : public Motion<Scalar> {
     equations_.terms.inertia = equations_.p[base::J];
     equations_.terms.gap = Scalar(0.0);
     equations_.terms.flux = Scalar(1.0);
+    equations_.terms.reaction = Scalar(0.0);
     equations_.terms.inductance = equations_.terms.contact_drop = equations_.terms.contact_knee = Scalar(0.0);
     equations_.terms.braking_torque = equations_.terms.load_torque = equations_.terms.dry_friction = Scalar(0.0);
     equations_.terms.gear_friction = equations_.terms.brake = equations_.terms.bristle = Scalar(0.0);
@@ -253,6 +256,8 @@ class Machine : public Motion<Scalar> {
                             : structure_.input == Signal::i_a ? Circuit::driven
                                                               : Circuit::closed;
     const bool conducts = circuit == Circuit::closed;
+    full_flux_ = equations_.terms.flux;
+    if (reacts()) weaken_flux(in, circuit, h, e);
     solve_for(h, conducts);
     if (conducts && !structure_.measured_voltage && any(differs(equations_.terms.light_load_rise, Scalar(0.0)))) {
       e += armature_.light_load_rise(e.mean() + user_.voltage(), *this, equations_.terms);
@@ -263,12 +268,14 @@ class Machine : public Motion<Scalar> {
     const Scalar source = follows_driver ? Scalar(driven) : e.mean();
     if (conducts && equations_.terms.one_quadrant &&
         value_of(armature_.stopping_voltage(source + user_.voltage(), *this)) <= 0) {
+      equations_.terms.flux = full_flux_;
       solve_for(h, false);
       user_.set_voltage(Scalar(0.0));
       return Circuit::blocked;
     }
     if (conducts && any(differs(equations_.terms.contact_drop, Scalar(0.0)))) {
-      e -= armature_.contact_drop(e.mean() + user_.voltage(), *this, equations_.terms);
+      contact_drop_ = armature_.contact_drop(e.mean() + user_.voltage(), *this, equations_.terms);
+      e -= contact_drop_;
     }
     if (user_.any_voltage()) {
       user_.set_voltage(conducts ? user_.voltage_for(e.mean(), armature_, *this, equations_) : Scalar(0.0));
@@ -277,12 +284,36 @@ class Machine : public Motion<Scalar> {
     return circuit;
   }
 
+  /// Does the armature's own field weaken the poles'?
+  bool reacts() const { return any(differs(equations_.terms.reaction, Scalar(0.0))); }
+
+  /// Takes from the flux what the mean current of the step does; the brushes still drop what they did.
+  void weaken_flux(const StepInput& in, Circuit circuit, double h, const Ramp<Scalar>& e) {
+    Balance<Scalar>& terms = equations_.terms;
+    if (circuit == Circuit::driven) terms.flux *= flux_left(terms, Scalar(in.i_a));
+    if (circuit != Circuit::closed) return;
+    if (h != solved_h_ || !solved_conducts_ || any(armature_.circuit_changed(resistance(), terms))) solve_for(h, true);
+    const Scalar pushed = armature_.mean_current(e.start - contact_drop_, e.end - contact_drop_, i_a);
+    const Scalar taken =
+        (armature_.mean().v0 + armature_.mean().v1) * equations_.p[base::K_b] * full_flux_ * omega_in_middle();
+    terms.flux *= flux_left(terms, current_under_reaction(pushed - taken, taken, value_of(i_a), terms));
+  }
+
+  /// [A] At the end of a step, without an inductance.
+  Scalar reacting_current(const Scalar& conductance, const Scalar& e, const Scalar& omega_end) const {
+    const Scalar taken = conductance * equations_.p[base::K_b] * full_flux_ * omega_end;
+    return current_under_reaction(conductance * e - taken, taken, value_of(i_a), equations_.terms);
+  }
+
+  /// [ohm] Of the circuit: a driver's own is in a row with the motor's.
+  Scalar resistance() const {
+    const Balance<Scalar>& terms = equations_.terms;
+    return structure_.measured_voltage ? terms.resistance : terms.resistance + terms.output_resistance;
+  }
+
   /// Prepares what a step multiplies by.
   void solve_for(double h, bool conducts) {
-    const Scalar resistance =
-        structure_.measured_voltage
-            ? equations_.terms.resistance
-            : equations_.terms.resistance + equations_.terms.output_resistance;  // in a row with the motor's
+    const Scalar resistance = this->resistance();
     const bool changed = any(armature_.changed(resistance, equations_.terms) | shaft_.changed(equations_.terms));
     if (h == solved_h_ && conducts == solved_conducts_ && !changed) return;
     solved_h_ = h;
@@ -388,11 +419,13 @@ class Machine : public Motion<Scalar> {
   EffectParts<Scalar> motor_, load_, sensors_;
   UserTerms<Scalar> user_;
   LateReading<Scalar> late_;
-  Scalar late_theta_{};   ///< [rad]
-  bool is_late_ = false;  ///< speed and angle are read late
-  Scalar braked_{};       ///< [N m] by a brake of the load, over the last step
-  double field_on_ = 0;   ///< [s] for which the field had been on at the start
-  double solved_h_ = 0;   ///< [s] the step that armature and shaft are solved for
+  Scalar full_flux_{};     ///< [1] before the armature's own field weakens it
+  Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
+  Scalar late_theta_{};    ///< [rad]
+  bool is_late_ = false;   ///< speed and angle are read late
+  Scalar braked_{};        ///< [N m] by a brake of the load, over the last step
+  double field_on_ = 0;    ///< [s] for which the field had been on at the start
+  double solved_h_ = 0;    ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
   bool is_free_ = false;               ///< nothing but the base model under a measured voltage
   typename Shaft<Scalar>::Free free_;  ///< that it then steps by,

@@ -48,6 +48,22 @@ Eigen::VectorXd least_within_one(const Eigen::MatrixXd& a, const Eigen::VectorXd
   return x;
 }
 
+/// How much more the residuals of each signal jump from reading to reading than an instrument's would, at least 1: what
+/// a model of a brake that lets go a little late is off by has nothing to say about timing, however large it is.
+std::map<Signal, double> jumpiness(std::span<const Residuals> residuals) {
+  std::map<Signal, double> squares, count, more;
+  for (const Residuals& r : residuals) {
+    if (r.value.size() < 2) continue;
+    const auto n = r.value.size() - 1;
+    squares[r.signal] += (r.value.tail(n) - r.value.head(n)).squaredNorm();
+    count[r.signal] += 2.0 * static_cast<double>(n);
+  }
+  for (const Residuals& r : residuals) {
+    more[r.signal] = count[r.signal] > 0 ? std::max(1.0, std::sqrt(squares[r.signal] / count[r.signal])) : 1;
+  }
+  return more;
+}
+
 class TimingSearch {
  public:
   TimingSearch(std::vector<Record> records, const Model& fitted)
@@ -57,14 +73,16 @@ class TimingSearch {
     const auto p = static_cast<Eigen::Index>(free.size());
     sts_.setZero(p, p);
     known_ = emtb::residuals(records_, fitted, values_, moved);
-    for (const Residuals& r : known_) {
+    scale_ = jumpiness(known_);
+    for (Residuals& r : known_) {
+      r.value /= scale_.at(r.signal);
+      if (r.informed()) r.sensitivity /= scale_.at(r.signal);
       if (r.informed()) sts_ += gram(r.sensitivity);
     }
   }
 
   double cost(const Timing& timing) {
-    set_timing(records_, timing);
-    const std::vector<Residuals> left = emtb::residuals(records_, model_, values_, {});
+    const std::vector<Residuals> left = residuals(timing);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(sts_.rows());
     double squares = 0;
     for (std::size_t i = 0; i < left.size(); ++i) {
@@ -85,11 +103,9 @@ class TimingSearch {
       signals.push_back(r.signal);
     }
     timing.late.clear();
-    set_timing(records_, timing);
-    const std::vector<Residuals> in_time = emtb::residuals(records_, model_, values_, {});
+    const std::vector<Residuals> in_time = residuals(timing);
     for (const Signal signal : signals) timing.late[signal] = 1;
-    set_timing(records_, timing);
-    const std::vector<Residuals> behind = emtb::residuals(records_, model_, values_, {});
+    const std::vector<Residuals> behind = residuals(timing);
     const auto n = static_cast<Eigen::Index>(signals.size());
     Eigen::MatrixXd sd = Eigen::MatrixXd::Zero(sts_.rows(), n);
     Eigen::VectorXd sr = Eigen::VectorXd::Zero(sts_.rows()), dd = Eigen::VectorXd::Zero(n), dr = dd;
@@ -130,10 +146,18 @@ class TimingSearch {
   }
 
  private:
+  std::vector<Residuals> residuals(const Timing& timing) {
+    set_timing(records_, timing);
+    std::vector<Residuals> all = emtb::residuals(records_, model_, values_, {});
+    for (Residuals& r : all) r.value /= scale_.at(r.signal);
+    return all;
+  }
+
   const Model& model_;
   std::vector<double> values_;
   std::vector<Record> records_;
-  std::vector<Residuals> known_;
+  std::vector<Residuals> known_;  ///< as recorded
+  std::map<Signal, double> scale_;
   Eigen::MatrixXd sts_;
 };
 

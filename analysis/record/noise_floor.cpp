@@ -108,9 +108,11 @@ std::vector<double> held_on_grid(const Observation& o, std::size_t size) {
 }
 
 /// Scatter of a slow meter about what the fast signals beside it, averaged over its windows, say in a straight line:
-/// voltage, speed, direction, acceleration. What no line says counts as noise: an upper bound, for where nothing ever
-/// settles for as long as the meter takes. Negative where there are no such signals.
+/// acceleration, speed, direction, voltage; of few readings by the first two. What no line says counts as noise: an
+/// upper bound, for where nothing ever settles for as long as the meter takes. Negative where there are no such
+/// signals.
 double scatter_about_fast_signals(std::span<const ObservedRun> records, Signal signal) {
+  constexpr std::size_t of_few = 3, fewest = 6;
   std::vector<std::vector<double>> columns(5);
   std::vector<double> readings;
   for (const ObservedRun& record : records) {
@@ -130,14 +132,15 @@ double scatter_about_fast_signals(std::span<const ObservedRun> records, Signal s
         direction += (omega[k] > 0 ? 1 : -1) / n;
       }
       columns[0].push_back(1);
-      columns[1].push_back(voltage);
+      columns[1].push_back(omega[b] - omega[a]);
       columns[2].push_back(speed);
       columns[3].push_back(direction);
-      columns[4].push_back(omega[b] - omega[a]);
+      columns[4].push_back(voltage);
       readings.push_back(slow->value[i]);
     }
   }
-  if (readings.size() < 4 * columns.size()) return -1;
+  if (readings.size() < fewest) return -1;
+  if (readings.size() < 4 * columns.size()) columns.resize(of_few);
   const Regression line = regress(columns, readings);
   std::vector<double> left;
   for (std::size_t i = 0; i < readings.size(); ++i) {
@@ -145,7 +148,8 @@ double scatter_about_fast_signals(std::span<const ObservedRun> records, Signal s
     for (std::size_t c = 0; c < columns.size(); ++c) predicted += line.value[c] * columns[c][i];
     left.push_back(std::abs(readings[i] - predicted));
   }
-  return robust_sigma(std::move(left));
+  const auto n = static_cast<double>(readings.size());
+  return robust_sigma(std::move(left)) * std::sqrt(n / (n - static_cast<double>(columns.size())));
 }
 
 /// The reference is set, so that it is the same where a run was repeated: to a digit of the card that reads it back.

@@ -36,7 +36,10 @@ class Armature {
  public:
   /// Where does something differ from what it is solved for?
   auto changed(const Scalar& resistance, const Balance<Scalar>& terms) const {
-    return differs(resistance, resistance_) | differs(terms.inductance, inductance_) | differs(terms.flux, flux_);
+    return circuit_changed(resistance, terms) | differs(terms.flux, flux_);
+  }
+  auto circuit_changed(const Scalar& resistance, const Balance<Scalar>& terms) const {
+    return differs(resistance, resistance_) | differs(terms.inductance, inductance_);
   }
 
   void solve(const Scalar& resistance, const Equations<Scalar>& equations, double h, bool conducts) {
@@ -64,6 +67,7 @@ class Armature {
     mean_ = {(0.5 + late - mean_carried) * conductance, (0.5 - late) * conductance, mean_carried};
   }
 
+  bool inductive() const { return inductive_; }
   const Scalar& k_b() const { return k_b_; }  ///< [V s/rad] K_b φ
   const Scalar& k_m() const { return k_m_; }  ///< [N m/A] K_m φ
 

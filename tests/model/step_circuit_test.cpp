@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
+#include "tests/model/reference.h"
 #include "tests/model/step_bench.h"
 
 namespace emtb {
@@ -86,6 +88,56 @@ TEST(Step, BrushesStopAnInductiveCurrentAtZeroWithoutChatter) {
     ASSERT_GE(y.i_a[k], -1e-6);
   }
   EXPECT_NEAR(y.i_a.back(), 0, 1e-6);  // the shaft still turns at 1e-5 rad/s
+}
+
+/// A large machine of little resistance: at full speed the back-EMF moves the current far more than R_a does.
+const std::vector<double> large_machine{0.1, 1.6, 1.6, 0.02, 7};
+
+TEST(Step, AFluxThatTheCurrentWeakensSettlesWhereBothAgree) {
+  // Held at speed by its inertia while the voltage goes to and fro about the back-EMF, driving and braking. Explicit in
+  // the current, each step would swing further: k_i E/(i_k R_a) is 5.
+  const double k_i = 0.1, i_k = 300;
+  std::vector<double> held = and_(large_machine, {k_i, i_k});
+  held[4] = 1e9;
+  Excitation x = holds(5e-3, {{0.5, 170}, {0.5, 130}, {0.5, 150}});
+  x.initial.omega = 100;
+  x.initial.as_read = true;
+  const Trajectory<double> y = run(with({"armature_reaction"}), held, x);
+  for (const std::size_t k : {std::size_t{90}, std::size_t{190}, std::size_t{290}}) {
+    const double share = y.i_a[k] / i_k, flux = 1 - k_i * share * share / (1 + share * share);
+    EXPECT_NEAR(0.1 * y.i_a[k] + 1.6 * flux * y.omega[k], x.u_ref[k], 1e-6) << y.i_a[k];
+    EXPECT_NEAR(y.i_a[k], y.i_a[k - 1], 1e-3);
+  }
+}
+
+TEST(Step, AFluxThatTheCurrentWeakensMovesTheMotorAsItsEquationSays) {
+  const double k_i = 0.12, i_k = 300;
+  const Excitation x = holds(5e-3, {{1, 20}, {1, 60}, {1, 10}, {1, -30}});
+  const Trajectory<double> y = run(with({"armature_reaction"}), and_(large_machine, {k_i, i_k}), x);
+  const auto flux = [&](double i) { return 1 - k_i * i * i / (i_k * i_k + i * i); };
+  const auto current = [&](double e, double omega) {  // bisection: with these values there is one
+    double low = -1e5, high = 1e5;
+    for (int n = 0; n < 60; ++n) {
+      const double i = 0.5 * (low + high);
+      (0.1 * i + 1.6 * flux(i) * omega > e ? high : low) = i;
+    }
+    return low;
+  };
+  std::array<double, 1> omega{0};
+  double most = 0, fastest = 0;
+  for (std::size_t k = 0; k + 1 < x.t.size(); ++k) {
+    const double e = x.u_ref[k];
+    omega = runge_kutta(
+        [&](double, const std::array<double, 1>& w) {
+          const double i = current(e, w[0]);
+          return std::array<double, 1>{(1.6 * flux(i) * i - 0.02 * w[0]) / 7};
+        },
+        omega, x.t[k], x.t[k + 1], 1e-3);
+    most = std::max(most, std::abs(omega[0] - y.omega[k + 1]));
+    fastest = std::max(fastest, std::abs(omega[0]));
+  }
+  EXPECT_GT(fastest, 30);
+  EXPECT_LT(most, 2e-3 * fastest);
 }
 
 TEST(Step, ABlockedArmatureWarmsUpAsItsHeatCapacityAndResistanceSay) {

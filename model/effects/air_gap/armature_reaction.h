@@ -28,11 +28,8 @@ struct ArmatureReaction {
       .parameter_count = 2};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
-    const auto& [k_i, i_k] = std::tie(p[0], p[1]);
-    const Scalar share = x.i_a / i_k;
-    const Scalar square = share * share;
-    balance.flux *= 1.0 - k_i * square / (1.0 + square);
+  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+    std::tie(balance.reaction, balance.reaction_knee) = std::tie(p[0], p[1]);  // implicit: see flux_left()
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {

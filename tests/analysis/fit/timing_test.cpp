@@ -137,6 +137,16 @@ TEST(TimingOfRows, IsNoPartOfTheErrorsOfWhatItDoesNotMove) {
   EXPECT_LT(f.fit.model.at(base::R_a).std_error.value(), 2e-2 * R_a);
 }
 
+TEST(TimingOfRows, IsNotToldByASignalThatTheModelDoesNotFollow) {
+  // A contact that lets go a little late: 60 of the current's floors for a few rows after each step, none of its speed.
+  emtb::Run run = logged({.read_after = false});
+  std::vector<double>& i_a = run.signals[Signal::i_a].value;
+  for (std::size_t k = 0; k < i_a.size(); ++k) {
+    if ((k + 1) % 80 >= 1 && (k + 1) % 80 < 7) i_a[k] += reference(k + 1) > 0 ? 0.3 : -0.3;
+  }
+  EXPECT_FALSE(fitted(std::move(run), false).timing.late.contains(Signal::omega));
+}
+
 TEST(TimingOfRows, OfAnInstrumentIsToldByTheModelWhereThatHasAnEffectForIt) {
   Model model = bridge_model();
   model.include(effect_index("speed_delay"));
