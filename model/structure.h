@@ -82,6 +82,7 @@ struct InitialState {
   double e_driver_slope = 0;       ///< [V/s] with which it moves: what a lag of the driver has yet to follow
   bool as_read = false;            ///< omega and i_a, where they are not 0, are readings, with all that sensors err
   double field_on = 0;             ///< [s] for which the field has been on
+  double omega_doubt = 0;          ///< [rad/s] that the first readings may mean as well as the rest that they stand for
 };
 
 }  // namespace emtb

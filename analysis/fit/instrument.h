@@ -34,6 +34,7 @@ class Instrument {
       for (; done_ < o_.last.size() && o_.last[done_] == k; ++done_) take(done_, now);
       return;
     }
+    if (late_ > 0 && !o_.late_by_row.empty()) late_ = o_.late_by_row[k];
     const Scalar x = late_ > 0 && k > 0 ? before(now, y.jump) : now;
     if (late_ > 0) {
       sample_before_that_ = k > 0 ? sample_before_ : now;
@@ -87,7 +88,7 @@ class Instrument {
   }
 
   const Observation& o_;
-  double late_;  ///< [samples]
+  double late_;  ///< [samples], of a row where they differ
   bool averages_;
   bool at_once_;                      ///< a reading is the signal's value at one grid point
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed

@@ -144,14 +144,16 @@ void descend(Start& start) {
 
 bool settle(Record& record, const Model& fitted) {
   constexpr double clear = 10;  // of half the sum of squares: more than two numbers take by chance
-  if (record.excitation.initial.omega == 0) return false;
-  const InitialState before = record.excitation.initial;
+  InitialState& initial = record.excitation.initial;
+  if (initial.omega == 0 && initial.omega_doubt == 0) return false;
+  const InitialState before = initial;
   Start start(record, fitted);
   const double cost = start.cost();
+  if (initial.omega == 0) initial.omega = initial.omega_doubt;
   start.look_around();
   descend(start);
   if (cost - start.cost() > clear) return true;
-  record.excitation.initial = before;
+  initial = before;
   return false;
 }
 

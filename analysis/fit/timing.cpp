@@ -203,7 +203,23 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
       }
     }
   }
-  return with_late(best);
+  best = with_late(best);
+  // Edges in the middle of a row are rare, and an instrument that is behind looks like them: with it in its place, a
+  // row is read before it is written, or after, unless the readings speak against both.
+  const double place = best.acts_after / interval;
+  if (place == 0 || place == just_before) return best;
+  constexpr double good_to = 0.1;  // what parameters take is a straight line of them, and they have far to go
+  double most = search.cost(best) * (1 + good_to) + clear;
+  Timing usual = best;
+  for (const double share : {0.0, just_before}) {
+    if (share >= 0 && late_is_told) continue;
+    const Timing at_once = with_late({share * interval, held});
+    if (const double cost = search.cost(at_once); cost < most) {
+      most = cost;
+      usual = at_once;
+    }
+  }
+  return usual;
 }
 
 TimingChange settle_timing(Dataset& data, const Model& fitted) {

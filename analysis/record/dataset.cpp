@@ -33,6 +33,23 @@ std::vector<Run> with_voltage_earlier(std::span<const Run> runs, int rows, const
   return earlier;
 }
 
+/// An instrument is behind by a time: the part of each row that this is, where the rows are not alike; empty where they
+/// are.
+std::vector<double> late_by_row(double late, std::span<const double> t) {
+  constexpr double alike = 0.02;
+  if (late <= 0 || t.size() < 2) return {};
+  const double interval = mean_interval(t);
+  std::vector<double> parts(t.size(), late);
+  bool even = true;
+  for (std::size_t k = 1; k < t.size(); ++k) {
+    const double rows = (t[k] - t[k - 1]) / interval;
+    even = even && std::abs(rows - 1) < alike;
+    parts[k] = rows > 0 ? std::min(1.0, late / rows) : 1;
+  }
+  if (even) parts.clear();
+  return parts;
+}
+
 }  // namespace
 
 std::vector<Record> Dataset::all() const {
@@ -51,6 +68,7 @@ void set_timing(std::span<Record> records, const Timing& timing) {
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);
       o.late = late != timing.late.end() && !o.slow ? late->second : 0;
+      o.late_by_row = late_by_row(o.late, record.excitation.t);
       const bool jumps = record.driven_at_once || timing.held;
       if (o.signal == Signal::i_a && o.late > 0 && jumps) record.excitation.reads_late_current = true;
     }

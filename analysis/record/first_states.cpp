@@ -22,16 +22,17 @@ std::optional<FirstValue> first_value_of(const Observation& o, std::span<const d
   return first_value(times, std::span(o.value).first(times.size()), grid.front(), o.lsb);
 }
 
-/// [rad/s] The readings of a speed that is a slope begin in the middle of the first line: a small servo is at full
-/// speed by then. Its angles begin with the run.
-double first_speed(const Observation& speed, const Run& run, std::span<const double> grid) {
+/// The readings of a speed that is a slope begin in the middle of the first line: a small servo is at full speed by
+/// then. Its angles begin with the run; where they are coarse, a few of them do not tell a shaft that turns from one
+/// that rests.
+void set_first_speed(InitialState& initial, const Observation& speed, const Run& run, std::span<const double> grid) {
   if (speed.origin == Origin::slope_of_angle) {
     const Series& theta = run.at(Signal::theta);
     const auto first = first_value(theta.t, theta.value, grid.front(), theta.lsb);
-    return first && first->moves() ? first->slope : 0;
+    if (first && first->may_move()) (first->moves() ? initial.omega : initial.omega_doubt) = first->slope;
+  } else if (const auto first = first_value_of(speed, grid, grid.size()); first && first->is_other_than(0)) {
+    initial.omega = first->value;
   }
-  const auto first = first_value_of(speed, grid, grid.size());
-  return first && first->is_other_than(0) ? first->value : 0;
 }
 
 /// [V] What the driver of the model makes of a reference in the end.
@@ -53,7 +54,7 @@ InitialState first_states(const ObservedRun& observed, const Run& run, const Mod
   InitialState initial;
   initial.as_read = true;
   if (const Observation* speed = observed.find(Signal::omega); speed != nullptr && !speed->slow) {
-    initial.omega = first_speed(*speed, run, x.t);
+    set_first_speed(initial, *speed, run, x.t);
   }
   if (const Observation* current = observed.find(Signal::i_a); current != nullptr && !current->slow) {
     initial.i_a = current->value.front();

@@ -43,6 +43,7 @@ struct Observation {
   double window = 0;           ///< [s] over which the instrument averages; 0: not stated
   bool slow = false;           ///< fewer than half as many readings as the grid has points
   double late = 0;             ///< [samples of the grid] by which the instrument is read behind the others; 0 to 1
+  std::vector<double> late_by_row;  ///< of the interval of the grid that ends at each point, where these differ
   std::vector<double> weight;  ///< of a slope: one for each grid point of each reading, one reading after the other
   std::vector<std::size_t> weight_from;  ///< where the weights of each reading begin
   std::vector<double> counted;     ///< variance that an encoder's whole counts leave in each reading; empty: not known

@@ -125,10 +125,14 @@ Truth heats(WideBench& b, double size, Draw draw) {
   return {{"C_th", motor.heat_capacity}, {"R_th", motor.heat_resistance}};
 }
 
+/// Never so much that two currents would do at one speed and voltage: such a machine runs away, and is built with
+/// windings against it.
 Truth armature_reaction(WideBench& b, double size, Draw draw) {
+  constexpr double steepest = 0.65, short_of_it = 0.7;  // slope of x²/(1 + x²); share, by hand
   auto& motor = b.plant.motor;
-  motor.reaction = std::min(0.1 * size, 0.45);
   motor.reaction_current = b.machine.current * draw.within(0.7, 2);
+  const double leaps = b.machine.R * motor.reaction_current / (steepest * b.machine.K * b.machine.speed);
+  motor.reaction = std::min({0.1 * size, 0.45, short_of_it * leaps});
   return {{"k_i", motor.reaction}, {"i_k", motor.reaction_current}};
 }
 
