@@ -1,10 +1,12 @@
 #include "analysis/fit/timing.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "analysis/record/dataset.h"
@@ -135,6 +137,17 @@ TEST(TimingOfRows, IsNoPartOfTheErrorsOfWhatItDoesNotMove) {
   EXPECT_LT(f.fit.model.at(base::K_b).std_error.value(), 2e-3 * K);
   EXPECT_GT(f.fit.model.at(base::R_a).std_error.value(), 2e-3 * R_a);  // 0.29 of a row of 2 ms in 41 ms
   EXPECT_LT(f.fit.model.at(base::R_a).std_error.value(), 2e-2 * R_a);
+}
+
+TEST(TimingOfRows, AnInstrumentIsBehindByTheSameTimeInRowsThatAreNotAlike) {
+  Record record;
+  record.excitation.t = {0, 1, 3, 4};
+  record.observations.emplace_back().signal = Signal::omega;
+  Timing timing;
+  timing.late[Signal::omega] = 0.3;  // of 4/3 s
+  set_timing(std::span(&record, 1), timing);
+  EXPECT_THAT(std::span(record.observations[0].late_by_row).subspan(1),
+              testing::ElementsAre(testing::DoubleEq(0.4), testing::DoubleEq(0.2), testing::DoubleEq(0.4)));
 }
 
 TEST(TimingOfRows, IsNotToldByASignalThatTheModelDoesNotFollow) {

@@ -114,6 +114,21 @@ TEST(PrepareRun, StartsAtTheSpeedThatTheFirstReadingsTell) {
   EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0) << "noise is no motion";
 }
 
+TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseEncoderDoesNotTell) {
+  constexpr double step = 0.0188;  // [rad] 334 a turn, read every 10 ms
+  const auto angles = [&](double omega) {
+    emtb::Run run = plain_run();
+    run.signals.erase(Signal::omega);
+    run.signals[Signal::theta] = series(1e-2, 2, [&](double t) { return step * std::floor(omega * t / step + 0.3); });
+    run.signals[Signal::theta].lsb = step;
+    return observe_run(run, servo_model()).excitation.initial;
+  };
+  EXPECT_EQ(angles(5).omega, 0);
+  EXPECT_NEAR(angles(5).omega_doubt, 5, 2);
+  EXPECT_NEAR(angles(50).omega, 50, 5) << "a clear motion is none of doubt";
+  EXPECT_EQ(angles(0).omega_doubt, 0);
+}
+
 // ---- what drives the model
 
 TEST(PrepareRun, AGaugeThatReadsZeroIsNoLoad) {
