@@ -44,13 +44,33 @@ static inline double emtb_drop_for(double stopping, double ohm, double drop, dou
   }
   return x;
 }
+/* the current that a flux leaves which it weakens itself, on from the last one */
+static inline double emtb_reacting(double with_all, double taken, double from, double reaction, double knee) {
+  const double most = taken * reaction;
+  double low = with_all < with_all + most ? with_all : with_all + most;
+  double high = with_all < with_all + most ? with_all + most : with_all, i = emtb_clamp(from, low, high);
+  int n;
+  if (reaction == 0) return with_all;
+  for (n = 0; n < 100; ++n) {
+    const double x = i / knee, gap = i - with_all - most * x * x / (1 + x * x);
+    const double slope = 1 - 2 * most * x / (knee * (1 + x * x) * (1 + x * x));
+    const double step = emtb_clamp(gap / (slope > 0.02 ? slope : 0.02), -0.5 * knee, 0.5 * knee);
+    double next = i - step;
+    if (fabs(gap) <= 1e-13 * (fabs(with_all) + fabs(most))) break;
+    if (gap > 0) high = i;
+    else low = i;
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    i = next;
+  }
+  return i;
+}
 )";
 
 std::string spelt_in_c(const std::string& text) {
   std::string out = spelt(text, "p->", "s->");
   out = renamed(out, "abs", "fabs");
-  for (const char* name :
-       {"sign", "beyond", "positive", "clamp", "slew_end", "slew_mean", "lag_end", "carried", "drop_for", "mean_sine"})
+  for (const char* name : {"sign", "beyond", "positive", "clamp", "slew_end", "slew_mean", "lag_end", "carried",
+                           "drop_for", "reacting", "mean_sine"})
     out = renamed(out, name, std::string("emtb_") + name);
   return out;
 }

@@ -21,7 +21,7 @@ constexpr std::array one_quadrant{Statement{"one_quadrant", "1"}};
 constexpr std::array inductance{Statement{"inductance", "inductance + $L_a"}};
 constexpr std::array brush_drop{Statement{"contact_drop", "contact_drop + $V_b"},
                                 Statement{"contact_knee", "contact_knee + $i_lin"}};
-constexpr std::array reaction{Statement{"flux", "flux*(1 - $k_i*(i_a/$i_k)*(i_a/$i_k)/(1 + (i_a/$i_k)*(i_a/$i_k)))"}};
+constexpr std::array reaction{Statement{"reaction", "$k_i"}, Statement{"reaction_knee", "$i_k"}};
 constexpr std::array field_heating{Statement{"flux", "flux*(1 - $drop*(1 - exp(-t/$tau)))"}};
 constexpr std::array coulomb{Statement{"dry_friction", "dry_friction + $T_c"}};
 constexpr std::array stribeck{Statement{"dry_friction", "dry_friction + $T_s*exp(-(omega/$omega_s)*(omega/$omega_s))"}};

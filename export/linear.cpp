@@ -5,6 +5,7 @@
 
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "model/machine/reaction.h"
 
 namespace emtb {
 namespace {
@@ -35,6 +36,7 @@ Balance<double> terms_at(const Model& model, double omega, double i_a, double u)
     if (machine) apply_of<double>(e.effect)({p.data() + place, info.parameter_count}, {}, x, b);
     place += info.parameter_count;
   }
+  if (b.reaction != 0) b.flux *= flux_left(b, i_a);
   return b;
 }
 

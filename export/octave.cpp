@@ -54,6 +54,21 @@ function x = drop_for(stopping, ohm, drop, knee)  % what brushes take: V tanh(i/
     x = x - (x - drop*bend)/(1 + drop/(ohm*knee)*(1 - bend*bend));
   end
 end
+function i = reacting(with_all, taken, from, reaction, knee)  % the current of a flux that it weakens itself
+  i = with_all;
+  if reaction == 0, return; end
+  most = taken*reaction;
+  low = min(with_all, with_all + most); high = max(with_all, with_all + most); i = clamp(from, low, high);
+  for n = 1:100
+    x = i/knee; gap = i - with_all - most*x*x/(1 + x*x);
+    if abs(gap) <= 1e-13*(abs(with_all) + abs(most)), break; end
+    slope = max(0.02, 1 - 2*most*x/(knee*(1 + x*x)*(1 + x*x)));
+    next = i - clamp(gap/slope, -0.5*knee, 0.5*knee);
+    if gap > 0, high = i; else, low = i; end
+    if ~(next > low && next < high), next = 0.5*(low + high); end
+    i = next;
+  end
+end
 )";
 
 /// `pow` and `fabs` are called otherwise there.

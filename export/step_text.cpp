@@ -30,13 +30,21 @@ List driver_of(const ExportedEquations& x) {
 /// The armature circuit over the step, with `conducts` 1 or 0.
 List circuit_of(const ExportedEquations& x) {
   const std::string drives = x.input == Signal::i_a ? "0" : "1 - one_quadrant*(1 - positive(stopping))";
-  return {{"k_b", "$K_b*flux"},
-          {"k_m", "$K_m*flux"},
-          {"ohm", "resistance + output_resistance"},
+  // The flux that the armature's own field leaves, for the mean current of the step.
+  const std::string mean =
+      x.input == Signal::i_a ? "i_a_ref" : "reacting(pushed - taken, taken, @i_a, reaction, reaction_knee)";
+  return {{"ohm", "resistance + output_resistance"},
           {"tau", "inductance/ohm"},
           {"left", "carried(h, tau)"},
           {"part", "tau/h*(1 - left)"},
           {"late", "tau/h*(1 - part)"},
+          {"pushed", "((0.5 + late - part)*(e_start - bias) + (0.5 - late)*(e_end - bias))/ohm + part*@i_a"},
+          {"taken", "(1 - part)*$K_b*flux*omega/ohm"},
+          {"i_mean", mean},
+          {"full", "$K_b*flux"},
+          {"flux", "flux*(1 - reaction*i_mean*i_mean/(reaction_knee*reaction_knee + i_mean*i_mean))"},
+          {"k_b", "$K_b*flux"},
+          {"k_m", "$K_m*flux"},
           {"holding", "left/(1 - left)*ohm"},
           {"stopping", "0.5*(e_start + e_end) - bias - k_b*omega + holding*@i_a"},
           {"conducts", drives},
@@ -60,8 +68,11 @@ List shaft_of(const ExportedEquations& x) {
           {"omega_end",
            "beyond((fitted - 0.5*viscous)*@omega + pull, dry_friction + brake)"
            "/(fitted + 0.5*viscous + k_m*k_b*mean_end)"},
-          {"i_end",
-           x.input == Signal::i_a ? "i_a_ref" : "end_start*v_start + end_end*(v_end - k_b*omega_end) + end_i*@i_a"}};
+          {"i_end", x.input == Signal::i_a
+                        ? "i_a_ref"
+                        : "positive(tau)*(end_start*v_start + end_end*(v_end - k_b*omega_end) + end_i*@i_a)"
+                          " + (1 - positive(tau))*reacting(end_end*(v_end - full*omega_end), end_end*full*omega_end,"
+                          " @i_a, reaction, reaction_knee)"}};
 }
 
 }  // namespace
@@ -97,6 +108,8 @@ StepText step_of(const ExportedEquations& x, const std::string& input) {
             {"contact_knee", "0"},
             {"one_quadrant", "0"},
             {"flux", "1"},
+            {"reaction", "0"},
+            {"reaction_knee", "1"},
             {"inertia", "$J"},
             {"viscous", "$B"},
             {"bias", "0"},

@@ -24,6 +24,7 @@ namespace emtb {
 ///     mean_sine(x, width)         of an angle that goes so far in the step
 ///     carried(h, tau)             exp(-h/tau), 0 where tau is 0
 ///     drop_for(stopping, ohm, drop, knee)                what brushes take of the voltage
+///     reacting(with_all, taken, from, reaction, knee)    the current of a flux that it weakens itself
 struct StepText {
   std::vector<ResolvedStatement> assignments;
   std::vector<std::string> locals;  ///< names that C declares

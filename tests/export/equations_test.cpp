@@ -42,6 +42,8 @@ TEST(WrittenEffects, NameParametersOfTheirEffectAndTermsOfTheStep) {
                                          "inductance",
                                          "contact_drop",
                                          "contact_knee",
+                                         "reaction",
+                                         "reaction_knee",
                                          "flux",
                                          "dry_friction",
                                          "braking_torque",

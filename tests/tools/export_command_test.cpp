@@ -70,7 +70,7 @@ class ExportCommand : public CommandCaller {
 #include "motor.h"
 int main(int argc, char **argv) {
   FILE *in = fopen(argv[argc - 1], "r");
-  emtb_state s;
+  emtb_state s = {0};
   double t, u, before = 0, last = 0;
   int first = 1;
   while (fscanf(in, "%lf %lf", &t, &u) == 2) {
