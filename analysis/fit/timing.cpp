@@ -75,9 +75,9 @@ class TimingSearch {
     known_ = emtb::residuals(records_, fitted, values_, moved);
     scale_ = jumpiness(known_);
     for (Residuals& r : known_) {
-      r.value /= scale_.at(r.signal);
-      if (r.informed()) r.sensitivity /= scale_.at(r.signal);
-      if (r.informed()) sts_ += gram(r.sensitivity);
+      if (!r.informed()) continue;
+      r.sensitivity /= scale_.at(r.signal);
+      sts_ += gram(r.sensitivity);
     }
   }
 
@@ -156,7 +156,7 @@ class TimingSearch {
   const Model& model_;
   std::vector<double> values_;
   std::vector<Record> records_;
-  std::vector<Residuals> known_;  ///< as recorded
+  std::vector<Residuals> known_;  ///< as recorded, for its sensitivities
   std::map<Signal, double> scale_;
   Eigen::MatrixXd sts_;
 };
