@@ -117,8 +117,8 @@ class Machine : public Motion<Scalar> {
 
     i_a_before = i_a;
     if (circuit == Circuit::closed) {
-      i_a = reacts() && !armature_.inductive() ? reacting_current(armature_.end().v1, e.end, omega_end)
-                                               : armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
+      i_a = reacts_ && !armature_.inductive() ? reacting_current(e.end, omega_end)
+                                              : armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
     } else {
       i_a = mean_current;
     }
@@ -256,8 +256,8 @@ class Machine : public Motion<Scalar> {
                             : structure_.input == Signal::i_a ? Circuit::driven
                                                               : Circuit::closed;
     const bool conducts = circuit == Circuit::closed;
-    full_flux_ = equations_.terms.flux;
-    if (reacts()) weaken_flux(in, circuit, h, e);
+    reacts_ = any(differs(equations_.terms.reaction, Scalar(0.0)));
+    if (reacts_) weaken_flux(in, circuit, h, e);
     solve_for(h, conducts);
     if (conducts && !structure_.measured_voltage && any(differs(equations_.terms.light_load_rise, Scalar(0.0)))) {
       e += armature_.light_load_rise(e.mean() + user_.voltage(), *this, equations_.terms);
@@ -268,7 +268,7 @@ class Machine : public Motion<Scalar> {
     const Scalar source = follows_driver ? Scalar(driven) : e.mean();
     if (conducts && equations_.terms.one_quadrant &&
         value_of(armature_.stopping_voltage(source + user_.voltage(), *this)) <= 0) {
-      equations_.terms.flux = full_flux_;
+      if (reacts_) equations_.terms.flux = full_flux_;
       solve_for(h, false);
       user_.set_voltage(Scalar(0.0));
       return Circuit::blocked;
@@ -284,12 +284,10 @@ class Machine : public Motion<Scalar> {
     return circuit;
   }
 
-  /// Does the armature's own field weaken the poles'?
-  bool reacts() const { return any(differs(equations_.terms.reaction, Scalar(0.0))); }
-
   /// Takes from the flux what the mean current of the step does; the brushes still drop what they did.
   void weaken_flux(const StepInput& in, Circuit circuit, double h, const Ramp<Scalar>& e) {
     Balance<Scalar>& terms = equations_.terms;
+    full_flux_ = terms.flux;
     if (circuit == Circuit::driven) terms.flux *= flux_left(terms, Scalar(in.i_a));
     if (circuit != Circuit::closed) return;
     if (h != solved_h_ || !solved_conducts_ || any(armature_.circuit_changed(resistance(), terms))) solve_for(h, true);
@@ -300,7 +298,8 @@ class Machine : public Motion<Scalar> {
   }
 
   /// [A] At the end of a step, without an inductance.
-  Scalar reacting_current(const Scalar& conductance, const Scalar& e, const Scalar& omega_end) const {
+  Scalar reacting_current(const Scalar& e, const Scalar& omega_end) const {
+    const Scalar& conductance = armature_.end().v1;
     const Scalar taken = conductance * equations_.p[base::K_b] * full_flux_ * omega_end;
     return current_under_reaction(conductance * e - taken, taken, value_of(i_a), equations_.terms);
   }
@@ -419,7 +418,8 @@ class Machine : public Motion<Scalar> {
   EffectParts<Scalar> motor_, load_, sensors_;
   UserTerms<Scalar> user_;
   LateReading<Scalar> late_;
-  Scalar full_flux_{};     ///< [1] before the armature's own field weakens it
+  bool reacts_ = false;    ///< the armature's own field weakens the poles', over the last step
+  Scalar full_flux_{};     ///< [1] before it does
   Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
   Scalar late_theta_{};    ///< [rad]
   bool is_late_ = false;   ///< speed and angle are read late
