@@ -29,7 +29,7 @@ struct Excitation {
   double acts_after = 0;  ///< [s] after the readings of its row, before them where negative: when a held input acts;
                           ///< less than an interval
   bool e_a_held = false;  ///< a voltage that is set, not measured
-  bool reads_late_current = false;  ///< a current that jumps with its voltage is read between the times
+  bool reads_circuit_late = false;  ///< a voltage or current that moves with the driver is read between the times
   InitialState initial;
   double longest_step = 2e-3;                                   ///< [s] longer intervals are divided
   double quick_step = std::numeric_limits<double>::infinity();  ///< [s] the same, where an effect is quicker than the
@@ -65,18 +65,18 @@ auto& reading_of(Signal signal, Readings& y) {
   }
 }
 
-/// The current between the readings before and these, of a voltage that jumps in between.
+/// What a driver does between the readings before and these: it stands still, moves straight, and stands still again.
 template <class Scalar>
-struct CurrentAtJump {
-  double place = 0;          ///< of the jump, as a share of the interval
-  Scalar before{}, after{};  ///< [A] how fast it falls before and after the jump, for each interval
+struct DriverMove {
+  double from = 0, until = 0;  ///< when it moves, as shares of the interval; at once where they are one
+  Scalar before{}, after{};    ///< [A] how fast the current falls before and after it, for each interval
 };
 
 /// What the model predicts that the instruments read at one time.
 template <class Scalar>
 struct SimulatedReadings {
   const Scalar &e_a, &i_a, &omega, &theta, &torque;
-  const CurrentAtJump<Scalar>* jump = nullptr;  ///< null: none, or no one asks (Excitation::reads_late_current)
+  const DriverMove<Scalar>* move = nullptr;  ///< null: none, or no one asks (Excitation::reads_circuit_late)
 
   const Scalar& of(Signal signal) const { return reading_of(signal, *this); }
 };

@@ -42,10 +42,10 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   Machine<Scalar> machine(structure, parameters);
   const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
   const std::span<const double> angle = variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle;
-  CurrentAtJump<Scalar> jump;
-  const auto read = [&](std::size_t k, bool jumps = false) {
+  DriverMove<Scalar> move;
+  const auto read = [&](std::size_t k, bool moves = false) {
     SimulatedReadings<Scalar> y = machine.readings();
-    if (jumps) y.jump = &jump;
+    if (moves) y.move = &move;
     reader.read(k, y);
   };
   StepInput in = first_input(x, angle);
@@ -78,6 +78,7 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
         in.angle_end = part(angle, end);
       }
       machine.step(in, x.t[k] + begin * interval, h);
+      if (machine.driver_moved_for() > 0) move.until = begin + machine.driver_moved_for() / interval;
     }
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
@@ -95,15 +96,16 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     const double acts = early  ? std::max(0.0, 1 + acts_after / interval)
                         : late ? std::min(1.0, acts_after / interval)
                                : 0;
-    const bool jumps = x.reads_late_current && (early || late);
-    const Scalar speed_before = jumps ? machine.omega : Scalar(0.0);
+    const bool asked = x.reads_circuit_late, edge = early || late;
+    move.from = move.until = acts;
+    const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
     if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
-    if (jumps && acts > 0) jump.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
-    const Scalar speed_at_jump = jumps ? machine.omega : Scalar(0.0);
+    if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
+    const Scalar speed_at_edge = asked ? machine.omega : Scalar(0.0);
+    move.until = acts;
     if (acts < 1) advance(k, early ? k + 1 : k, acts, 1, interval);
-    if (jumps && acts < 1) jump.after = machine.current_taken_by(machine.omega - speed_at_jump) * (1 / (1 - acts));
-    jump.place = acts;
-    read(k + 1, jumps);
+    if (asked && acts < 1) move.after = machine.current_taken_by(machine.omega - speed_at_edge) * (1 / (1 - acts));
+    read(k + 1, asked && (edge || move.until > 0));
   }
 }
 

@@ -6,12 +6,13 @@
 
 namespace emtb {
 
-/// An output that follows its target no faster than its slew limits allow: where it is at the end of an interval, and
-/// its mean over it. The target stands still meanwhile.
+/// An output that follows its target no faster than its slew limits allow: where it is at the end of an interval, its
+/// mean over it, and for how much of it it is under way. The target stands still meanwhile.
 template <class Scalar>
 struct Slewed {
   Scalar end{};
   Scalar mean{};
+  double under_way = 0;  ///< as a share of the interval
 };
 
 /// @param e where the output is at the start @param rise, fall [1/s], positive @param dt [s]
@@ -20,10 +21,10 @@ Slewed<Scalar> slew(const Scalar& e, const Scalar& target, const Scalar& rise, c
   const Scalar way = target - e;
   const bool up = value_of(way) > 0;
   const Scalar travel = (up ? rise : -fall) * dt;
-  if (std::abs(value_of(way)) > std::abs(value_of(travel))) return {e + travel, e + 0.5 * travel};
-  if (value_of(way) == 0) return {target, target};
-  const Scalar share = way / travel;  // of the interval, under way
-  return {target, target - 0.5 * way * share};
+  if (std::abs(value_of(way)) > std::abs(value_of(travel))) return {e + travel, e + 0.5 * travel, 1};
+  if (value_of(way) == 0) return {target, target, 0};
+  const Scalar share = way / travel;
+  return {target, target - 0.5 * way * share, value_of(share)};
 }
 
 }  // namespace emtb

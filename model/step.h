@@ -144,6 +144,9 @@ class Machine : public Motion<Scalar> {
     return {e_a_reading, i_a_reading, omega_reading, is_late_ ? late_theta_ : angle_.theta(), torque_reading};
   }
 
+  /// [s] of the last step, after which the driver's output stood still.
+  double driver_moved_for() const { return driver_.moved_for(); }
+
   /// [A] What a rise of the speed takes of the current, at a steady voltage and without an inductance.
   Scalar current_taken_by(const Scalar& rise) const { return armature_.end().v1 * armature_.k_b() * rise; }
 

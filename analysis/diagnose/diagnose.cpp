@@ -65,7 +65,7 @@ void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion
     if (told_by_all_errors(data, found.current.model(), effect)) continue;
     Model without = found.current.model();
     without.exclude(effect);
-    std::optional<Trial> trial = trials.fit_to_the_end(without);
+    std::optional<Trial> trial = trials.fit_from_elsewhere_too(without);
     const Timing before = data.timing;
     if (trial && settle_timing(data, trial->model()) != TimingChange::none)
       trial = trials.fit_to_the_end(trial->model());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -35,7 +36,7 @@ class Instrument {
       return;
     }
     if (late_ > 0 && !o_.late_by_row.empty()) late_ = o_.late_by_row[k];
-    const Scalar x = late_ > 0 && k > 0 ? before(now, y.jump) : now;
+    const Scalar x = late_ > 0 && k > 0 ? before(now, y.move) : now;
     if (late_ > 0) {
       sample_before_that_ = k > 0 ? sample_before_ : now;
       sample_before_ = now;
@@ -66,15 +67,23 @@ class Instrument {
 
  private:
   /// The signal a part of a sample before a grid point: straight between the readings, but for an angle, and for a
-  /// current that jumps with the voltage.
-  Scalar before(const Scalar& now, const CurrentAtJump<Scalar>* jump) const {
+  /// voltage or a current while the driver moves.
+  Scalar before(const Scalar& now, const DriverMove<Scalar>* move) const {
     const Scalar rise = now - sample_before_;
     if (o_.simulated() == Signal::theta) {  // bends, and never sharply: a parabola through three readings
       return now - late_ * rise - 0.5 * late_ * (1 - late_) * (rise - (sample_before_ - sample_before_that_));
     }
-    if (jump == nullptr || o_.signal != Signal::i_a) return now - late_ * rise;
-    const bool had_jumped = 1 - late_ >= jump->place;
-    return had_jumped ? now + late_ * jump->after : sample_before_ - (1 - late_) * jump->before;
+    const bool current = o_.signal == Signal::i_a;
+    if (move == nullptr || !(current || o_.signal == Signal::e_a)) return now - late_ * rise;
+    const double at = 1 - late_;
+    Scalar begun = sample_before_, done = now;
+    if (current) {  // the speed takes from it
+      begun -= std::min(at, move->from) * move->before;
+      done += (1 - std::max(at, move->until)) * move->after;
+    }
+    if (at >= move->until) return done;
+    if (at <= move->from) return begun;
+    return begun + (done - begun) * ((at - move->from) / (move->until - move->from));
   }
 
   /// The lines overlap: a value is in two or three of them.

@@ -65,13 +65,14 @@ void set_timing(std::span<Record> records, const Timing& timing) {
   for (Record& record : records) {
     record.excitation.acts_after = timing.acts_after;
     record.excitation.e_a_held = timing.held;
-    record.excitation.reads_late_current = false;
+    record.excitation.reads_circuit_late = false;
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);
       o.late = late != timing.late.end() && !o.slow ? late->second : 0;
       o.late_by_row = late_by_row(o.late, record.excitation.t);
-      const bool jumps = record.driven_at_once || timing.held;
-      if (o.signal == Signal::i_a && o.late > 0 && jumps) record.excitation.reads_late_current = true;
+      const bool moves = !record.excitation.u_ref.empty() || timing.held;
+      if ((o.signal == Signal::i_a || o.signal == Signal::e_a) && o.late > 0 && moves)
+        record.excitation.reads_circuit_late = true;
     }
   }
 }

@@ -25,12 +25,17 @@ std::optional<FirstValue> first_value_of(const Observation& o, std::span<const d
 /// The readings of a speed that is a slope begin in the middle of the first line: a small servo is at full speed by
 /// then. Its angles begin with the run; where they are coarse, a few of them do not tell a shaft that turns from one
 /// that rests.
-void set_first_speed(InitialState& initial, const Observation& speed, const Run& run, std::span<const double> grid) {
+/// @param end so many grid points lie before the first change of the input
+void set_first_speed(InitialState& initial, const Observation& speed, const Run& run, std::span<const double> grid,
+                     std::size_t end) {
   if (speed.origin == Origin::slope_of_angle) {
     const Series& theta = run.at(Signal::theta);
-    const auto first = first_value(theta.t, theta.value, grid.front(), theta.lsb);
+    const auto until = std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin();
+    const auto before = static_cast<std::size_t>(until);
+    const auto first = first_value(std::span(theta.t).first(before), std::span(theta.value).first(before), grid.front(),
+                                   theta.lsb);
     if (first && first->may_move()) (first->moves() ? initial.omega : initial.omega_doubt) = first->slope;
-  } else if (const auto first = first_value_of(speed, grid, grid.size()); first && first->is_other_than(0)) {
+  } else if (const auto first = first_value_of(speed, grid, end); first && first->is_other_than(0)) {
     initial.omega = first->value;
   }
 }
@@ -54,7 +59,7 @@ InitialState first_states(const ObservedRun& observed, const Run& run, const Mod
   InitialState initial;
   initial.as_read = true;
   if (const Observation* speed = observed.find(Signal::omega); speed != nullptr && !speed->slow) {
-    set_first_speed(initial, *speed, run, x.t);
+    set_first_speed(initial, *speed, run, x.t, end_of_first_hold(run.at(model.input).value));
   }
   if (const Observation* current = observed.find(Signal::i_a); current != nullptr && !current->slow) {
     initial.i_a = current->value.front();

@@ -35,6 +35,15 @@ Line line_through(std::span<const double> t, std::span<const double> y) {
   return line;
 }
 
+/// [s] For so long the readings of an angle tell one speed: long against an encoder's steps, and short against a shaft,
+/// for a run lasts several of its time constants.
+double line_within(std::span<const double> t) { return std::min(0.02, 0.01 * (t.back() - t.front())); }
+
+/// At least what a line or a change takes.
+std::size_t rows_within(double seconds, std::span<const double> t) {
+  return static_cast<std::size_t>(std::max(2.0, std::round(seconds / std::max(mean_interval(t), 1e-9))));
+}
+
 /// Gives each grid point its part of the weights at other times, linear in between.
 /// @param first grid point that `out` begins with
 void spread(std::span<const double> t, std::span<const double> weight, std::span<const double> grid, std::size_t first,
@@ -86,9 +95,8 @@ Observation speed_of_encoder(const Series& theta, std::span<const double> grid) 
   o.origin = Origin::slope_of_angle;
   o.lsb = theta.lsb;
   const std::size_t n = theta.t.size();
-  const double interval = n > 1 ? mean_interval(theta.t) : 0;
-  // 21 ms are short against any shaft here and long against the encoder's steps.
-  const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.01 / std::max(interval, 1e-9))));
+  if (n < 2) return o;
+  const std::size_t half = rows_within(0.5 * line_within(theta.t), theta.t);
   for (std::size_t k = half; k + half < n; k += half) {  // closer ones would share most of their noise
     const std::span t(&theta.t[k - half], 2 * half + 1), angle(&theta.value[k - half], 2 * half + 1);
     if (t.front() < grid.front() - 1e-9 || t.back() > grid.back() + 1e-9) continue;  // beyond what drives the model
@@ -111,8 +119,7 @@ Observation speed_of_encoder(const Series& theta, std::span<const double> grid) 
 }
 
 Observation angle_increments(const Series& theta, std::span<const double> grid) {
-  const double interval = mean_interval(grid);
-  const auto span = static_cast<std::size_t>(std::max(2.0, std::round(0.02 / interval)));
+  const std::size_t span = rows_within(line_within(grid), grid);
   Observation o;
   o.signal = Signal::theta;
   o.functional = Functional::increment;

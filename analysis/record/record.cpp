@@ -150,9 +150,6 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, s
   const bool voltage_is_read = model.input == Signal::u_ref && run.has(Signal::e_a);
   if (voltage_is_read) add(record, read(run, Signal::e_a, record.excitation.t));
   record.measured_voltage = model.input == Signal::e_a;
-  const DriverModel driver = model.driver.value_or(DriverModel{});
-  record.driven_at_once =
-      model.input == Signal::u_ref && driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited;
   if (record.observations.empty()) {
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }

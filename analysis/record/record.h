@@ -24,7 +24,6 @@ struct ObservedRun {
   Excitation excitation;
   bool measured_voltage = false;
   bool measured_load = false;
-  bool driven_at_once = false;  ///< the driver follows its reference at once: the current jumps with it
   InputNoise voltage_noise;     ///< [V] of the measured e_a
   InputNoise load_noise;        ///< [N m] of the measured torque
   std::vector<Observation> observations;

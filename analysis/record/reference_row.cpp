@@ -8,6 +8,7 @@
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/statistics.h"
 #include "analysis/record/inputs.h"
+#include "analysis/record/repeats.h"
 #include "model/simulation.h"
 
 namespace emtb {
@@ -68,17 +69,19 @@ double unlike(std::span<const double> current, std::span<const double> voltage, 
   return vv > 0 ? ii - iv * iv / vv : ii;
 }
 
-/// Is a signal read at the times of the model's input, all of them? Elsewhere there is nothing to compare row by row.
+/// Is a signal read anew at the times of the model's input, all of them? Elsewhere there is nothing to compare row by
+/// row.
 bool read_in_every_row(const Run& run, Signal signal, const Model& model) {
   return run.has(signal) && run.at(signal).window <= 0 && run.at(model.input).t.size() >= 10 &&
-         run.at(signal).t == run.at(model.input).t;
+         run.at(signal).t == run.at(model.input).t && rows_an_update(run.at(signal).value) == 1;
 }
 
 }  // namespace
 
 bool drives_the_motor(const Run& run, const Model& model) {
   return model.input == Signal::u_ref && run.has(Signal::u_ref) && run.has(Signal::e_a) &&
-         2 * run.at(Signal::e_a).t.size() > run.at(Signal::u_ref).t.size();
+         2 * run.at(Signal::e_a).t.size() > run.at(Signal::u_ref).t.size() &&
+         rows_an_update(run.at(Signal::e_a).value) == 1;
 }
 
 double reference_acts_after(std::span<const Run> runs, const Model& model) {

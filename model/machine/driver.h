@@ -58,6 +58,7 @@ class Driver {
       const double target = clamped(known_.gain * u_ref, known_.min, known_.max);
       const Slewed<double> e = slew(value_of(voltage_), target, known_.rise, known_.fall, h);
       voltage_ = Scalar(e.end);
+      moved_for_ = e.under_way * h;
       return Scalar(e.mean);
     }
     if (u_ref != changes_.back().u_ref) changes_.push_back({t, u_ref});
@@ -73,6 +74,9 @@ class Driver {
 
   /// [V] at the end of the last step, before its load takes a part.
   const Scalar& voltage() const { return voltage_; }
+
+  /// [s] of the last step, after which its output stood still, but for a lag.
+  double moved_for() const { return moved_for_; }
 
   /// [V] at its terminals, which its own load bends.
   Scalar terminal_voltage(const Balance<Scalar>& terms, const Scalar& i_a) const {
@@ -100,10 +104,12 @@ class Driver {
   Scalar slewed_mean(double t, double h, Equations<Scalar>& equations) {
     const Balance<Scalar>& terms = equations.terms;
     Scalar area(0.0), from(0.0);
+    moved_for_ = 0;
     const auto drive = [&](double u, const Scalar& until) {
       const Scalar target = target_of(u, equations);
       const Slewed<Scalar> e = slew(slewed_, target, terms.rise, terms.fall, until - from);
       slewed_ = e.end;
+      if (e.under_way > 0) moved_for_ = value_of(from) + e.under_way * value_of(until - from);
       area += e.mean * (until - from);
       from = until;
     };
@@ -128,6 +134,7 @@ class Driver {
   EffectParts<Scalar> effects_;
   Scalar voltage_{};
   Scalar slewed_{};  ///< [V] before the lag
+  double moved_for_ = 0;
 
   struct Change {
     double t, u_ref;
