@@ -34,19 +34,88 @@ bool models_lateness(const Model& model, Signal signal) {
   return signal == Signal::e_a || says_how_late(model.structure(), signal);
 }
 
-/// The minimum of a quadratic form  ½ xᵀAx − bᵀx  with each x from 0 to 1, one after the other.
-Eigen::VectorXd least_within_one(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
-  constexpr int rounds = 100;
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
-  for (int round = 0; round < rounds; ++round) {
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      if (a(i, i) <= 0) continue;
-      const double others = a.row(i).dot(x) - a(i, i) * x[i];
-      x[i] = std::clamp((b[i] - others) / a(i, i), 0.0, 1.0);
+/// The cost over how late each instrument is, 0 to 1 sample, less what the model's parameters would take of it. A
+/// prediction bends as the lateness passes an edge of the voltage: it is straight from place to place.
+class CostOfLateness {
+ public:
+  static constexpr std::size_t places = 8;  // to a sample
+
+  /// What the residuals of a signal say at each place.
+  struct OfSignal {
+    std::array<double, places + 1> squares{};
+    std::array<double, places> products{};                ///< with those at the place after it
+    std::array<Eigen::VectorXd, places + 1> gradients{};  ///< of the parameters
+  };
+
+  /// @param sts, other of the parameters: normal matrix, and the gradient by signals that are never late
+  CostOfLateness(std::vector<OfSignal> signals, const Eigen::MatrixXd& sts, Eigen::VectorXd other)
+      : signals_(std::move(signals)), sts_(sts), other_(std::move(other)) {}
+
+  double at(const std::vector<double>& late) const {
+    double squares = 0;
+    Eigen::VectorXd gradient = other_;
+    for (std::size_t c = 0; c < signals_.size(); ++c) {
+      const OfSignal& of = signals_[c];
+      const auto place = std::min(static_cast<std::size_t>(late[c] * places), places - 1);
+      const double share = late[c] * places - static_cast<double>(place), rest = 1 - share;
+      squares += rest * rest * of.squares[place] + 2 * rest * share * of.products[place] +
+                 share * share * of.squares[place + 1];
+      gradient += rest * of.gradients[place] + share * of.gradients[place + 1];
     }
+    const double taken = sts_.rows() > 0 ? gradient.dot(solve_normal(sts_, gradient).col(0)) : 0;
+    return 0.5 * (squares - taken);
   }
-  return x;
-}
+
+  /// Where it is least, one signal after the other. @param held those that are not late
+  std::vector<double> least(const std::vector<char>& held) const {
+    constexpr int rounds = 20;
+    constexpr double still = 1e-3;  // of a sample
+    std::vector<double> late(signals_.size(), 0);
+    for (int round = 0; round < rounds; ++round) {
+      double moved = 0;
+      for (std::size_t c = 0; c < late.size(); ++c) {
+        if (held[c] != 0) continue;
+        const double before = late[c];
+        late[c] = least_of(late, c);
+        moved = std::max(moved, std::abs(late[c] - before));
+      }
+      if (moved < still) break;
+    }
+    return late;
+  }
+
+ private:
+  /// Of one signal, between its places a parabola each.
+  double least_of(std::vector<double> late, std::size_t c) const {
+    constexpr double width = 1.0 / places;
+    const auto cost_at = [&](double place) {
+      late[c] = place;
+      return at(late);
+    };
+    double best = 0, least = cost_at(0), before = least;
+    const auto look_at = [&](double place, double cost) {
+      if (!(cost < least)) return;
+      least = cost;
+      best = place;
+    };
+    for (std::size_t i = 0; i < places; ++i) {
+      const double from = static_cast<double>(i) * width;
+      const double middle = cost_at(from + 0.5 * width), after = cost_at(from + width);
+      const double bend = before - 2 * middle + after;
+      look_at(from + width, after);
+      if (bend > 0) {
+        const double vertex = from + width * std::clamp(0.5 + 0.25 * (before - after) / bend, 0.0, 1.0);
+        look_at(vertex, cost_at(vertex));
+      }
+      before = after;
+    }
+    return best;
+  }
+
+  std::vector<OfSignal> signals_;
+  const Eigen::MatrixXd& sts_;
+  Eigen::VectorXd other_;
+};
 
 /// How much more the residuals of each signal jump from reading to reading than an instrument's would, at least 1: what
 /// a model of a brake that lets go a little late is off by has nothing to say about timing, however large it is.
@@ -93,59 +162,61 @@ class TimingSearch {
     return 0.5 * (squares - taken);
   }
 
-  /// By which part of a sample each instrument is behind the others. A prediction is a straight line of it, so that two
-  /// passes tell all of them.
+  /// By which part of a sample each instrument is behind the others.
   /// @param clear of half the sum of squares that it has to take away
-  std::map<Signal, double> late(Timing timing, double clear) {
+  std::map<Signal, double> late(const Timing& timing, double clear) {
     std::vector<Signal> signals;
     for (const Residuals& r : known_) {
       if (models_lateness(model_, r.signal) || std::ranges::find(signals, r.signal) != signals.end()) continue;
       signals.push_back(r.signal);
     }
-    timing.late.clear();
-    const std::vector<Residuals> in_time = residuals(timing);
-    for (const Signal signal : signals) timing.late[signal] = 1;
-    const std::vector<Residuals> behind = residuals(timing);
-    const auto n = static_cast<Eigen::Index>(signals.size());
-    Eigen::MatrixXd sd = Eigen::MatrixXd::Zero(sts_.rows(), n);
-    Eigen::VectorXd sr = Eigen::VectorXd::Zero(sts_.rows()), dd = Eigen::VectorXd::Zero(n), dr = dd;
-    for (std::size_t i = 0; i < in_time.size(); ++i) {
-      const Eigen::VectorXd change = behind[i].value - in_time[i].value;
-      const auto signal = std::ranges::find(signals, in_time[i].signal);
-      if (known_[i].informed()) sr += transposed_product(known_[i].sensitivity, in_time[i].value);
-      if (signal == signals.end()) continue;
-      const auto c = signal - signals.begin();
-      if (known_[i].informed()) sd.col(c) += transposed_product(known_[i].sensitivity, change);
-      dd[c] += change.squaredNorm();
-      dr[c] += change.dot(in_time[i].value);
-    }
-    Eigen::MatrixXd a = dd.asDiagonal();
-    Eigen::VectorXd b = -dr;
-    if (sts_.rows() > 0) {
-      a -= sd.transpose() * solve_normal(sts_, sd);
-      b += sd.transpose() * solve_normal(sts_, sr);
-    }
+    const CostOfLateness cost = cost_of_lateness(timing, signals);
+    std::vector<char> held(signals.size(), 0);
+    std::vector<double> late = cost.least(held);
     // Each by itself against the others: a nuisance is free, but not for a crumb.
-    for (Eigen::Index c = 0; c < n; ++c) {
-      Eigen::MatrixXd without_a = a;
-      without_a.row(c).setZero();
-      without_a.col(c).setZero();
-      const auto left = [&](const Eigen::VectorXd& x) { return 0.5 * x.dot(a * x) - b.dot(x); };
-      const Eigen::VectorXd with = least_within_one(a, b);
-      if (left(least_within_one(without_a, b)) - left(with) < clear || with[c] < least_late) {
-        a = without_a;
-        b[c] = 0;
+    for (std::size_t c = 0; c < signals.size(); ++c) {
+      held[c] = 1;
+      std::vector<double> without = cost.least(held);
+      if (cost.at(without) - cost.at(late) < clear || late[c] < least_late) {
+        late = std::move(without);
+      } else {
+        held[c] = 0;
       }
     }
-    const Eigen::VectorXd x = least_within_one(a, b);
     std::map<Signal, double> found;
-    for (Eigen::Index c = 0; c < n; ++c) {
-      if (x[c] > 0) found[signals[static_cast<std::size_t>(c)]] = x[c];
+    for (std::size_t c = 0; c < signals.size(); ++c) {
+      if (late[c] > 0) found[signals[c]] = late[c];
     }
     return found;
   }
 
  private:
+  CostOfLateness cost_of_lateness(Timing timing, const std::vector<Signal>& signals) {
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(sts_.rows());
+    std::vector<CostOfLateness::OfSignal> sums(signals.size());
+    for (auto& of : sums) of.gradients.fill(none);
+    Eigen::VectorXd other = none;
+    std::vector<Residuals> before;
+    for (std::size_t place = 0; place <= CostOfLateness::places; ++place) {
+      for (const Signal signal : signals) timing.late[signal] = static_cast<double>(place) / CostOfLateness::places;
+      std::vector<Residuals> here = residuals(timing);
+      for (std::size_t i = 0; i < here.size(); ++i) {
+        const auto signal = std::ranges::find(signals, here[i].signal);
+        const bool is_late = signal != signals.end();
+        if (!is_late && place > 0) continue;
+        auto* of = is_late ? &sums[static_cast<std::size_t>(signal - signals.begin())] : nullptr;
+        if (known_[i].informed()) {
+          (is_late ? of->gradients[place] : other) += transposed_product(known_[i].sensitivity, here[i].value);
+        }
+        if (!is_late) continue;
+        of->squares[place] += here[i].value.squaredNorm();
+        if (place > 0) of->products[place - 1] += before[i].value.dot(here[i].value);
+      }
+      before = std::move(here);
+    }
+    return {std::move(sums), sts_, std::move(other)};
+  }
+
   std::vector<Residuals> residuals(const Timing& timing) {
     set_timing(records_, timing);
     std::vector<Residuals> all = emtb::residuals(records_, model_, values_, {});
@@ -246,9 +317,14 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
 
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {
   Calibration fit = calibrate(std::span<const Record>(data.train), model, options);
-  const bool other_timing = settle_timing(data, fit.model) != TimingChange::none,
-             other_starts = settle_starts(data, fit.model);
-  if (other_timing || other_starts) fit = calibrate(std::span<const Record>(data.train), fit.model, options);
+  // The fit that tells the timing was bent by another one.
+  for (int again = 0; again < 3; ++again) {
+    const TimingChange timing = settle_timing(data, fit.model);
+    const bool other_starts = settle_starts(data, fit.model);
+    if (timing == TimingChange::none && !other_starts) break;
+    fit = calibrate(std::span<const Record>(data.train), fit.model, options);
+    if (timing != TimingChange::other && !other_starts) break;
+  }
   if (options.with_covariance) widen_by_timing(data.train, fit);
   return fit;
 }

@@ -164,7 +164,7 @@ bool repeats(const ObservedRun& a, const ObservedRun& b) {
   return 200 * apart <= n;
 }
 
-/// Half the scatter of what repeated runs differ by, in pieces of 1 s about a straight line each: what drifts from run
+/// Half the scatter of what repeated runs differ by, in pieces of 1 s at most about a straight line each: what drifts from run
 /// to run, as a motor that warms, is no noise.
 std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> records, Signal signal) {
   std::vector<EvenLine> pieces;
@@ -191,7 +191,7 @@ std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> recor
       const double interval = k > 0 ? at - t[one->last[k - 1]] : 0;
       if (k > 0 && std::abs(at - u[other->last[k]]) > 0.5 * interval) break;  // readings that do not go side by side
       differences.push_back(one->value[k] - other->value[k]);
-      if (at - begin >= std::max(settled_stretch, 20 * interval)) {
+      if (at - begin >= std::max(settled_stretch(t), 20 * interval)) {
         piece_of(differences);
         begin = at;
       }

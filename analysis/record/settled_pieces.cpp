@@ -13,6 +13,8 @@
 
 namespace emtb {
 
+double settled_stretch(std::span<const double> t) { return std::min(1.0, 0.1 * (t.back() - t.front())); }
+
 namespace {
 
 /// With what rounding leaves out, so that readings that are all the same have some.
@@ -81,15 +83,15 @@ void take_out_input(std::vector<double>& piece, const std::vector<std::size_t>& 
   std::ranges::copy(left, piece.begin());
 }
 
-/// Half-open stretches of the grid over which the input does not change, for 1 s or more.
+/// Half-open stretches of the grid over which the input does not change, for long enough.
 std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excitation& x,
                                                                     const std::vector<double>& input) {
   std::vector<std::pair<std::size_t, std::size_t>> stretches;
-  const double tolerance = tolerance_of(input);
+  const double tolerance = tolerance_of(input), shortest = settled_stretch(x.t);
   std::size_t begin = 0;
   for (std::size_t k = 1; k <= input.size(); ++k) {
     if (k < input.size() && std::abs(input[k] - input[begin]) <= tolerance) continue;
-    if (x.t[k - 1] - x.t[begin] >= settled_stretch) stretches.emplace_back(begin, k);
+    if (x.t[k - 1] - x.t[begin] >= shortest) stretches.emplace_back(begin, k);
     begin = k;
   }
   return stretches;
@@ -100,9 +102,9 @@ std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excita
 void collect(const ObservedRun& record, const Observation& o, SettledPieces& settled) {
   const Excitation& x = record.excitation;
   const std::vector<double>& input = !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
+  const double shortest = settled_stretch(x.t);
   for (const auto& [begin, end] : constant_stretches(x, input)) {
-    // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces of 1
-    // s.
+    // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces.
     const double from = 0.5 * (x.t[begin] + x.t[end - 1]), until = x.t[end - 1];
     TurningStretch piece;
     std::vector<double> time;
@@ -127,7 +129,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
          i < o.size() && x.t[o.last[i]] <= until; ++i) {
       const double t = x.t[o.last[i]];
       if (x.t[o.first[i]] < from) continue;
-      if (!o.slow && t - piece_begin >= settled_stretch) {
+      if (!o.slow && t - piece_begin >= shortest) {
         take();
         piece = {};
         time.clear();
@@ -139,7 +141,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
       time.push_back(t);
       rows.push_back(o.last[i]);
     }
-    if (o.slow || until - piece_begin >= 0.9 * settled_stretch) take();
+    if (o.slow || until - piece_begin >= 0.9 * shortest) take();
   }
 }
 

@@ -9,7 +9,9 @@
 
 namespace emtb {
 
-inline constexpr double settled_stretch = 1.0;  ///< [s] shortest stretch that tells a scatter
+/// [s] The shortest stretch that tells a scatter: a part of the run, for that lasts as long as its machine needs.
+double settled_stretch(std::span<const double> t);
+
 inline constexpr std::size_t fewest_readings = 5;
 
 /// The pieces of a signal in which nothing changes but noise, and what repeats with the angle or in time.

@@ -160,6 +160,28 @@ TEST(TimingOfRows, IsNotToldByASignalThatTheModelDoesNotFollow) {
   EXPECT_FALSE(fitted(std::move(run), false).timing.late.contains(Signal::omega));
 }
 
+TEST(TimingOfRows, ACurrentThatIsReadLateHasFollowedTheDriversSlopeUntilThen) {
+  // Rows of 10 ms, slopes of 4 to 16 ms: the current is where the voltage has come to by the time of its reading, not
+  // on a straight line from row to row.
+  constexpr std::size_t finer = 10, behind = 4;
+  const emtb::Run fine = synthetic::record(synthetic::Truth{}, synthetic::steps, 1e-3, {.omega = 0.05, .i_a = 0.005});
+  emtb::Run run;
+  run.name = "coarse";
+  for (const Signal signal : {Signal::u_ref, Signal::omega, Signal::i_a}) {
+    const Series& all = fine.at(signal);
+    Series& rows = run.signals[signal];
+    for (std::size_t k = 0; k < all.t.size(); k += finer) {
+      rows.t.push_back(all.t[k]);
+      rows.value.push_back(all.value[signal == Signal::i_a && k > 0 ? k - behind : k]);
+    }
+  }
+  Dataset data = prepare(std::vector{run}, {}, synthetic::servo_model());
+  const Calibration fit = calibrate(data, synthetic::servo_model());
+  EXPECT_NEAR(data.timing.late.at(Signal::i_a), 0.4, 0.05);
+  EXPECT_NEAR(fit.model.at(base::R_a).value, synthetic::Truth{}.R_a, 0.01);
+  EXPECT_NEAR(fit.model.at(base::K_b).value, synthetic::Truth{}.K_b, 2e-4);
+}
+
 TEST(TimingOfRows, OfAnInstrumentIsToldByTheModelWhereThatHasAnEffectForIt) {
   Model model = bridge_model();
   model.include(effect_index("speed_delay"));

@@ -66,6 +66,18 @@ TEST(NoiseFloor, IsTheScatterOfSettledReadingsAlsoWhereItIsColoured) {
   }
 }
 
+TEST(NoiseFloor, OfAShortRunIsToldByStretchesAsShortAsItsMachine) {
+  synthetic::Noise noise(5);
+  emtb::Run run;
+  run.name = "a small servo";
+  run.signals[Signal::u_ref] = synthetic::series(1e-4, 0.4, [](double t) { return 1 + std::floor(t / 0.1); });
+  run.signals[Signal::omega] =
+      synthetic::series(1e-4, 0.4, [&](double t) { return 80 * (1 + std::floor(t / 0.1)) + noise(0.15); });
+  const NoiseFloor floor = floor_of_omega(observe_run(run, servo_model()));
+  EXPECT_EQ(floor.from, FloorSource::settled);
+  EXPECT_NEAR(floor.sigma, 0.15, 0.02);
+}
+
 TEST(NoiseFloor, ASlowDriftIsNotNoise) {
   std::vector<double> noise = scaled(synthetic::coloured(24'000, 0, 3), 0.1);
   for (std::size_t k = 0; k < noise.size(); ++k) noise[k] += 2e-4 * static_cast<double>(k);  // 0.2 rad/s2: it warms up

@@ -129,7 +129,41 @@ TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseEncoderDoesNotTell) {
   EXPECT_EQ(angles(0).omega_doubt, 0);
 }
 
+TEST(PrepareRun, StartsAtTheSpeedThatWasBeforeTheInputChanged) {
+  emtb::Run run = plain_run();  // a small servo: at rest for 10 ms, at full speed 20 ms later
+  run.signals.erase(Signal::omega);
+  run.signals[Signal::u_ref] = series(1e-3, 2, [](double t) { return t < 0.01 ? 0.0 : 2.0; });
+  run.signals[Signal::theta] =
+      series(1e-3, 2, [](double t) { return 0.0027 * std::floor(400 * std::max(0.0, t - 0.011)); });
+  run.signals[Signal::theta].lsb = 0.0027;
+  const InitialState initial = observe_run(run, servo_model()).excitation.initial;
+  EXPECT_EQ(initial.omega, 0);
+  EXPECT_EQ(initial.omega_doubt, 0);
+}
+
+TEST(PrepareRun, AnAngleTellsManySpeedsAlsoOfAShortRun) {
+  const auto speeds = [](double interval, double seconds) {
+    emtb::Run run;
+    run.name = "turns";
+    run.signals[Signal::u_ref] = series(interval, seconds, [](double) { return 2.0; });
+    run.signals[Signal::theta] = series(interval, seconds, [](double t) { return 30 * t; });
+    return observe_run(run, servo_model()).find(Signal::omega)->size();
+  };
+  EXPECT_GT(speeds(5e-5, 0.1), 150U) << "100 ms of a small servo";
+  EXPECT_NEAR(static_cast<double>(speeds(1e-3, 20)), 2000, 10) << "10 ms are short against a larger one";
+}
+
 // ---- what drives the model
+
+TEST(PrepareRun, AVoltageThatIsUpdatedEveryFewRowsDrivesNoMotor) {
+  emtb::Run run = record(synthetic::Truth{}, synthetic::steps, 1e-3, {.e_a = 0.05});
+  EXPECT_TRUE(observe_run(run, servo_model()).measured_voltage);
+  std::vector<double>& e_a = run.signals[Signal::e_a].value;
+  for (std::size_t k = 0; k < e_a.size(); ++k) e_a[k] = e_a[k - k % 4];
+  const ObservedRun held = observe_run(run, servo_model());
+  EXPECT_FALSE(held.measured_voltage) << "nobody knows it in between";
+  EXPECT_EQ(held.find(Signal::e_a)->size(), e_a.size() / 4) << "it is compared where it is new";
+}
 
 TEST(PrepareRun, AGaugeThatReadsZeroIsNoLoad) {
   synthetic::Noise noise(4);
