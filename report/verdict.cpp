@@ -21,9 +21,11 @@ double multiples_of(const std::pair<const Signal, SignalFit>& signal_and_fit) {
   return has_multiples(fit.noise) ? fit.ratio : 0;
 }
 
-/// What remains, and the signal that shows it most: the others may be at their floors.
+/// The signal that shows most of what remains: the others may be at their floors.
+auto worst_signal(const Diagnosis& d) { return std::ranges::max_element(d.signals, {}, multiples_of); }
+
 std::string remainder_in_words(const Diagnosis& d) {
-  const auto worst = std::ranges::max_element(d.signals, {}, multiples_of);
+  const auto worst = worst_signal(d);
   if (worst == d.signals.end() || multiples_of(*worst) == 0) return "what remains is more than noise";
   return in_words(worst->first, worst->second) + ". All signals together: " + pretty(d.final_held_out, 3) +
          " times the noise floor remains";
@@ -35,9 +37,22 @@ bool more_than_noise(const Diagnosis& d) {
   return std::ranges::any_of(d.signals, [&](const auto& s) { return multiples_of(s) > clearly; });
 }
 
+/// Does a load have most of it, whose reading drives the model and so bends nothing else?
+bool left_of_the_load(const Diagnosis& d) {
+  const auto worst = worst_signal(d);
+  return d.torque_only_loads && worst != d.signals.end() && worst->first == Signal::torque;
+}
+
+std::string_view what_is_left(const Diagnosis& d) {
+  return left_of_the_load(d) ? "left of the load's law, while its reading loads the motor"
+                             : "left, little or of no law that comes again";
+}
+
 std::string rest_without_law(const Diagnosis& d) {
-  return more_than_noise(d) ? " What is left beyond noise is little, or follows no law that these runs show again."
-                            : "";
+  if (!more_than_noise(d)) return "";
+  return left_of_the_load(d) ? " What is left beyond noise is most of all the load's own law; the motor is loaded by "
+                               "what the gauge read."
+                             : " What is left beyond noise is little, or follows no law that these runs show again.";
 }
 
 /// `Coulomb friction (T_c = 0.0547 ± 0.0003 N m)`
@@ -65,7 +80,7 @@ std::string verdict_text(const Diagnosis& d) {
     case Verdict::found:
     case Verdict::tied:
       out << (d.verdict == Verdict::found ? "found:" : "found, but tied with others that do as well:");
-      if (more_than_noise(d)) out << " (left, little or of no law that comes again: " << remainder_in_words(d) << ")";
+      if (more_than_noise(d)) out << " (" << what_is_left(d) << ": " << remainder_in_words(d) << ")";
       break;
     case Verdict::unknown_effect:
       out << "unknown_effect: something is missing that nothing in the library explains; " << remainder_in_words(d)
@@ -73,7 +88,7 @@ std::string verdict_text(const Diagnosis& d) {
       break;
     case Verdict::nothing_missing:
       out << "nothing_missing: what is left is noise, or too little to matter.";
-      if (more_than_noise(d)) out << " Left, little or of no law that comes again: " << remainder_in_words(d) << ".";
+      if (more_than_noise(d)) out << " (" << what_is_left(d) << ": " << remainder_in_words(d) << ")";
       break;
     case Verdict::cannot_tell:
       out << "cannot_tell: nothing in these runs moves enough to inform the model.";

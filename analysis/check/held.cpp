@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "analysis/check/readings.h"
 
@@ -105,6 +106,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const std::vector<Stretch> all = stretches(x);
   const Restlessness usual = angle ? Restlessness{} : restlessness(x, rest, step);
   const Restlessness own = angle ? usual : own_restlessness(run, signal, rest);
+  std::optional<Restlessness> undriven;  // told where it is asked
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<Stretch> found;
   for (const Stretch& s : all) {
@@ -118,7 +120,11 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
-    const bool without_noise = own.noisy && is_long(s, own);
+    bool without_noise = own.noisy && is_long(s, own);
+    if (without_noise) {
+      if (!undriven) undriven = undriven_restlessness(run, signal, rest);
+      without_noise = undriven->noisy && is_long(s, *undriven);
+    }
     if (without_noise || jump || sent_elsewhere) found.push_back(s);
   }
   if (found.empty()) return;

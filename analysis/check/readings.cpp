@@ -96,22 +96,26 @@ bool Drives::change(double from, double to) const {
   return false;
 }
 
-Restlessness own_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without) {
+Restlessness undriven_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without) {
   constexpr std::size_t least = 20;  // readings in a row, for the ends not to count
   const Series& series = run.at(signal);
-  const double step = step_of(series);
-  if (signal != Signal::e_a) return restlessness(series.value, rest, step, without);
-  const Drives reference(run, signal);
-  std::vector<double> staying(series.value.size(), 0);  // at rest, which is left out, where the reference moves
+  const Drives drives(run, signal);
+  std::vector<double> staying(series.value.size(), 0);  // at rest, which is left out, where the drives move
   std::size_t begin = 0;
   for (std::size_t k = 0; k <= staying.size(); ++k) {
-    if (k < staying.size() && !reference.change(series.t[k], series.t[k])) continue;
+    if (k < staying.size() && !drives.change(series.t[k], series.t[k])) continue;
     if (k - begin >= least)
       std::copy_n(series.value.begin() + static_cast<std::ptrdiff_t>(begin), k - begin,
                   staying.begin() + static_cast<std::ptrdiff_t>(begin));
     begin = k + 1;
   }
-  return restlessness(staying, rest, step, without);
+  return restlessness(staying, rest, step_of(series), without);
+}
+
+Restlessness own_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without) {
+  const Series& series = run.at(signal);
+  if (signal == Signal::e_a) return undriven_restlessness(run, signal, rest, without);
+  return restlessness(series.value, rest, step_of(series), without);
 }
 
 namespace {

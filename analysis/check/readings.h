@@ -59,8 +59,11 @@ class Drives {
   std::vector<Drive> drives_;
 };
 
-/// How restless a signal is by itself. Of a terminal voltage only where its reference stays: it goes wherever a
-/// controller sends it, without any noise of its own.
+/// How restless a signal is where what drives it stays: where a controller sends it, it goes without any noise of its
+/// own.
+Restlessness undriven_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without = {});
+
+/// How restless a signal is by itself: all in all, but of a terminal voltage only where its reference stays.
 Restlessness own_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without = {});
 
 /// Whether a speed or an angle moves, by more than noise and than the instrument's steps: its range is far above that

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include "analysis/check/readings.h"
 
@@ -24,8 +25,56 @@ bool in_all(std::span<const Run> runs, Signal signal, const Is& is) {
   return any;
 }
 
+/// A series as a lag of so many rows makes it.
+std::vector<double> lagged(std::vector<double> x, double rows) {
+  for (std::size_t k = 1; k < x.size(); ++k) x[k] = x[k - 1] + (x[k] - x[k - 1]) / (1 + rows);
+  return x;
+}
+
+/// The correlation of two signals over all runs, each about its mean in a run, squared.
+class Correlation {
+ public:
+  void add(std::span<const double> x, std::span<const double> y) {
+    const auto n = static_cast<double>(x.size());
+    double sx = 0, sy = 0, xx = 0, xy = 0, yy = 0;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      sx += x[k], sy += y[k];
+      xx += x[k] * x[k], xy += x[k] * y[k], yy += y[k] * y[k];
+    }
+    xx_ += xx - sx * sx / n;
+    xy_ += xy - sx * sy / n;
+    yy_ += yy - sy * sy / n;
+  }
+  double squared() const { return xx_ > 0 && yy_ > 0 ? xy_ * xy_ / (xx_ * yy_) : 0; }
+
+ private:
+  double xx_ = 0, xy_ = 0, yy_ = 0;
+};
+
+bool changes_by_a_step(const Series& series) {
+  const auto [low, high] = std::ranges::minmax(series.value);
+  return high - low > 0.9 * step_of(series);
+}
+
+/// Does a signal go where an input leads it, all runs taken together? A short run of few counts shows its motion by
+/// nothing else; noise, however it is coloured, goes its own way.
+bool follows_an_input(std::span<const Run> runs, Signal signal) {
+  constexpr double clear = 0.5;
+  for (const Signal input : {Signal::u_ref, Signal::e_a, Signal::i_a}) {
+    for (double rows = 0; rows < 2000; rows = 4 * rows + 1) {
+      Correlation correlation;
+      for (const Run& run : runs) {
+        const bool side_by_side = run.has(signal) && run.has(input) && run.at(signal).t == run.at(input).t;
+        if (side_by_side && changes_by_a_step(run.at(signal))) correlation.add(run.at(signal).value, lagged(run.at(input).value, rows));
+      }
+      if (correlation.squared() > clear) return true;
+    }
+  }
+  return false;
+}
+
 bool rest(std::span<const Run> runs, Signal signal) {
-  return in_all(runs, signal, [](const Series& s) { return !moves(s); });
+  return in_all(runs, signal, [](const Series& s) { return !moves(s); }) && !follows_an_input(runs, signal);
 }
 
 bool present(std::span<const Run> runs, Signal signal) {

@@ -188,6 +188,7 @@ class WholeSearch {
   /// The same model, fitted to data that have changed.
   Trial again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
 
+  bool torque_only_loads() const { return only_drives_; }
   bool torque_left_out() const { return torque_left_out_; }
 
  private:
@@ -368,6 +369,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Finding found = std::move(road.found);
   free_what_is_told(found, trials, data);
   drop_what_is_not_told(found, trials, criterion, *prepared);
+  d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();
   const std::vector<Record> all = data.all();
   tell_of_the_base(d, data, all, first, options);
@@ -381,7 +383,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
   }
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, options.materiality));
+  const std::vector<Signal> inputs = d.torque_only_loads ? std::vector{Signal::torque} : std::vector<Signal>{};
+  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, inputs, options.materiality));
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");

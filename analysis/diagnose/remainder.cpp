@@ -8,12 +8,14 @@
 
 namespace emtb {
 
-bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule) {
+bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, std::span<const Signal> inputs,
+                  const Materiality& rule) {
   constexpr double coloured = 8;  // by so much differences underrate noise that keeps 0.97 from reading to reading
   constexpr double clear = 0.15;  // of what is left beyond the floor; by hand
   constexpr double chance = 0.1;  // six runs tell no less than a thirtieth
   std::vector<Signal> unsure;
   for (const Signal signal : held_out.signals()) {
+    if (std::ranges::find(inputs, signal) != inputs.end()) continue;
     if (!remainder_in(held_out, signal, rule) || held_out.floor_is_upper_bound(signal)) continue;
     if (held_out.share_left(signal) < rule.remainder_share) continue;
     // Where the noise is only known to be no less than the floor, it may be all that is left.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "analysis/diagnose/loss.h"
 #include "analysis/record/dataset.h"
 #include "model/model.h"
@@ -12,6 +14,8 @@ namespace emtb {
 ///    only known to be no lower, by more than the colour of noise could make it,
 ///  - or it comes again from piece to piece (comes_again.h): then it is a law that the model lacks.
 /// Where a floor is only known to be no higher than it is, nothing can be said of what lies below it.
-bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, const Materiality& rule = {});
+/// @param inputs signals that drive the model as they were read: what is left of them bends nothing
+bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, std::span<const Signal> inputs,
+                  const Materiality& rule = {});
 
 }  // namespace emtb

@@ -39,7 +39,7 @@ Discovery discover(std::span<const Run> train, std::span<const Run> held_out, co
   const ScoreOptions score;
   FittedTrials trials(data, given, criterion, score, 8);
   Trial base = fitted_base(trials, data, given);
-  d.worth_a_name = worth_a_name(data, base.model(), base.held_out);
+  d.worth_a_name = worth_a_name(data, base.model(), base.held_out, {});
   if (data.held_out.size() >= 2) {
     const auto shortest = std::ranges::min_element(data.held_out, {}, &Record::length);
     confirm.push_back(std::move(*shortest));
