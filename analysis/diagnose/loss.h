@@ -47,21 +47,25 @@ class Loss {
   ///
   /// With r the residuals of the better model and d what the worse one adds to them, the difference is mean(d^2 + 2 r
   /// d); only r is random. `noise_error` is its standard error if r is the instrument's noise: what chance alone could
-  /// have brought. `block_error` takes r as it is, summed over blocks of one second beyond which residuals are hardly
-  /// correlated: it also counts what is still missing from the better model, which other experiments would have shown
+  /// have brought. `block_error` takes r as it is, summed over pieces beyond which residuals are hardly correlated: it
+  /// also counts what is still missing from the better model, which other experiments would have shown
   /// in other proportions. (The scatter of the whole difference over blocks would call an effect that acts at a few
   /// edges uncertain at 300 sigma.)
   struct Difference {
     double gain = 0;
     double noise_error = 0;
     double block_error = 0;
+    /// The gain as a share of the mean square by which the models are apart, in the pieces in which they are, but for
+    /// the fifth of them that gains most: 1 for what is there, which acts again and again, and -1 for what is not. 1
+    /// where there are fewer than four.
+    double again = 1;
   };
   static std::map<Signal, Difference> difference(const Loss& worse, const Loss& better);
 
  private:
   struct Readings {
     std::vector<double> residual;   ///< in units of sigma
-    std::vector<std::size_t> ends;  ///< of each block of one second
+    std::vector<std::size_t> ends;  ///< of each piece: a tenth of a run, a second at most
     double sum = 0, squares = 0;    ///< of the readings themselves, in units of sigma
   };
   std::map<Signal, Readings> signals_;
@@ -81,6 +85,7 @@ struct Materiality {
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
   double law_share = 0.03;   ///< of the error that was taken away: so well is the law known that took it
+  double again = 0.5;        ///< of what an effect changes has to be gained beside where it gains most
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
   double remainder_errors = 3;      ///< standard errors of a mean square under noise alone, for the same
   double remainder_share = 0.02;    ///< of how much the signal varies, for the same: no machine is known better

@@ -85,6 +85,19 @@ TEST_F(Losses, CountAShareOfWhatWasThereBeforeAnother) {
   EXPECT_TRUE(takes_share(before, 0.03, without, with));
 }
 
+TEST_F(Losses, CountWhatActsAgainAndAgainAndNotWhatFitsADisturbance) {
+  const auto wave = [](double t) { return std::sin(50 * t); };
+  const auto disturbance = [&](double t) { return t >= 3 && t < 6 ? 10 * wave(t) : 0; };
+  const Loss disturbed = loss(disturbance);
+  const Loss fitted = loss([&](double t) { return disturbance(t) - wave(t); });
+  EXPECT_NEAR(Loss::difference(disturbed, fitted).at(Signal::omega).gain, 1, 0.1) << "13 % of what is left";
+  EXPECT_LT(Loss::difference(disturbed, fitted).at(Signal::omega).again, -0.5);
+  EXPECT_FALSE(material(disturbed, fitted));
+  const Loss everywhere = loss([&](double t) { return disturbance(t) + 3 * wave(t); });
+  EXPECT_NEAR(Loss::difference(everywhere, disturbed).at(Signal::omega).again, 1, 0.1);
+  EXPECT_TRUE(material(everywhere, disturbed));
+}
+
 TEST_F(Losses, ScatterMoreInColouredNoise) {
   const Loss white = loss([](double) { return 0.0; });
   noise_[Signal::omega].autocorrelation = 0.95;
