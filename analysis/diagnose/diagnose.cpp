@@ -305,19 +305,6 @@ Trial first_fit(FittedTrials& trials, const Dataset& data, const Model& given) {
   return trials.first_fit(hold(data.train, given, first.model(), places));
 }
 
-/// What was found may tell what the model as given could not: a driver that blocks tells K_b by itself.
-void free_what_is_told(Finding& found, FittedTrials& trials, const Dataset& data) {
-  const std::optional<Model> freed = with_told_pins_free(data.train, found.current.model());
-  if (!freed) return;
-  std::optional<Trial> trial = trials.fit_to_the_end(*freed);
-  if (!trial || trial->fit.cost > found.current.fit.cost) return;
-  for (std::size_t i = 0; i < freed->names().size(); ++i) {  // also where the fit has gone since
-    const bool was_held = found.current.model().at(i).pinned && !freed->at(i).pinned;
-    if (was_held && !told(data.train, trial->model(), i)) return;
-  }
-  found.current = std::move(*trial);
-}
-
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   if (!informative(data)) return Verdict::cannot_tell;
   if (remainder) return Verdict::unknown_effect;
@@ -367,7 +354,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Road road = best_road(*prepared, search, criterion, first);
   first = std::move(road.first);
   Finding found = std::move(road.found);
-  free_what_is_told(found, trials, data);
+  if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
   drop_what_is_not_told(found, trials, criterion, *prepared);
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();

@@ -105,10 +105,23 @@ std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
     std::optional<Trial> there = fit_to_the_end(*nearer);
     if (there) found = std::move(there);
   }
+  if (auto freed = with_told_pins_free(*found)) found = std::move(freed);
   if (!criterion_.remainder(found->held_out)) return found;
   const Model anew = with_base_as_given(found->model());
   std::optional<Trial> other = attempt([&] { return fitted(anew, to_the_end(extra_starts), nullptr); });
   return other && criterion_.material(found->held_out, other->held_out) ? other : found;
+}
+
+std::optional<Trial> FittedTrials::with_told_pins_free(const Trial& found) {
+  const std::optional<Model> freed = emtb::with_told_pins_free(data_.train, found.model());
+  if (!freed) return std::nullopt;
+  std::optional<Trial> trial = fit_to_the_end(*freed);
+  if (!trial || trial->fit.cost > found.fit.cost) return std::nullopt;
+  for (std::size_t i = 0; i < freed->names().size(); ++i) {  // also where the fit has gone since
+    const bool was_held = found.model().at(i).pinned && !freed->at(i).pinned;
+    if (was_held && !told(data_.train, trial->model(), i)) return std::nullopt;
+  }
+  return trial;
 }
 
 Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const Trial* known) const {

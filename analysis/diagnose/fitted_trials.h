@@ -37,6 +37,10 @@ class FittedTrials final : public Trials {
   bool determined(const Model& fitted, std::size_t effect) override;
   bool explains_most_runs(const Trial& trial) override;
 
+  /// What was found may tell what the model as given could not: a driver that blocks tells what brakes the shaft, and
+  /// K_b by itself. @return none where nothing is told, or the fit is no better
+  std::optional<Trial> with_told_pins_free(const Trial& found);
+
   /// The effects that were last refused for a value that they cannot have, and why.
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
 

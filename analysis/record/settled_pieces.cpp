@@ -13,7 +13,10 @@
 
 namespace emtb {
 
-double settled_stretch(std::span<const double> t) { return std::min(1.0, 0.1 * (t.back() - t.front())); }
+double settled_stretch(std::span<const double> t) {
+  constexpr double a_second = 1, of_a_run = 0.1, readings = 50;
+  return std::min(a_second, std::max(of_a_run * (t.back() - t.front()), readings * mean_interval(t)));
+}
 
 namespace {
 
