@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace emtb {
 
@@ -66,33 +65,6 @@ double Loss::share_left(Signal signal) const {
   return excess > 0 && varies > 0 ? std::sqrt(excess / varies) : 0;
 }
 
-namespace {
-
-/// What two models make of a piece: by how much the better one is better, and how far apart they are.
-struct Piece {
-  double gain = 0, apart = 0;
-};
-
-/// What is gained of what the models are apart, the fifth of the pieces left out that gains most.
-double gained_again(std::vector<Piece> pieces) {
-  constexpr double a_little = 0.1;  // of what the pieces have on the average
-  constexpr std::size_t enough = 4;
-  double all = 0;
-  for (const Piece& piece : pieces) all += piece.apart;
-  const double least = a_little * all / static_cast<double>(pieces.size());
-  std::erase_if(pieces, [&](const Piece& piece) { return piece.apart < least; });
-  if (pieces.size() < enough) return 1;
-  std::ranges::sort(pieces, std::greater<>(), &Piece::gain);
-  double gain = 0, apart = 0;
-  for (const Piece& piece : std::span(pieces).subspan((pieces.size() + 4) / 5)) {
-    gain += piece.gain;
-    apart += piece.apart;
-  }
-  return apart > 0 ? gain / apart : 1;
-}
-
-}  // namespace
-
 std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Loss& better) {
   std::map<Signal, Difference> differences;
   for (const auto& [signal, readings] : worse.signals_) {
@@ -101,25 +73,20 @@ std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Los
     const std::vector<double>& r = other->second.residual;
     double gain = 0, variance = 0, added = 0;
     std::size_t k = 0;
-    std::vector<Piece> pieces;
     for (const std::size_t end : readings.ends) {
       double random = 0;
-      Piece piece;
       for (; k < end; ++k) {
         const double d = readings.residual[k] - r[k];
+        gain += d * d + 2 * r[k] * d;
         random += 2 * r[k] * d;
-        piece.apart += d * d;
+        added += d * d;
       }
-      piece.gain = piece.apart + random;
-      gain += piece.gain;
-      added += piece.apart;
       variance += random * random;
-      pieces.push_back(piece);
     }
     const double n = std::max(1.0, static_cast<double>(r.size()));
     const double rho = worse.floors_.at(signal).autocorrelation;
     const double noise = 2 * std::sqrt(added * (1 + rho) / (1 - rho));
-    differences[signal] = {gain / n, noise / n, std::sqrt(variance) / n, gained_again(pieces)};
+    differences[signal] = {gain / n, noise / n, std::sqrt(variance) / n, added > 0 ? gain / added : 1};
   }
   return differences;
 }
@@ -135,7 +102,7 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
     const auto& [signal, d] = entry;
     const double excess = mean.at(signal) - 1;  // at the floor there is nothing left to remove
     return excess >= rule.least && d.gain >= share * excess && d.gain >= rule.least &&
-           d.gain > rule.errors * d.noise_error && d.again >= rule.again;
+           d.gain > rule.errors * d.noise_error && d.there >= rule.there;
   });
 }
 

@@ -55,10 +55,9 @@ class Loss {
     double gain = 0;
     double noise_error = 0;
     double block_error = 0;
-    /// The gain as a share of the mean square by which the models are apart, in the pieces in which they are, but for
-    /// the fifth of them that gains most: 1 for what is there, which acts again and again, and -1 for what is not. 1
-    /// where there are fewer than four.
-    double again = 1;
+    /// The gain as a share of the mean square by which the models are apart: 1 for what is there, whatever else is
+    /// missing beside it, -1 for what is not and only fits other runs.
+    double there = 1;
   };
   static std::map<Signal, Difference> difference(const Loss& worse, const Loss& better);
 
@@ -85,7 +84,7 @@ struct Materiality {
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
   double law_share = 0.03;   ///< of the error that was taken away: so well is the law known that took it
-  double again = 0.5;        ///< of what an effect changes has to be gained beside where it gains most
+  double there = 0.5;        ///< of what an effect changes has to be gained
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
   double remainder_errors = 3;      ///< standard errors of a mean square under noise alone, for the same
   double remainder_share = 0.02;    ///< of how much the signal varies, for the same: no machine is known better
