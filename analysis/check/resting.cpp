@@ -65,7 +65,8 @@ bool follows_an_input(std::span<const Run> runs, Signal signal) {
       Correlation correlation;
       for (const Run& run : runs) {
         const bool side_by_side = run.has(signal) && run.has(input) && run.at(signal).t == run.at(input).t;
-        if (side_by_side && changes_by_a_step(run.at(signal))) correlation.add(run.at(signal).value, lagged(run.at(input).value, rows));
+        if (side_by_side && changes_by_a_step(run.at(signal)))
+          correlation.add(run.at(signal).value, lagged(run.at(input).value, rows));
       }
       if (correlation.squared() > clear) return true;
     }

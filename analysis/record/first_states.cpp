@@ -32,8 +32,8 @@ void set_first_speed(InitialState& initial, const Observation& speed, const Run&
     const Series& theta = run.at(Signal::theta);
     const auto until = std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin();
     const auto before = static_cast<std::size_t>(until);
-    const auto first = first_value(std::span(theta.t).first(before), std::span(theta.value).first(before), grid.front(),
-                                   theta.lsb);
+    const auto first =
+        first_value(std::span(theta.t).first(before), std::span(theta.value).first(before), grid.front(), theta.lsb);
     if (first && first->may_move()) (first->moves() ? initial.omega : initial.omega_doubt) = first->slope;
   } else if (const auto first = first_value_of(speed, grid, end); first && first->is_other_than(0)) {
     initial.omega = first->value;

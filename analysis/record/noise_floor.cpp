@@ -164,8 +164,8 @@ bool repeats(const ObservedRun& a, const ObservedRun& b) {
   return 200 * apart <= n;
 }
 
-/// Half the scatter of what repeated runs differ by, in pieces of 1 s at most about a straight line each: what drifts from run
-/// to run, as a motor that warms, is no noise.
+/// Half the scatter of what repeated runs differ by, in pieces of 1 s at most about a straight line each: what drifts
+/// from run to run, as a motor that warms, is no noise.
 std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> records, Signal signal) {
   std::vector<EvenLine> pieces;
   const auto piece_of = [&](std::vector<double>& differences) {

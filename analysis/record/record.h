@@ -24,8 +24,8 @@ struct ObservedRun {
   Excitation excitation;
   bool measured_voltage = false;
   bool measured_load = false;
-  InputNoise voltage_noise;     ///< [V] of the measured e_a
-  InputNoise load_noise;        ///< [N m] of the measured torque
+  InputNoise voltage_noise;  ///< [V] of the measured e_a
+  InputNoise load_noise;     ///< [N m] of the measured torque
   std::vector<Observation> observations;
 
   std::size_t length() const { return excitation.t.size(); }

@@ -9,8 +9,8 @@
 
 namespace emtb {
 
-/// [s] The shortest stretch that tells a scatter: a part of the run, for that lasts as long as its machine needs, and so
-/// many readings that what repeats with the angle may be told from noise; a second is enough.
+/// [s] The shortest stretch that tells a scatter: a part of the run, for that lasts as long as its machine needs, and
+/// so many readings that what repeats with the angle may be told from noise; a second is enough.
 double settled_stretch(std::span<const double> t);
 
 inline constexpr std::size_t fewest_readings = 5;
