@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/fit/cost_of_lateness.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing_errors.h"
@@ -33,89 +34,6 @@ bool sees_its_input(const Record& record, const Model& model) {
 bool models_lateness(const Model& model, Signal signal) {
   return signal == Signal::e_a || says_how_late(model.structure(), signal);
 }
-
-/// The cost over how late each instrument is, 0 to 1 sample, less what the model's parameters would take of it. A
-/// prediction bends as the lateness passes an edge of the voltage: it is straight from place to place.
-class CostOfLateness {
- public:
-  static constexpr std::size_t places = 8;  // to a sample
-
-  /// What the residuals of a signal say at each place.
-  struct OfSignal {
-    std::array<double, places + 1> squares{};
-    std::array<double, places> products{};                ///< with those at the place after it
-    std::array<Eigen::VectorXd, places + 1> gradients{};  ///< of the parameters
-  };
-
-  /// @param sts, other of the parameters: normal matrix, and the gradient by signals that are never late
-  CostOfLateness(std::vector<OfSignal> signals, const Eigen::MatrixXd& sts, Eigen::VectorXd other)
-      : signals_(std::move(signals)), sts_(sts), other_(std::move(other)) {}
-
-  double at(const std::vector<double>& late) const {
-    double squares = 0;
-    Eigen::VectorXd gradient = other_;
-    for (std::size_t c = 0; c < signals_.size(); ++c) {
-      const OfSignal& of = signals_[c];
-      const auto place = std::min(static_cast<std::size_t>(late[c] * places), places - 1);
-      const double share = late[c] * places - static_cast<double>(place), rest = 1 - share;
-      squares += rest * rest * of.squares[place] + 2 * rest * share * of.products[place] +
-                 share * share * of.squares[place + 1];
-      gradient += rest * of.gradients[place] + share * of.gradients[place + 1];
-    }
-    const double taken = sts_.rows() > 0 ? gradient.dot(solve_normal(sts_, gradient).col(0)) : 0;
-    return 0.5 * (squares - taken);
-  }
-
-  /// Where it is least, one signal after the other. @param held those that are not late
-  std::vector<double> least(const std::vector<char>& held) const {
-    constexpr int rounds = 20;
-    constexpr double still = 1e-3;  // of a sample
-    std::vector<double> late(signals_.size(), 0);
-    for (int round = 0; round < rounds; ++round) {
-      double moved = 0;
-      for (std::size_t c = 0; c < late.size(); ++c) {
-        if (held[c] != 0) continue;
-        const double before = late[c];
-        late[c] = least_of(late, c);
-        moved = std::max(moved, std::abs(late[c] - before));
-      }
-      if (moved < still) break;
-    }
-    return late;
-  }
-
- private:
-  /// Of one signal, between its places a parabola each.
-  double least_of(std::vector<double> late, std::size_t c) const {
-    constexpr double width = 1.0 / places;
-    const auto cost_at = [&](double place) {
-      late[c] = place;
-      return at(late);
-    };
-    double best = 0, least = cost_at(0), before = least;
-    const auto look_at = [&](double place, double cost) {
-      if (!(cost < least)) return;
-      least = cost;
-      best = place;
-    };
-    for (std::size_t i = 0; i < places; ++i) {
-      const double from = static_cast<double>(i) * width;
-      const double middle = cost_at(from + 0.5 * width), after = cost_at(from + width);
-      const double bend = before - 2 * middle + after;
-      look_at(from + width, after);
-      if (bend > 0) {
-        const double vertex = from + width * std::clamp(0.5 + 0.25 * (before - after) / bend, 0.0, 1.0);
-        look_at(vertex, cost_at(vertex));
-      }
-      before = after;
-    }
-    return best;
-  }
-
-  std::vector<OfSignal> signals_;
-  const Eigen::MatrixXd& sts_;
-  Eigen::VectorXd other_;
-};
 
 /// How much more the residuals of each signal jump from reading to reading than an instrument's would, at least 1: what
 /// a model of a brake that lets go a little late is off by has nothing to say about timing, however large it is.

@@ -207,6 +207,41 @@ TEST_F(Check, AMotorThatNeverTurnsOrADeadChannelStops) {
   EXPECT_THAT(check(dead, {}, &servo), names(Flaw::rest, Signal::i_a));
 }
 
+TEST_F(Check, AShortRunOfFewCountsMovesWhereItsInputLeadsIt) {
+  const auto counted = [](double counts) {
+    Run run;
+    run.name = "short";
+    synthetic::Noise noise(3);
+    run.signals[Signal::u_ref] = synthetic::series(4e-3, 0.56, [](double t) { return 2 + 2 * std::sin(20 * t); });
+    double omega = 0;
+    run.signals[Signal::omega] = synthetic::series(4e-3, 0.56, [&](double t) {
+      omega += 0.1 * (counts * (1 + std::sin(20 * t)) - omega);
+      return 0.016 * std::floor(omega + noise(0.5));
+    });
+    return std::vector{run};
+  };
+  EXPECT_THAT(check(counted(8), {}, nullptr), Not(names(Flaw::rest, Signal::omega)));
+  EXPECT_THAT(check(counted(0), {}, nullptr), names(Flaw::rest, Signal::omega)) << "noise goes its own way";
+}
+
+TEST_F(Check, ACurrentThatStaysWhereAControllerRestsIsNotHeld) {
+  // It hunts while the controller does, and stays while the voltage ramps: its own noise is below its step.
+  Run run;
+  run.name = "positions";
+  synthetic::Noise noise(3);
+  Series &e_a = run.signals[Signal::e_a], &i_a = run.signals[Signal::i_a], &theta = run.signals[Signal::theta];
+  for (int k = 0; k < 3000; ++k) {
+    const double t = 4e-3 * k;
+    const bool ramps = k % 300 > 240;
+    const double e = ramps ? 8 - 0.08 * (k % 300 - 240) : 3 * std::sin(1.3 * t) + noise(0.8);
+    for (Series* s : {&e_a, &i_a, &theta}) s->t.push_back(t);
+    e_a.value.push_back(e);
+    i_a.value.push_back(0.0028 * std::round((ramps ? -0.039 : e / 26 + 0.05) / 0.0028));
+    theta.value.push_back(3 * std::sin(0.4 * t) + (ramps ? 1e-3 * (k % 300) : 0));
+  }
+  EXPECT_THAT(check(std::vector{run}, {}, nullptr), Not(names(Flaw::held, Signal::i_a)));
+}
+
 TEST_F(Check, AnInstrumentOfFewStepsIsARemark) {
   auto runs = slow_runs();
   for (Run& run : runs) {

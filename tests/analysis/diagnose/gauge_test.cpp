@@ -78,5 +78,18 @@ TEST(DiagnoseGauge, HoldsNothingWhereTheCurrentIsMeasured) {
   EXPECT_THAT(named(d), ElementsAre("coulomb_friction"));
 }
 
+TEST(DiagnoseGauge, FreesWhatAnEffectLetsTheDataTell) {
+  // Without the driver's block, the shaft seems to be braked by nothing: B is held there, and another brake would stand
+  // in for it. A shaft that coasts tells it.
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.one_quadrant = true;
+  std::erase_if(bench.channels, [](const simulated::DaqChannel& c) { return c.signal != Signal::omega; });
+  bench.train = {step("fast", 3, 1, 3, 12), step("slow", 1.5, 1, 3, 12)};
+  bench.held_out = {step("between", 2, 1, 3, 12)};
+  const Diagnosis d = diagnose(record(bench, bench.train, 1), record(bench, bench.held_out, 101), bench.model);
+  EXPECT_THAT(named(d), ElementsAre("one_quadrant_driver"));
+  EXPECT_FALSE(d.final.base[base::B].pinned);
+}
+
 }  // namespace
 }  // namespace emtb::gauge_tests

@@ -36,12 +36,12 @@ std::vector<emtb::Run> read_by_encoder(std::vector<emtb::Run> runs) {
   return runs;
 }
 
-/// The torque of a brake that nobody leaves alone: another in each run.
+/// The torque of a brake [N m] that nobody leaves alone: another in each run.
 std::vector<emtb::Run> with_another_brake_each(blind::Bench bench, const std::vector<Profile>& profiles,
-                                               std::uint64_t seed) {
+                                               std::uint64_t seed, double least = 0.004, double more = 0.004) {
   std::vector<emtb::Run> runs;
   for (std::size_t i = 0; i < profiles.size(); ++i) {
-    bench.plant.load.brake = 0.004 * static_cast<double>(1 + i % 3);  // [N m]
+    bench.plant.load.brake = least + more * static_cast<double>(i % 3);
     runs.push_back(record(bench, profiles[i], seed + i));
   }
   return runs;
@@ -64,6 +64,17 @@ TEST(LoadLaw, IsAskedBesideWhatTheMotorLacks) {
   const std::vector<Profile> few(bench.train.begin(), bench.train.begin() + 2);
   const Diagnosis d = diagnose(record(bench, few, 1), record(bench, bench.held_out, 101), bench.model);
   EXPECT_THAT(named(d), UnorderedElementsAre("dry_brake", "brush_drop")) << report(d);
+}
+
+TEST(LoadLaw, LeavesNoUnknownEffectWhereItIsNotQuiteTheLoads) {
+  const blind::Bench bench = blind::fast_bench();
+  const Diagnosis d = diagnose(with_another_brake_each(bench, bench.train, 1, 0.03, 0.006),
+                               with_another_brake_each(bench, bench.held_out, 101, 0.03, 0.006), bench.model);
+  EXPECT_THAT(named(d), ElementsAre("dry_brake")) << report(d);
+  EXPECT_GT(d.signals.at(Signal::torque).ratio, 1.5) << "which the gauge shows";
+  EXPECT_EQ(d.verdict, Verdict::found) << report(d);
+  EXPECT_TRUE(d.torque_only_loads);
+  EXPECT_FALSE(d.torque_is_input);
 }
 
 TEST(LoadLaw, NeedNotBe) {
