@@ -79,7 +79,8 @@ void observe_load(ObservedRun& record, const Run& run) {
   Excitation& x = record.excitation;
   add(record, read(run, Signal::torque, x.t));
   const SteadySpeed speed = run.has(Signal::omega) ? steady_speed(run, x.t) : unknown_speed(x.t);
-  MeasuredInput load = measured_load(record.name, run.at(Signal::torque), x.t, x.angle, speed.reach);
+  MeasuredInput load =
+      measured_load(record.name, straight_between_updates(run.at(Signal::torque)), x.t, x.angle, speed.reach);
   if (load.value.empty()) return;
   x.load = std::move(load.value);
   record.load_noise = std::move(load.noise);

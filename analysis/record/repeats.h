@@ -8,12 +8,16 @@
 namespace emtb {
 
 /// Rows from one update of a signal to the next, where a logger writes it more often than its instrument reads: 1 where
-/// it changes at any row. Told by the rows at which it changes, from thirty changes on.
+/// it changes at any row. Told by the rows at which it changes, where those are too many to be so by chance.
 /// @param first the row of the first update
 std::size_t rows_an_update(std::span<const double> value, std::size_t* first = nullptr);
 
 /// The series without the rows that only repeat the one before: a reading counts once, and its noise is that between
 /// updates.
 Series updates_of(const Series& series);
+
+/// The series with the rows that only repeat the one before on the straight line from update to update: what is held is
+/// late, by half of the rows between them in the mean.
+Series straight_between_updates(const Series& series);
 
 }  // namespace emtb

@@ -44,6 +44,21 @@ TEST(Repeats, CountOnce) {
   EXPECT_DOUBLE_EQ(updates.value[2], std::sin(0.7));
 }
 
+TEST(Repeats, AreStraightBetweenUpdates) {
+  Series held;
+  for (int k = 0; k < 400; ++k) {
+    held.t.push_back(1e-3 * k);
+    const int updated = k - k % 4;
+    held.value.push_back(updated + (updated % 8 == 0 ? 0.5 : 0));
+  }
+  const Series straight = straight_between_updates(held);
+  EXPECT_EQ(straight.t, held.t);
+  EXPECT_EQ(straight.value[8], 8.5);
+  EXPECT_NEAR(straight.value[10], 10.25, 1e-9);
+  EXPECT_EQ(straight.value[12], 12);
+  EXPECT_EQ(straight.value[399], held.value[399]) << "nobody knows what came then";
+}
+
 TEST(Repeats, TooFewToTellAreLeft) { EXPECT_EQ(rows_an_update(std::vector<double>(100, 1.0)), 1U); }
 
 }  // namespace
