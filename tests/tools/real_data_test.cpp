@@ -81,8 +81,8 @@ TEST_F(RealData, Jga25HidesFrictionOrADeadZoneAndALag) {
   EXPECT_THAT(d["missing"][0]["tied_with"], Contains(is_dead ? "coulomb_friction" : "driver_dead_zone"));
   const double dead = is_dead ? value(d, "driver_dead_zone", "u_d") * 12 : 0;
   EXPECT_NEAR(value(d, "driver_saturation", "e_max") + dead, 10.8, 0.5);
-  EXPECT_NEAR(d["error"]["base"]["held_out"], 9.2, 1);
-  EXPECT_NEAR(d["error"]["final"]["held_out"], 4, 0.5);
+  EXPECT_NEAR(d["error"]["base"]["held_out"], 5.7, 0.6);
+  EXPECT_NEAR(d["error"]["final"]["held_out"], 2.5, 0.3);
 }
 
 TEST_F(RealData, UnmotorHidesADeadZone) {
