@@ -96,16 +96,15 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     const double acts = early  ? std::max(0.0, 1 + acts_after / interval)
                         : late ? std::min(1.0, acts_after / interval)
                                : 0;
-    const bool asked = x.reads_circuit_late, edge = early || late;
-    move.from = move.until = acts;
+    const bool asked = x.reads_circuit_late;
     const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
     if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
     if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
     const Scalar speed_at_edge = asked ? machine.omega : Scalar(0.0);
-    move.until = acts;
+    move.from = move.until = acts;
     if (acts < 1) advance(k, early ? k + 1 : k, acts, 1, interval);
     if (asked && acts < 1) move.after = machine.current_taken_by(machine.omega - speed_at_edge) * (1 / (1 - acts));
-    read(k + 1, asked && (edge || move.until > 0));
+    read(k + 1, asked && (early || late || move.until > 0));
   }
 }
 

@@ -106,7 +106,8 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const std::vector<Stretch> all = stretches(x);
   const Restlessness usual = angle ? Restlessness{} : restlessness(x, rest, step);
   const Restlessness own = angle ? usual : own_restlessness(run, signal, rest);
-  std::optional<Restlessness> undriven;  // told where it is asked
+  std::optional<Restlessness> undriven;  // told where it is asked; of a voltage it is its own
+  if (signal == Signal::e_a) undriven = own;
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<Stretch> found;
   for (const Stretch& s : all) {

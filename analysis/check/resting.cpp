@@ -60,14 +60,17 @@ bool changes_by_a_step(const Series& series) {
 /// nothing else; noise, however it is coloured, goes its own way.
 bool follows_an_input(std::span<const Run> runs, Signal signal) {
   constexpr double clear = 0.5;
+  std::vector<const Run*> changing;
+  for (const Run& run : runs) {
+    if (run.has(signal) && changes_by_a_step(run.at(signal))) changing.push_back(&run);
+  }
   for (const Signal input : {Signal::u_ref, Signal::e_a, Signal::i_a}) {
+    std::vector<const Run*> side_by_side = changing;
+    std::erase_if(side_by_side,
+                  [&](const Run* run) { return !run->has(input) || run->at(input).t != run->at(signal).t; });
     for (double rows = 0; rows < 2000; rows = 4 * rows + 1) {
       Correlation correlation;
-      for (const Run& run : runs) {
-        const bool side_by_side = run.has(signal) && run.has(input) && run.at(signal).t == run.at(input).t;
-        if (side_by_side && changes_by_a_step(run.at(signal)))
-          correlation.add(run.at(signal).value, lagged(run.at(input).value, rows));
-      }
+      for (const Run* run : side_by_side) correlation.add(run->at(signal).value, lagged(run->at(input).value, rows));
       if (correlation.squared() > clear) return true;
     }
   }

@@ -55,9 +55,9 @@ struct Diagnosis {
   std::vector<Pin> pins;                   ///< parameters that were held because these data cannot tell them
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool torque_only_loads = false;          ///< the measured torque loads the shaft as it was read, whatever its law
-  bool torque_is_input = false;     ///< and the measured torque has no law of the library: it only loads the shaft
-  bool judged_on_training = false;  ///< a single run: nothing could be held out
-  std::vector<Proposal> next;       ///< where effects tie: experiments that would tell them apart, best first
+  bool torque_is_input = false;            ///< and has no law of the library: no model is compared with it
+  bool judged_on_training = false;         ///< a single run: nothing could be held out
+  std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
 
   /// What is known of an effect that the diagnosis names by its number.

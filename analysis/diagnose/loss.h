@@ -48,9 +48,9 @@ class Loss {
   /// With r the residuals of the better model and d what the worse one adds to them, the difference is mean(d^2 + 2 r
   /// d); only r is random. `noise_error` is its standard error if r is the instrument's noise: what chance alone could
   /// have brought. `block_error` takes r as it is, summed over pieces beyond which residuals are hardly correlated: it
-  /// also counts what is still missing from the better model, which other experiments would have shown
-  /// in other proportions. (The scatter of the whole difference over blocks would call an effect that acts at a few
-  /// edges uncertain at 300 sigma.)
+  /// also counts what is still missing from the better model, which other experiments would have shown in other
+  /// proportions. (The scatter of the whole difference over pieces would call an effect that acts at a few edges
+  /// uncertain at 300 sigma.)
   struct Difference {
     double gain = 0;
     double noise_error = 0;

@@ -119,16 +119,18 @@ class TimingSearch {
       for (const Signal signal : signals) timing.late[signal] = static_cast<double>(place) / CostOfLateness::places;
       std::vector<Residuals> here = residuals(timing);
       for (std::size_t i = 0; i < here.size(); ++i) {
+        const auto add_gradient = [&](Eigen::VectorXd& to) {
+          if (known_[i].informed()) to += transposed_product(known_[i].sensitivity, here[i].value);
+        };
         const auto signal = std::ranges::find(signals, here[i].signal);
-        const bool is_late = signal != signals.end();
-        if (!is_late && place > 0) continue;
-        auto* of = is_late ? &sums[static_cast<std::size_t>(signal - signals.begin())] : nullptr;
-        if (known_[i].informed()) {
-          (is_late ? of->gradients[place] : other) += transposed_product(known_[i].sensitivity, here[i].value);
+        if (signal == signals.end()) {
+          if (place == 0) add_gradient(other);
+          continue;
         }
-        if (!is_late) continue;
-        of->squares[place] += here[i].value.squaredNorm();
-        if (place > 0) of->products[place - 1] += before[i].value.dot(here[i].value);
+        CostOfLateness::OfSignal& of = sums[static_cast<std::size_t>(signal - signals.begin())];
+        add_gradient(of.gradients[place]);
+        of.squares[place] += here[i].value.squaredNorm();
+        if (place > 0) of.products[place - 1] += before[i].value.dot(here[i].value);
       }
       before = std::move(here);
     }

@@ -30,8 +30,7 @@ void set_first_speed(InitialState& initial, const Observation& speed, const Run&
                      std::size_t end) {
   if (speed.origin == Origin::slope_of_angle) {
     const Series& theta = run.at(Signal::theta);
-    const auto until = std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin();
-    const auto before = static_cast<std::size_t>(until);
+    const auto before = static_cast<std::size_t>(std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin());
     const auto first =
         first_value(std::span(theta.t).first(before), std::span(theta.value).first(before), grid.front(), theta.lsb);
     if (first && first->may_move()) (first->moves() ? initial.omega : initial.omega_doubt) = first->slope;

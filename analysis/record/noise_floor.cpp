@@ -184,6 +184,7 @@ std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> recor
     const Observation *one = records[i].find(signal), *other = next->find(signal);
     if (one == nullptr || other == nullptr) continue;
     const std::vector<double>&t = records[i].excitation.t, &u = next->excitation.t;
+    const double shortest = settled_stretch(t);
     std::vector<double> differences;
     double begin = t.front();
     for (std::size_t k = 0; k < std::min(one->size(), other->size()); ++k) {
@@ -191,7 +192,7 @@ std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> recor
       const double interval = k > 0 ? at - t[one->last[k - 1]] : 0;
       if (k > 0 && std::abs(at - u[other->last[k]]) > 0.5 * interval) break;  // readings that do not go side by side
       differences.push_back(one->value[k] - other->value[k]);
-      if (at - begin >= std::max(settled_stretch(t), 20 * interval)) {
+      if (at - begin >= std::max(shortest, 20 * interval)) {
         piece_of(differences);
         begin = at;
       }
