@@ -199,4 +199,12 @@ std::vector<double> FreeParameters::spread(std::span<const double> free) const {
   return all;
 }
 
+Model with_values(Model model, const FreeParameters& free, std::span<const double> x) {
+  const std::vector<double> all = free.spread(x);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (free.mover(i) || !model.at(i).fixed) model.at(i).value = all[i];
+  }
+  return model;
+}
+
 }  // namespace emtb

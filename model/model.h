@@ -148,6 +148,9 @@ class FreeParameters {
   std::vector<double> all_;
 };
 
+/// A model with other values of its free parameters, and of what is tied to them.
+Model with_values(Model model, const FreeParameters& free, std::span<const double> x);
+
 /// For each free parameter, the places that it moves.
 inline std::vector<std::vector<std::size_t>> moved_by(const FreeParameters& free) {
   std::vector<std::vector<std::size_t>> moved(free.size());

@@ -8,6 +8,7 @@
 #include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/gauge.h"
+#include "analysis/fit/leave_one_out.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -142,7 +143,7 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
   } else if (data_.train.size() == 1) {
     trial.held_out.add(data_.train, left.residuals);
   } else {
-    leave_one_out(trial, std::move(options));
+    leave_one_out(trial, options);
   }
   trial.held_out.quality = quality_in_training(
       left.residuals, FreeParameters(model).size() + found_in(trial.fit.phases) + found_in(trial.held_out_phases));
@@ -151,20 +152,13 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
   return trial;
 }
 
-void FittedTrials::leave_one_out(Trial& trial, CalibrationOptions options) const {
-  const bool known = !options.phases.empty();
+void FittedTrials::leave_one_out(Trial& trial, const CalibrationOptions& options) const {
+  const std::vector<Model> without = fits_without_each(data_.train, trial.fit, options);
   for (std::size_t out = 0; out < data_.train.size(); ++out) {
-    std::vector<Record> rest;
-    options.phases.clear();
-    for (std::size_t i = 0; i < data_.train.size(); ++i) {
-      if (i == out) continue;
-      rest.push_back(data_.train[i]);
-      if (known) options.phases.push_back(trial.fit.phases[i]);
-    }
-    const Model fitted = calibrate(rest, trial.model(), options).model;
     const std::span<const Record> alone(&data_.train[out], 1);
-    const RotorPhases near = known ? RotorPhases{trial.fit.phases[out]} : RotorPhases{};
-    trial.held_out.add(alone, residuals_at_best_phases(alone, fitted, fitted.values(), {}, near).residuals);
+    const RotorPhases near{trial.fit.phases[out]};
+    trial.held_out.add(alone,
+                       residuals_at_best_phases(alone, without[out], without[out].values(), {}, near).residuals);
   }
 }
 

@@ -49,7 +49,7 @@ class FittedTrials final : public Trials {
   Fit begun_anew(const Trial& fitted, Score score) const;
   Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
-  void leave_one_out(Trial& trial, CalibrationOptions options) const;
+  void leave_one_out(Trial& trial, const CalibrationOptions& options) const;
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
   Quality quality_in_training(const Fit& fit) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;

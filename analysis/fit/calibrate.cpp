@@ -62,17 +62,17 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
   const FitProblem problem(records, model, options);
   const FreeParameters& free = problem.free();
   Calibration result;
-  result.model = model;
   if (free.size() == 0) {
+    result.model = model;
     result.cost = 0.5 * problem.normal_equations({}, false, false).rtr;
     result.converged = true;
     return result;
   }
   const std::vector<double> given = free.pick({});
-  if (!std::isfinite(problem.normal_equations(given, false, false).rtr)) {
+  Descent best = descend(problem, given, options.max_iterations, options.tolerance);
+  if (best.cost == infinity && !std::isfinite(problem.normal_equations(given, false, false).rtr)) {
     throw ModelError("model `" + model.name + "` cannot be simulated with its start values: the result is not finite");
   }
-  Descent best = descend(problem, model, given, options.max_iterations, options.tolerance);
   // Other starts descend on a part of the data; what they reach is tried on all of it.
   const std::vector<Record> part = options.extra_starts > 0 ? shortest_records(records) : std::vector<Record>{};
   const FitProblem first_look(part, model, options);
@@ -82,19 +82,16 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
   constexpr double clearly = 1e-4;  // better; of two valleys alike, that of what was given stands
   for (int s = 0; s < options.extra_starts; ++s) {
     const Descent rough =
-        descend(first_look, model, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
+        descend(first_look, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
     problem.search_phases();
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
     if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;
-    Descent other = descend(problem, model, rough.x, options.max_iterations, options.tolerance);
+    Descent other = descend(problem, rough.x, options.max_iterations, options.tolerance);
     if (other.cost >= best.cost * (1 - clearly)) continue;
     best = std::move(other);
     at_best = problem.normal_equations(best.x, true, false);
   }
-  const std::vector<double> all = free.spread(best.x);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (free.mover(i) || !result.model.at(i).fixed) result.model.at(i).value = all[i];
-  }
+  result.model = with_values(model, free, best.x);
   result.cost = best.cost;
   result.converged = best.converged;
   result.iterations = best.iterations;

@@ -57,14 +57,12 @@ struct CalibrationOptions {
 /// The shorter records, up to a quarter of the samples, at least two where there are: for a first look.
 std::vector<Record> shortest_records(std::span<const Record> records);
 
-/// Fits the free parameters by output error: bounded nonlinear least squares (Ceres, Levenberg-Marquardt in a trust
-/// region) on the weighed residuals of all records, from several starts. A parameter that rests on a bound and would
-/// leave it is held there while the others go on; a start that leads back to a valley already known is not followed to
-/// its end.
+/// Fits the free parameters by output error: bounded nonlinear least squares (descend(): Levenberg and Marquardt) on the
+/// weighed residuals of all records, from several starts. A parameter that rests on a bound and would leave it is held
+/// there while the others go on; a start that leads back to a valley already known is not followed to its end.
 ///
-/// The sum of squares is handed to the solver compressed: from the normal equations SᵀS and Sᵀr, scaled first, p + 1
-/// residuals are made by Cholesky's factors that have the same sum of squares and the same gradient as the 10^5 rows
-/// they stand for. That squares the condition of S: a direction 10^7 times weaker than the strongest is lost in
+/// A step is made of the normal equations SᵀS and Sᵀr, which are summed while the records are simulated, in place of
+/// the 10^5 rows they stand for. That squares the condition of S: a direction 10^7 times weaker than the strongest is lost in
 /// rounding and is reported as not determined. Standard errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over
 /// blocks b, which holds where residuals are correlated within a block (Morelli and Klein 1995 for output error): the
 /// largest one of blocks of a hundred-and-twenty-eighth of the data to a sixteenth, as far as there are ten blocks more

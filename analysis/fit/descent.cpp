@@ -32,10 +32,10 @@ Point looked_at(const FitProblem& problem, std::vector<double> x) {
 struct Bounds {
   VectorXd low, high;
 
-  Bounds(const FitProblem& problem, const Model& model)
+  explicit Bounds(const FitProblem& problem)
       : low(static_cast<Eigen::Index>(problem.free().size())), high(low.size()) {
     for (Eigen::Index i = 0; i < low.size(); ++i) {
-      const Parameter& p = model.at(problem.free().places()[static_cast<std::size_t>(i)]);
+      const Parameter& p = problem.given().at(problem.free().places()[static_cast<std::size_t>(i)]);
       low[i] = p.min;
       high[i] = p.max;
     }
@@ -100,8 +100,8 @@ class Trust {
 /// A descent on its way.
 class Way {
  public:
-  Way(const FitProblem& problem, const Model& model, std::vector<double> x, double tolerance)
-      : problem_(problem), bounds_(problem, model), tolerance_(tolerance), here_(looked_at(problem, std::move(x))) {}
+  Way(const FitProblem& problem, std::vector<double> x, double tolerance)
+      : problem_(problem), bounds_(problem), tolerance_(tolerance), here_(looked_at(problem, std::move(x))) {}
 
   const Point& here() const { return here_; }
 
@@ -134,12 +134,11 @@ class Way {
 
 }  // namespace
 
-Descent descend(const FitProblem& problem, const Model& model, std::vector<double> x, int max_iterations,
-                double tolerance) {
+Descent descend(const FitProblem& problem, std::vector<double> x, int max_iterations, double tolerance) {
   constexpr int round_length = 8;  // steps, after which phases that were followed are searched anew
   const double near = std::max(1e-5, 100 * tolerance);  // the phases are followed no nearer than this
   problem.search_phases();
-  Way way(problem, model, std::move(x), tolerance);
+  Way way(problem, std::move(x), tolerance);
   Descent result;
   if (!way.here().usable()) return {way.here().x, infinity, false, 0};  // a load heavier than the whole rotor, say
   double cost_of_round = way.here().cost();
@@ -157,6 +156,13 @@ Descent descend(const FitProblem& problem, const Model& model, std::vector<doubl
   result.x = way.here().x;
   result.cost = way.here().cost();
   return result;
+}
+
+FirstStep first_step(const FitProblem& problem, const NormalEquations& around, std::vector<double> x) {
+  const Bounds bounds(problem);
+  const Point here{std::move(x), around};
+  const VectorXd step = damped_step(here, bounds, Trust().damping());
+  return {bounds.within(here.x, step), here.promise(step)};
 }
 
 }  // namespace emtb

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "analysis/fit/normal_equations.h"
-#include "model/model.h"
 
 namespace emtb {
 
@@ -15,11 +14,17 @@ struct Descent {
   int iterations = 0;
 };
 
-/// Descends by the steps of Levenberg and Marquardt: each is the least of the quadratic that the normal equations are,
+/// Searches the phases of the rotor and descends by the steps of Levenberg and Marquardt: each is the least of the quadratic that the normal equations are,
 /// damped, within the bounds; the damping follows what the last step kept of its promise (Madsen, Nielsen and
 /// Tingleff 2004). A step is one simulation of all records with their sensitivities.
 /// @param tolerance share of the cost: of less than that no step is tried
-Descent descend(const FitProblem& problem, const Model& model, std::vector<double> x, int max_iterations,
-                double tolerance);
+Descent descend(const FitProblem& problem, std::vector<double> x, int max_iterations, double tolerance);
+
+/// One such step from x, all but undamped, by normal equations that are known. @return where it leads
+struct FirstStep {
+  std::vector<double> x;
+  double promised = 0;  ///< what it takes off the cost, were that the quadratic
+};
+FirstStep first_step(const FitProblem& problem, const NormalEquations& around, std::vector<double> x);
 
 }  // namespace emtb

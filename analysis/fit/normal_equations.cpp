@@ -39,6 +39,14 @@ void add(NormalEquations& n, const PassSums& sums, bool with_sensitivities) {
   n.str += Eigen::Map<const Eigen::VectorXd>(sums.str.data(), n.str.size());
 }
 
+NormalEquations nothing_of(Eigen::Index parameters) {
+  NormalEquations n;
+  n.sts.setZero(parameters, parameters);
+  n.str.setZero(parameters);
+  n.str_of_step.setZero(parameters);
+  return n;
+}
+
 /// The gradients of blocks of one piece, of two, four ...
 BlockGradients block_gradients_of(const std::map<long, Eigen::VectorXd>& pieces) {
   BlockGradients gradients;
@@ -66,36 +74,64 @@ FitProblem::FitProblem(std::span<const Record> records, const Model& model, cons
       options_(options),
       free_(model),
       moved_(moved_by(free_)),
-      shortest_piece_(shortest_piece(records)) {
+      shortest_piece_(shortest_piece(records)),
+      followed_{options.phases, {}, {}, std::numeric_limits<double>::infinity()} {
   for (const std::size_t place : free_.places()) {
     const Parameter& p = model.at(place);
     if (p.prior) priors_.push_back({static_cast<Eigen::Index>(*free_.mover(place)), *p.prior});
   }
 }
 
+NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
+  sts += other.sts;
+  str += other.str;
+  str_of_step += other.str_of_step;
+  rtr += other.rtr;
+  for (std::size_t b = 0; b < block_gradients.size(); ++b) {
+    block_gradients[b].insert(block_gradients[b].end(), other.block_gradients[b].begin(),
+                              other.block_gradients[b].end());
+  }
+  return *this;
+}
+
 bool FitProblem::finds_better_phases(std::span<const double> x, double share) const {
   if (!options_.phases.empty()) return false;
-  const RotorPhases followed = phases_;
-  const double before = least_;
+  const Followed before = followed_;
   search_phases();
-  if (normal_equations(x, false, false).rtr < (1 - share) * before) return true;
-  phases_ = followed;
-  least_ = before;
+  if (normal_equations(x, false, false).rtr < (1 - share) * before.cost) return true;
+  followed_ = before;
   return false;
 }
 
+RotorPhases FitProblem::phases_at(std::span<const double> x, std::span<const double> values, bool by_courses) const {
+  const RotorPhases& near = followed_.phases;
+  RotorPhases phases(records_.size());
+  if (!model_.periodic()) return phases;
+  Eigen::VectorXd change;
+  if (by_courses) {
+    using Values = Eigen::Map<const Eigen::VectorXd>;
+    const auto p = static_cast<Eigen::Index>(x.size());
+    change = Values(x.data(), p) - Values(followed_.x.data(), p);
+  }
+  parallel_for(records_, [&](std::size_t i) {
+    if (by_courses) {
+      const PhaseCourse& course = followed_.courses[i];
+      phases[i] = course.known() ? course.from(records_[i], near[i], change) : near[i];
+    } else {
+      phases[i] = best_phase(records_[i], records_[i].structure(model_), values, near.empty() ? nullptr : &near[i]);
+    }
+  });
+  return phases;
+}
+
 NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> values, bool with_sensitivities,
-                                      bool to_judge, RotorPhase& phase) const {
+                                      bool to_judge, const RotorPhase& phase, PhaseCourse& course) const {
   const Record& record = records_[i];
   const bool in_steps = to_judge && !options_.quick_errors;
   const auto p = static_cast<Eigen::Index>(free_.size());
   const auto moved = with_sensitivities ? std::span(moved_) : std::span<const std::vector<std::size_t>>{};
-  NormalEquations n;
-  n.sts.setZero(p, p);
-  n.str.setZero(p);
-  n.str_of_step.setZero(p);
+  NormalEquations n = nothing_of(p);
   const ModelStructure structure = record.structure(model_);
-  phase = best_phase(record, structure, values, phases_.empty() ? nullptr : &phases_[i]);
   n.rtr += phase.unlikely;
   if (!to_judge && phase.at.empty() && moved.size() <= PassSums::most) {
     add(n, summed_pass(record, structure, values, moved, wanted_of(record, options_)), with_sensitivities);
@@ -103,14 +139,15 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
   }
   std::vector<Residuals> finer;
   if (in_steps) finer = residuals_at_phase(record, structure, values, {}, phase, StepLength::half).residuals;
-  const auto [all, prior] = residuals_at_phase(record, structure, values, moved, phase);
-  if (prior.sts.size() > 0) {
-    n.sts += prior.sts;
-    n.str += prior.str;
+  ResidualsAtPhase seen = residuals_at_phase(record, structure, values, moved, phase);
+  course = std::move(seen.course);
+  if (seen.prior.sts.size() > 0) {
+    n.sts += seen.prior.sts;
+    n.str += seen.prior.str;
   }
   std::map<long, Eigen::VectorXd> blocks;
-  for (std::size_t s = 0; s < all.size(); ++s) {
-    const Residuals& r = all[s];
+  for (std::size_t s = 0; s < seen.residuals.size(); ++s) {
+    const Residuals& r = seen.residuals[s];
     if (!wanted(r.signal, options_)) continue;
     n.rtr += r.value.squaredNorm();
     if (!r.informed()) continue;
@@ -126,22 +163,32 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
   return n;
 }
 
-NormalEquations FitProblem::normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const {
-  const auto p = static_cast<Eigen::Index>(free_.size());
+std::vector<NormalEquations> FitProblem::of_each(std::span<const double> x, bool with_sensitivities, bool to_judge,
+                                                 bool by_courses) const {
   const std::vector<double> values = free_.spread(x);
   std::vector<NormalEquations> each(records_.size());
-  RotorPhases phases(records_.size());
-  parallel_for(records_,
-               [&](std::size_t i) { each[i] = of_record(i, values, with_sensitivities, to_judge, phases[i]); });
-  NormalEquations sum{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p), 0, {}, Eigen::VectorXd::Zero(p)};
-  for (NormalEquations& n : each) {
-    sum.sts += n.sts;
-    sum.str += n.str;
-    sum.str_of_step += n.str_of_step;
-    sum.rtr += n.rtr;
-    for (std::size_t b = 0; b < n.block_gradients.size(); ++b) {
-      std::ranges::move(n.block_gradients[b], std::back_inserter(sum.block_gradients[b]));
-    }
+  std::vector<PhaseCourse> courses(records_.size());
+  RotorPhases phases = phases_at(x, values, by_courses);
+  parallel_for(records_, [&](std::size_t i) {
+    each[i] = of_record(i, values, with_sensitivities, to_judge, phases[i], courses[i]);
+  });
+  const double cost = sum_of(each, x).rtr;
+  if (cost <= followed_.cost) {  // a step that was too long may have left the valley: it is not followed
+    if (!with_sensitivities || !model_.periodic()) courses.clear();
+    followed_ = {std::move(phases), {x.begin(), x.end()}, std::move(courses), cost};
+  }
+  return each;
+}
+
+std::vector<NormalEquations> FitProblem::of_each(std::span<const double> x, bool with_sensitivities) const {
+  return of_each(x, with_sensitivities, false, !followed_.courses.empty());
+}
+
+NormalEquations FitProblem::sum_of(std::span<const NormalEquations> each, std::span<const double> x,
+                                   std::optional<std::size_t> but) const {
+  NormalEquations sum = nothing_of(static_cast<Eigen::Index>(free_.size()));
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    if (i != but) sum += each[i];
   }
   for (const auto& [column, prior] : priors_) {
     const double r = (prior.value - x[static_cast<std::size_t>(column)]) / prior.std;
@@ -149,11 +196,15 @@ NormalEquations FitProblem::normal_equations(std::span<const double> x, bool wit
     sum.str[column] += r / prior.std;
     sum.rtr += r * r;
   }
-  if (sum.rtr <= least_) {  // a step that was too long may have left the valley: it is not followed
-    least_ = sum.rtr;
-    phases_ = std::move(phases);
-  }
   return sum;
+}
+
+NormalEquations FitProblem::normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const {
+  const bool by_courses = !to_judge && !followed_.courses.empty();
+  const NormalEquations sum = sum_of(of_each(x, with_sensitivities, to_judge, by_courses), x);
+  if (!by_courses || sum.rtr <= followed_.cost) return sum;
+  // What is linear may have failed the phases, not the step.
+  return sum_of(of_each(x, with_sensitivities, to_judge, false), x);
 }
 
 }  // namespace emtb

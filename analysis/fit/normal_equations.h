@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -26,6 +27,8 @@ struct NormalEquations {
   double rtr = 0;
   BlockGradients block_gradients;
   Eigen::VectorXd str_of_step;
+
+  NormalEquations& operator+=(const NormalEquations& other);
 };
 
 /// A model, its free parameters and the records that it is fitted to: what a descent asks for its normal equations. The
@@ -40,10 +43,7 @@ class FitProblem {
 
   /// Where in a turn the records start is searched anew, in all of the turn, unless it is given; else it is followed
   /// from one call to the next.
-  void search_phases() const {
-    phases_ = options_.phases;
-    least_ = std::numeric_limits<double>::infinity();
-  }
+  void search_phases() const { followed_ = {options_.phases, {}, {}, std::numeric_limits<double>::infinity()}; }
 
   /// Whether the phases change in the course of a record.
   bool phases_wander() const {
@@ -51,7 +51,7 @@ class FitProblem {
   }
 
   /// As far as they have been followed.
-  const RotorPhases& phases() const { return phases_; }
+  const RotorPhases& phases() const { return followed_.phases; }
 
   /// Searches the phases anew where they have been followed to. @return whether that lowers the cost by a share
   bool finds_better_phases(std::span<const double> x, double share) const;
@@ -59,10 +59,33 @@ class FitProblem {
   /// @param to_judge with what tells how good an optimum is
   NormalEquations normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const;
 
+  /// The same of each record by itself, without the priors.
+  std::vector<NormalEquations> of_each(std::span<const double> x, bool with_sensitivities) const;
+
+  /// Their sum, with the priors. @param but one that is left out
+  NormalEquations sum_of(std::span<const NormalEquations> each, std::span<const double> x,
+                         std::optional<std::size_t> but = {}) const;
+
  private:
-  /// Of one record at these values; its rotor phase as it was found is written to `phase`.
+  /// Where the rotor phases have been followed to: the values at which the cost was least, and how the phases go on from
+  /// there as the values change; unknown after a call without sensitivities.
+  struct Followed {
+    RotorPhases phases;  ///< of each record; empty: to be searched
+    std::vector<double> x;
+    std::vector<PhaseCourse> courses;
+    double cost = std::numeric_limits<double>::infinity();
+  };
+
+  /// Of one record at these values and that phase; how it goes on is written to `course`.
   NormalEquations of_record(std::size_t i, std::span<const double> values, bool with_sensitivities, bool to_judge,
-                            RotorPhase& phase) const;
+                            const RotorPhase& phase, PhaseCourse& course) const;
+
+  /// @param by_courses the phases, which are known
+  std::vector<NormalEquations> of_each(std::span<const double> x, bool with_sensitivities, bool to_judge,
+                                       bool by_courses) const;
+
+  /// The phases of the records at these values, by the courses that are known, or else by simulation.
+  RotorPhases phases_at(std::span<const double> x, std::span<const double> values, bool by_courses) const;
 
   std::span<const Record> records_;
   const Model& model_;
@@ -71,8 +94,7 @@ class FitProblem {
   std::vector<std::vector<std::size_t>> moved_;
   double shortest_piece_;  // [s]
   std::vector<std::pair<Eigen::Index, Prior>> priors_;
-  mutable RotorPhases phases_;  // of each record, where the cost was least; empty: to be searched
-  mutable double least_ = std::numeric_limits<double>::infinity();
+  mutable Followed followed_;
 };
 
 }  // namespace emtb

@@ -43,8 +43,14 @@ std::vector<Residuals> with_phase(const Record& record, const ModelStructure& st
   return residuals_turned_by(record, structure, values, columns, knots, phase);
 }
 
+/// What the phase does in place of the other columns.
+struct OffPhase {
+  PhasePrior prior;
+  PhaseCourse course;
+};
+
 /// Takes out of the other columns what the last one, the phase, does instead, and drops it.
-PhasePrior project_off_phase(std::vector<Residuals>& out, const Knots& knots, const RotorPhase& phase) {
+OffPhase project_off_phase(std::vector<Residuals>& out, const Knots& knots, const RotorPhase& phase) {
   const std::span<const double> at = phase.at;
   PhaseEquations equations(knots, at);
   Eigen::Index parameters = 0;
@@ -56,8 +62,13 @@ PhasePrior project_off_phase(std::vector<Residuals>& out, const Knots& knots, co
     equations.add(out[s], places[s]);
   }
   const bool many = at.size() > 1;
-  const auto changes = static_cast<Eigen::Index>(at.size()) - 1;  // from knot to knot
-  Eigen::MatrixXd changed = Eigen::MatrixXd::Zero(changes, parameters);
+  const auto count = static_cast<Eigen::Index>(at.size());
+  PhaseCourse course;
+  if (equations.informed()) {
+    const std::vector<double> step = equations.step();
+    course.ahead = Eigen::Map<const Eigen::VectorXd>(step.data(), count);
+    course.by_parameter.setZero(count, parameters);
+  }
   for (Eigen::Index j = 0; equations.informed() && j < parameters; ++j) {
     std::vector<double> shared(at.size(), 0.0);
     for (std::size_t s = 0; s < out.size(); ++s) {
@@ -80,19 +91,20 @@ PhasePrior project_off_phase(std::vector<Residuals>& out, const Knots& knots, co
         column[i] -= of_phase[i] * (many ? (1 - share) * instead[knot] + share * instead[knot + 1] : instead[knot]);
       }
     }
-    for (Eigen::Index k = 0; k < changes; ++k) {
-      changed(k, j) = instead[static_cast<std::size_t>(k) + 1] - instead[static_cast<std::size_t>(k)];
-    }
+    course.by_parameter.col(j) = Eigen::Map<const Eigen::VectorXd>(instead.data(), count);
   }
   for (Residuals& r : out) {
     if (r.informed()) r.sensitivity.conservativeResize(Eigen::NoChange, parameters);
   }
-  if (!many) return {};
-  Eigen::VectorXd change(changes);
-  for (Eigen::Index k = 0; k < changes; ++k) {
-    change[k] = at[static_cast<std::size_t>(k) + 1] - at[static_cast<std::size_t>(k)];
-  }
-  return {knots.stiffness() * gram(changed), knots.stiffness() * transposed_product(changed, change)};
+  if (!many || !course.known()) return {{}, std::move(course)};
+  const auto changes_of = [](const auto& knots_of) {  // from knot to knot
+    const Eigen::Index n = knots_of.rows() - 1;
+    return (knots_of.bottomRows(n) - knots_of.topRows(n)).eval();
+  };
+  const Eigen::MatrixXd changed = changes_of(course.by_parameter);
+  const Eigen::VectorXd change = changes_of(Eigen::Map<const Eigen::VectorXd>(at.data(), count));
+  return {{knots.stiffness() * gram(changed), knots.stiffness() * transposed_product(changed, change)},
+          std::move(course)};
 }
 
 /// A phase on its way to where the record fits best, a simulation at a time: Gauss and Newton, a step that does not
@@ -177,6 +189,17 @@ RotorPhase best_followed(const Record& record, const ModelStructure& structure, 
   return best.phase();
 }
 
+/// The places in a period of the slowest wave that are looked at.
+int steps_of(double slowest_order, double fastest_order) {
+  return 8 * static_cast<int>(std::lround(std::max(1.0, fastest_order / slowest_order)));
+}
+
+/// [rad] From one of them to the next.
+double longest_move(std::span<const PeriodicPart> parts) {
+  const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
+  return 2 * std::numbers::pi / slowest.order / steps_of(slowest.order, fastest.order);
+}
+
 /// The same of phases that do not change in the course of the record: nearly linear, so no step needs to be proved.
 RotorPhase stepped_to(const Record& record, const ModelStructure& structure, std::span<const double> values,
                       const Knots& knots, RotorPhase phase, int steps, double longest) {
@@ -199,7 +222,7 @@ RotorPhase best_phase(const Record& record, const ModelStructure& structure, std
   const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
   const Knots knots(record, near != nullptr ? near->at.size() : Knots::wanted(record, fastest.order));
   const double period = 2 * std::numbers::pi / slowest.order;
-  const int steps = 8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)));
+  const int steps = steps_of(slowest.order, fastest.order);
   const double longest = period / steps;
   const bool many = knots.count() > 1;
   if (near != nullptr && many) {
@@ -232,12 +255,22 @@ ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& 
                                     std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
                                     const RotorPhase& phase, StepLength steps) {
   const Variation variation{.angle = {}, .half_steps = steps == StepLength::half};
-  if (phase.at.empty()) return {simulated_residuals(record, structure, values, moved, variation), {}};
+  if (phase.at.empty()) return {simulated_residuals(record, structure, values, moved, variation), {}, {}};
   const Knots knots(record, phase.at.size());
-  if (moved.empty()) return {residuals_turned_by(record, structure, values, {}, knots, phase, variation), {}};
+  if (moved.empty()) return {residuals_turned_by(record, structure, values, {}, knots, phase, variation), {}, {}};
   std::vector<Residuals> out = with_phase(record, structure, values, moved, knots, phase);
-  PhasePrior prior = project_off_phase(out, knots, phase);
-  return {std::move(out), std::move(prior)};
+  auto [prior, course] = project_off_phase(out, knots, phase);
+  course.longest = longest_move(periodic_parts(structure, values));
+  return {std::move(out), std::move(prior), std::move(course)};
+}
+
+RotorPhase PhaseCourse::from(const Record& record, const RotorPhase& phase, const Eigen::VectorXd& change) const {
+  const Eigen::VectorXd move =
+      (ahead - product(by_parameter, Eigen::MatrixXd(change))).cwiseMax(-longest).cwiseMin(longest);
+  RotorPhase there = phase;
+  for (std::size_t k = 0; k < there.at.size(); ++k) there.at[k] += move[static_cast<Eigen::Index>(k)];
+  there.unlikely = Knots(record, there.at.size()).unlikely(there.at);
+  return there;
 }
 
 ResidualsAtPhases residuals_at_best_phases(std::span<const Record> records, const Model& model,

@@ -31,12 +31,23 @@ struct PhasePrior {
   Eigen::VectorXd str;  ///< p
 };
 
+/// Where the best phase of a record goes, to first order, as p parameters change.
+struct PhaseCourse {
+  Eigen::VectorXd ahead;         ///< [rad] at each knot: from where it is, with the parameters as they are
+  Eigen::MatrixXd by_parameter;  ///< knots x p, [rad] per unit: what a rise of each takes away
+  double longest = 0;            ///< [rad] of a move that is nearly linear
+
+  bool known() const { return ahead.size() > 0; }
+  RotorPhase from(const Record& record, const RotorPhase& phase, const Eigen::VectorXd& change) const;
+};
+
 /// Of several records, in their order.
 using RotorPhases = std::vector<RotorPhase>;
 
 struct ResidualsAtPhase {
   std::vector<Residuals> residuals;
   PhasePrior prior;
+  PhaseCourse course;  ///< known where something is moved and repeats with the angle
 };
 
 /// Of the steps of a simulation: as the record asks, or at most half as long, which tells what their length does.

@@ -129,7 +129,7 @@ TEST(ResidualsAtPhase, GiveAGradientOfTheirSquaresAndOfWhatIsUnlikely) {
   };
   RotorPhase phase = best_phase(c.record, c.structure(), values);
   for (int k = 0; k < 5; ++k) phase = best_phase(c.record, c.structure(), values, &phase);
-  const auto [seen, prior] = residuals_at_phase(c.record, c.structure(), values, moved, phase);
+  const auto [seen, prior, course] = residuals_at_phase(c.record, c.structure(), values, moved, phase);
   double downhill = prior.str[0];
   for (const Residuals& r : seen) {
     if (r.informed()) downhill += r.sensitivity.col(0).dot(r.value);
