@@ -33,6 +33,13 @@ bool MaterialityCriterion::far_off(const Loss& loss) const {
          std::ranges::any_of(loss.signals(), [&](Signal signal) { return loss.share_left(signal) > rule_.far_off; });
 }
 
+bool MaterialityCriterion::worth_trying_all(const Loss& loss) const {
+  return std::ranges::any_of(loss.signals(), [&](Signal signal) {
+    return remainder_in(loss, signal, rule_) && loss.mean_square(signal) >= rule_.mostly_model &&
+           loss.share_left(signal) > rule_.remainder_share;
+  });
+}
+
 bool MaterialityCriterion::anything_left(const Loss& loss) const { return largest_excess(loss) >= rule_.least; }
 
 }  // namespace emtb

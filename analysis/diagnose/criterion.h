@@ -35,6 +35,9 @@ class Criterion {
   /// Is a model so far off that scores, which are linear, say little of what it lacks?
   virtual bool far_off(const Loss& loss) const = 0;
 
+  /// Is what is left of some signal so much that the scores may have passed by what it lacks?
+  virtual bool worth_trying_all(const Loss& loss) const = 0;
+
   /// Is some signal so far above its floor that anything material could be removed?
   virtual bool anything_left(const Loss& loss) const = 0;
 };
@@ -52,6 +55,7 @@ class MaterialityCriterion final : public Criterion {
   bool remainder(const Loss& loss) const override;
   bool worth_a_wide_search(const Loss& loss) const override;
   bool far_off(const Loss& loss) const override;
+  bool worth_trying_all(const Loss& loss) const override;
   bool anything_left(const Loss& loss) const override;
 
  private:

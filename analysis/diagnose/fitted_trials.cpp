@@ -9,6 +9,7 @@
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/gauge.h"
 #include "analysis/fit/leave_one_out.h"
+#include "analysis/numerics/parallel.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 
@@ -41,6 +42,15 @@ std::optional<Trial> attempt(const Fit& fit) {
   } catch (const ModelError&) {
     return std::nullopt;
   }
+}
+
+/// Models side by side, each on one core: records are often fewer, or of very different lengths.
+template <class Function>
+void each_on_a_core(std::size_t n, const Function& f) {
+  parallel_for(n, [&](std::size_t i) {
+    const OneThreadHere alone;
+    f(i);
+  });
 }
 
 /// Does a wave keep step with the angle? Where its order is so uncertain that it may be a turn ahead at the end of a
@@ -187,28 +197,31 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   const std::vector<Score> best = breadth == Breadth::all ? from_clear_sizes_too(all, fitted.model())
                                                           : worth_a_refit(all, fitted.model(), refits_, score_);
   if (best.empty()) return {};
-  std::vector<Fit> begun;
-  std::vector<double> gains, drops;
+  std::vector<Fit> begun(best.size());
+  std::vector<double> gains(best.size()), drops(best.size());
   Quality before = *fitted.held_out.quality;
   before.held_out.clear();  // what is only begun is not tried on other runs
-  for (const Score& s : best) {
-    begun.push_back(begun_refit(data_.train, fitted.fit, fitted.squares, s, valleys_));
+  each_on_a_core(best.size(), [&](std::size_t i) {
+    begun[i] = begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
     if (breadth == Breadth::all) {
-      Fit anew = begun_anew(fitted, s);
-      if (anew.cost < begun.back().cost) begun.back() = std::move(anew);
+      Fit anew = begun_anew(fitted, best[i]);
+      if (anew.cost < begun[i].cost) begun[i] = std::move(anew);
     }
-    drops.push_back(std::max(0.0, fitted.fit.cost - begun.back().cost));
-    gains.push_back(drops.back() > 0 ? gain(before, quality_in_training(begun.back())) : 0);
-  }
+    drops[i] = std::max(0.0, fitted.fit.cost - begun[i].cost);
+    gains[i] = drops[i] > 0 ? gain(before, quality_in_training(begun[i])) : 0;
+  });
   const double most_gained = std::ranges::max(gains), most_dropped = std::ranges::max(drops);
+  std::vector<std::optional<Trial>> trials(best.size());
+  each_on_a_core(best.size(), [&](std::size_t i) {
+    const bool goes_on = drops[i] > 0 && (drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained);
+    if (!goes_on) return;
+    const std::optional<Model> nearer = held_nearer(data_.train, given_, begun[i].model);
+    trials[i] = fit(nearer.value_or(begun[i].model), known_for(best[i].effect, fitted));
+  });
   std::vector<Addition> additions;
   for (std::size_t i = 0; i < best.size(); ++i) {
-    const bool goes_on = drops[i] > 0 && (drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained);
-    if (!goes_on) continue;
-    const std::optional<Model> nearer = held_nearer(data_.train, given_, begun[i].model);
-    std::optional<Trial> trial = fit(nearer.value_or(begun[i].model), known_for(best[i].effect, fitted));
-    if (!trial) continue;
-    additions.push_back({best[i], std::move(*trial)});
+    if (!trials[i]) continue;
+    additions.push_back({best[i], std::move(*trials[i])});
     std::vector<double>& valley = valleys_[best[i].effect];  // for later rounds to start from
     valley.clear();
     for (const Parameter& p : additions.back().trial.model().parameters_of(best[i].effect)) valley.push_back(p.value);

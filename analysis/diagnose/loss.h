@@ -91,6 +91,7 @@ struct Materiality {
   double disturbance_share = 0.05;  ///< of how much the signal varies: what may be left without coming again
   double far_off =
       0.1;          ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little
+  double mostly_model = 4;  ///< of a mean square: three quarters of it are the model's
   double nats = 3;  ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
 };
 

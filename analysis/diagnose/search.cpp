@@ -46,6 +46,7 @@ Finding Search::run() {
   try_cogging_first();
   try_fewer();
   settle();
+  try_all_in_the_place_of_each();
   if (rivals_are_stale_) renew_rivals();
   return std::move(found_);
 }
@@ -69,18 +70,19 @@ void Search::forward() {
   while (found_.effects.size() < longest_list_) {
     tell(0.1 + 0.45 * static_cast<double>(found_.effects.size()) / static_cast<double>(longest_list_),
          "scoring absent effects");
-    const Round& of_current = *round(found_.effects, [&] { return found_.current; });
+    Round& of_current = *round(found_.effects, [&] { return found_.current; });
     if (!add_best(of_current) && !add_pair(of_current) && !add_what_the_scores_passed_by(of_current)) break;
   }
 }
 
 /// Where a model is far off and nothing promising mends it, each effect is refitted before that is said, and if none
 /// helps alone, two in turn.
-bool Search::add_what_the_scores_passed_by(const Round& of_current) {
-  if (!criterion_.far_off(found_.current.held_out)) return false;
+bool Search::add_what_the_scores_passed_by(Round& of_current) {
+  if (!criterion_.worth_trying_all(found_.current.held_out)) return false;
   tell(0.5, "trying all effects");
-  const std::vector<Addition> all = trials_.refits(of_current.fitted, of_current.scores, Breadth::all);
-  return add_best_of(all) || add_two_in_turn(of_current, all);
+  const std::vector<Addition>& all = all_refits_of(of_current);
+  if (add_best_of(all)) return true;
+  return criterion_.far_off(found_.current.held_out) && add_two_in_turn(of_current, all);
 }
 
 /// Half of the truth may foretell new runs worse than nothing: a weight that no friction holds swings on. What helps in
@@ -265,13 +267,16 @@ void Search::swap() {
 }
 
 void Search::try_rivals_of(std::size_t place) {
+  if (const Round* reduced = round_without(place)) try_in_the_place_of(place, *reduced, reduced->refits);
+}
+
+/// @param refits of the model without the member in that place
+void Search::try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits) {
   Trial& current = found_.current;
   const std::size_t member = found_.effects[place];
-  const Round* reduced = round_without(place);
-  if (reduced == nullptr) return;
-  for (const Addition& a : reduced->refits) {
+  for (const Addition& a : refits) {
     const Trial& trial = a.trial;
-    if (!is_rival(*reduced, a, member)) continue;
+    if (!is_rival(reduced, a, member)) continue;
     if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
       found_.steps.push_back(
           {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out.error()});
@@ -284,6 +289,21 @@ void Search::try_rivals_of(std::size_t place) {
       found_.rivals[found_.effects[place]].push_back({a.effect(), trial.model()});
     }
     remember(a.score, trial.held_out.error());
+  }
+}
+
+/// Where something is left, it may be that a member stands in for what the scores passed by.
+void Search::try_all_in_the_place_of_each() {
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    if (!criterion_.worth_trying_all(found_.current.held_out)) return;
+    const std::size_t member = found_.effects[i];
+    if (needed(member, found_.current.model())) continue;
+    tell(0.87, "trying all effects in the place of " + id(member));
+    Round* reduced = round_without(i);
+    if (reduced == nullptr) continue;
+    const std::size_t before = found_.steps.size();
+    try_in_the_place_of(i, *reduced, all_refits_of(*reduced));
+    if (found_.steps.size() > before) settle();
   }
 }
 
@@ -304,7 +324,7 @@ void Search::renew_rivals() {
 }
 
 /// The round of the model without one of its members; null where it has no fit.
-const Search::Round* Search::round_without(std::size_t place) {
+Search::Round* Search::round_without(std::size_t place) {
   std::vector<std::size_t> others = found_.effects;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
   return round(others, [&] { return fit_without(found_.effects[place]); });
@@ -375,17 +395,22 @@ std::optional<Trial> Search::fit_without(std::size_t effect) {
 }
 
 /// The round of a model; the same effects are explored once. Null where it has no fit.
-const Search::Round* Search::round(const std::vector<std::size_t>& effects,
+Search::Round* Search::round(const std::vector<std::size_t>& effects,
                                    const std::function<std::optional<Trial>()>& fitted) {
   std::vector<std::size_t> key = effects;
   std::ranges::sort(key);
   if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;
   std::optional<Trial> trial = fitted();
   if (!trial) return nullptr;
-  Round r{std::move(*trial), {}, {}};
+  Round r{std::move(*trial), {}, {}, {}};
   r.scores = trials_.scores(r.fitted.model());
   if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising);
   return &rounds_.emplace(std::move(key), std::move(r)).first->second;
+}
+
+const std::vector<Addition>& Search::all_refits_of(Round& round) {
+  if (!round.all_refits) round.all_refits = trials_.refits(round.fitted, round.scores, Breadth::all);
+  return *round.all_refits;
 }
 
 /// That of the model as given: the search began with it.

@@ -73,6 +73,7 @@ class Search {
     Trial fitted;
     std::vector<Score> scores;
     std::vector<Addition> refits;
+    std::optional<std::vector<Addition>> all_refits = {};  ///< of all effects, once they were asked for
   };
   /// What is found where cogging is taken first, and after it what removes most.
   struct Chain {
@@ -85,7 +86,7 @@ class Search {
   bool add_best(const Round& round);
   bool add_best_of(std::vector<Addition> additions);
   bool add_pair(const Round& round);
-  bool add_what_the_scores_passed_by(const Round& round);
+  bool add_what_the_scores_passed_by(Round& round);
   bool add_two_in_turn(const Round& round, const std::vector<Addition>& first_steps);
   void take(Pair two);
   void settle();
@@ -93,13 +94,16 @@ class Search {
   void try_fewer();
   void swap();
   void try_rivals_of(std::size_t place);
+  void try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits);
+  void try_all_in_the_place_of_each();
   void prune();
   void renew_rivals();
-  const Round* round_without(std::size_t place);
+  Round* round_without(std::size_t place);
+  const std::vector<Addition>& all_refits_of(Round& round);
   bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
   bool superfluous(std::size_t effect, std::optional<Trial>& without);
 
-  const Round* round(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted);
+  Round* round(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted);
   const Round& first_round();
   std::optional<Addition> best_that_stays(std::vector<Addition>& additions, std::optional<Trial>& kept);
   const Addition* best_of(const std::vector<Addition>& additions, const Trial& current) const;

@@ -14,7 +14,7 @@ namespace {
 std::optional<std::vector<double>> stepped_without(const FitProblem& problem, std::span<const NormalEquations> each,
                                                    const std::vector<double>& x, std::size_t out) {
   constexpr double short_step = 0.01;  // of the cost: what the quadratic errs by is a fraction of that
-  constexpr double kept = 0.7;         // of what a longer one promises
+  constexpr double kept = 0.9;         // of what a longer one promises
   const NormalEquations others = problem.sum_of(each, x, out);
   if (!others.sts.allFinite() || !others.str.allFinite() || !std::isfinite(others.rtr)) return std::nullopt;
   FirstStep step = first_step(problem, others, x);

@@ -31,12 +31,22 @@ std::vector<char> wanted_of(const Record& record, const CalibrationOptions& opti
 }
 
 /// @param with_sensitivities of all parameters; else the squares alone
-void add(NormalEquations& n, const PassSums& sums, bool with_sensitivities) {
+/// @param course of a phase whose column comes last: what it does instead is taken out of the others
+void add(NormalEquations& n, const PassSums& sums, bool with_sensitivities, PhaseCourse* course) {
   using Rows = Eigen::Matrix<double, PassSums::most, PassSums::most, Eigen::RowMajor>;
   n.rtr += sums.rtr;
   if (!with_sensitivities) return;
-  n.sts += Eigen::Map<const Rows>(sums.sts.data()).topLeftCorner(n.sts.rows(), n.sts.cols());
-  n.str += Eigen::Map<const Eigen::VectorXd>(sums.str.data(), n.str.size());
+  const Eigen::Index p = n.sts.rows();
+  const Eigen::Map<const Rows> sts(sums.sts.data());
+  const Eigen::Map<const Eigen::VectorXd> str(sums.str.data(), static_cast<Eigen::Index>(sums.str.size()));
+  n.sts += sts.topLeftCorner(p, p);
+  n.str += str.head(p);
+  if (course == nullptr || !(sts(p, p) > 0)) return;
+  const Eigen::VectorXd instead = sts.col(p).head(p) / sts(p, p);
+  n.sts -= sts(p, p) * instead * instead.transpose();
+  n.str -= str[p] * instead;
+  course->ahead.setConstant(1, str[p] / sts(p, p));
+  course->by_parameter = instead.transpose();
 }
 
 NormalEquations nothing_of(Eigen::Index parameters) {
@@ -103,16 +113,25 @@ bool FitProblem::finds_better_phases(std::span<const double> x, double share) co
   return false;
 }
 
+bool FitProblem::courses_are_sure(std::span<const double> x) const {
+  constexpr double sure = 0.2;  // of the longest move: what is linear holds
+  const Eigen::VectorXd change = change_to(x);
+  return std::ranges::all_of(followed_.courses, [&](const PhaseCourse& course) {
+    return !course.known() || course.move(change).cwiseAbs().maxCoeff() < sure * course.longest;
+  });
+}
+
+Eigen::VectorXd FitProblem::change_to(std::span<const double> x) const {
+  using Values = Eigen::Map<const Eigen::VectorXd>;
+  const auto p = static_cast<Eigen::Index>(x.size());
+  return Values(x.data(), p) - Values(followed_.x.data(), p);
+}
+
 RotorPhases FitProblem::phases_at(std::span<const double> x, std::span<const double> values, bool by_courses) const {
   const RotorPhases& near = followed_.phases;
   RotorPhases phases(records_.size());
   if (!model_.periodic()) return phases;
-  Eigen::VectorXd change;
-  if (by_courses) {
-    using Values = Eigen::Map<const Eigen::VectorXd>;
-    const auto p = static_cast<Eigen::Index>(x.size());
-    change = Values(x.data(), p) - Values(followed_.x.data(), p);
-  }
+  const Eigen::VectorXd change = by_courses ? change_to(x) : Eigen::VectorXd();
   parallel_for(records_, [&](std::size_t i) {
     if (by_courses) {
       const PhaseCourse& course = followed_.courses[i];
@@ -133,8 +152,17 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
   NormalEquations n = nothing_of(p);
   const ModelStructure structure = record.structure(model_);
   n.rtr += phase.unlikely;
-  if (!to_judge && phase.at.empty() && moved.size() <= PassSums::most) {
-    add(n, summed_pass(record, structure, values, moved, wanted_of(record, options_)), with_sensitivities);
+  const bool turned = phase.at.size() == 1;  // the same throughout: one parameter more
+  if (!to_judge && phase.at.size() <= 1 && moved.size() + (turned ? 1 : 0) <= PassSums::most) {
+    std::vector<double> all(values.begin(), values.end());
+    std::vector<std::vector<std::size_t>> columns(moved.begin(), moved.end());
+    if (turned) {
+      all.push_back(phase.at.front());
+      if (with_sensitivities) columns.push_back({values.size()});
+    }
+    add(n, summed_pass(record, structure, all, columns, wanted_of(record, options_)), with_sensitivities,
+        turned ? &course : nullptr);
+    if (turned && with_sensitivities) course.longest = longest_move(structure, values);
     return n;
   }
   std::vector<Residuals> finer;
@@ -201,8 +229,9 @@ NormalEquations FitProblem::sum_of(std::span<const NormalEquations> each, std::s
 
 NormalEquations FitProblem::normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const {
   const bool by_courses = !to_judge && !followed_.courses.empty();
+  const bool sure = !by_courses || courses_are_sure(x);
   const NormalEquations sum = sum_of(of_each(x, with_sensitivities, to_judge, by_courses), x);
-  if (!by_courses || sum.rtr <= followed_.cost) return sum;
+  if (sure || sum.rtr <= followed_.cost) return sum;
   // What is linear may have failed the phases, not the step.
   return sum_of(of_each(x, with_sensitivities, to_judge, false), x);
 }

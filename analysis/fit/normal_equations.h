@@ -84,6 +84,12 @@ class FitProblem {
   std::vector<NormalEquations> of_each(std::span<const double> x, bool with_sensitivities, bool to_judge,
                                        bool by_courses) const;
 
+  /// From where the phases have been followed to.
+  Eigen::VectorXd change_to(std::span<const double> x) const;
+
+  /// Do the courses lead to these values by moves that are nearly linear?
+  bool courses_are_sure(std::span<const double> x) const;
+
   /// The phases of the records at these values, by the courses that are known, or else by simulation.
   RotorPhases phases_at(std::span<const double> x, std::span<const double> values, bool by_courses) const;
 

@@ -194,12 +194,6 @@ int steps_of(double slowest_order, double fastest_order) {
   return 8 * static_cast<int>(std::lround(std::max(1.0, fastest_order / slowest_order)));
 }
 
-/// [rad] From one of them to the next.
-double longest_move(std::span<const PeriodicPart> parts) {
-  const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
-  return 2 * std::numbers::pi / slowest.order / steps_of(slowest.order, fastest.order);
-}
-
 /// The same of phases that do not change in the course of the record: nearly linear, so no step needs to be proved.
 RotorPhase stepped_to(const Record& record, const ModelStructure& structure, std::span<const double> values,
                       const Knots& knots, RotorPhase phase, int steps, double longest) {
@@ -260,15 +254,24 @@ ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& 
   if (moved.empty()) return {residuals_turned_by(record, structure, values, {}, knots, phase, variation), {}, {}};
   std::vector<Residuals> out = with_phase(record, structure, values, moved, knots, phase);
   auto [prior, course] = project_off_phase(out, knots, phase);
-  course.longest = longest_move(periodic_parts(structure, values));
+  course.longest = longest_move(structure, values);
   return {std::move(out), std::move(prior), std::move(course)};
 }
 
+double longest_move(const ModelStructure& structure, std::span<const double> values) {
+  const std::vector<PeriodicPart> parts = periodic_parts(structure, values);
+  const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
+  return 2 * std::numbers::pi / slowest.order / steps_of(slowest.order, fastest.order);
+}
+
+Eigen::VectorXd PhaseCourse::move(const Eigen::VectorXd& change) const {
+  return (ahead - product(by_parameter, Eigen::MatrixXd(change))).cwiseMax(-longest).cwiseMin(longest);
+}
+
 RotorPhase PhaseCourse::from(const Record& record, const RotorPhase& phase, const Eigen::VectorXd& change) const {
-  const Eigen::VectorXd move =
-      (ahead - product(by_parameter, Eigen::MatrixXd(change))).cwiseMax(-longest).cwiseMin(longest);
+  const Eigen::VectorXd moves = move(change);
   RotorPhase there = phase;
-  for (std::size_t k = 0; k < there.at.size(); ++k) there.at[k] += move[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < there.at.size(); ++k) there.at[k] += moves[static_cast<Eigen::Index>(k)];
   there.unlikely = Knots(record, there.at.size()).unlikely(there.at);
   return there;
 }

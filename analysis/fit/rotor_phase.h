@@ -19,6 +19,9 @@ struct RotorPhase {
   double unlikely = 0;     ///< squares of its changes from knot to knot, in units of what is likely
 };
 
+/// [rad] A move of the phase that is nearly linear, for a structure with effects that repeat with the angle.
+double longest_move(const ModelStructure& structure, std::span<const double> values);
+
 /// The phase at which the run fits best, for a structure with effects that repeat with the angle.
 /// @param near what it was for values like these: one step from there, in place of a search in all of the turn
 RotorPhase best_phase(const Record& record, const ModelStructure& structure, std::span<const double> values,
@@ -38,6 +41,7 @@ struct PhaseCourse {
   double longest = 0;            ///< [rad] of a move that is nearly linear
 
   bool known() const { return ahead.size() > 0; }
+  Eigen::VectorXd move(const Eigen::VectorXd& change) const;  ///< [rad] of the knots, as the parameters change
   RotorPhase from(const Record& record, const RotorPhase& phase, const Eigen::VectorXd& change) const;
 };
 

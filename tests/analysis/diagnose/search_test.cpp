@@ -57,6 +57,7 @@ class ByError final : public Criterion {
   bool remainder(const Loss& loss) const override { return loss.error() > 1.1; }
   bool worth_a_wide_search(const Loss& loss) const override { return remainder(loss); }
   bool far_off(const Loss& loss) const override { return remainder(loss); }
+  bool worth_trying_all(const Loss& loss) const override { return remainder(loss); }
   bool anything_left(const Loss& loss) const override { return loss.error() > 1.05; }
 
   double of_a_law = 0.01;
@@ -143,6 +144,14 @@ TEST_F(SearchOnMadeUpFits, TriesAllBeforeItCallsARemainderUnexplained) {
   trials.errors = {{{}, 9}, {{dry}, 3}, {{dry, air}, 1}};
   trials.unpromising = {air};
   EXPECT_THAT(found().effects, ElementsAre(dry, air));
+}
+
+TEST_F(SearchOnMadeUpFits, TriesAllInThePlaceOfAMemberThatLeavesARemainder) {
+  trials.errors = {{{}, 9}, {{dry}, 3}, {{coil}, 1}};
+  trials.unpromising = {coil};
+  const Finding f = found();
+  EXPECT_THAT(f.effects, ElementsAre(coil));
+  EXPECT_DOUBLE_EQ(f.current.held_out.error(), 1);
 }
 
 TEST_F(SearchOnMadeUpFits, AddsAgainWhereADroppedMemberLeftRoom) {

@@ -140,5 +140,21 @@ TEST(ResidualsAtPhase, GiveAGradientOfTheirSquaresAndOfWhatIsUnlikely) {
   EXPECT_NEAR(-2 * downhill, slope, 0.2 * std::abs(slope));
 }
 
+TEST(PhaseCourse, LeadsToWhereTheBestPhaseGoes) {
+  for (const bool wanders : {false, true}) {
+    const Cogging c({0.004, 6.0, -2.4}, 0.4, wanders);
+    const std::vector<std::vector<std::size_t>> moved{{7}};  // the phase of the wave
+    RotorPhase phase = best_phase(c.record, c.structure(), c.values());
+    const ResidualsAtPhase seen = residuals_at_phase(c.record, c.structure(), c.values(), moved, phase);
+    ASSERT_TRUE(seen.course.known());
+    const double change = 0.3;  // [rad], six waves a turn
+    const RotorPhase there = seen.course.from(c.record, phase, Eigen::VectorXd::Constant(1, change));
+    ASSERT_EQ(there.at.size(), phase.at.size());
+    // Where the shaft hardly turns the phase is told by what stands beside it.
+    const std::size_t middle = phase.at.size() / 2;
+    EXPECT_NEAR(there.at[middle] - phase.at[middle], -change / 6, 0.1 * change / 6);
+  }
+}
+
 }  // namespace
 }  // namespace emtb
