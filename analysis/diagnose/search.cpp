@@ -286,7 +286,9 @@ void Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
       found_.rivals.erase(member);
       rivals_are_stale_ = true;
     } else if (criterion_.tied(current.held_out, trial.held_out)) {
-      found_.rivals[found_.effects[place]].push_back({a.effect(), trial.model()});
+      std::vector<Rival>& rivals = found_.rivals[found_.effects[place]];
+      if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
+        rivals.push_back({a.effect(), trial.model()});
     }
     remember(a.score, trial.held_out.error());
   }
