@@ -103,11 +103,13 @@ DataFindings angle_against_speed(const Run& run) {
   const auto [low, high] = std::ranges::minmax(theta.value);
   const double count = step_of(theta);
   const bool angle_moves = count > 0 && high - low > 20 * count;
-  if (!moves(omega)) {
+  const Comparison comparison(run);
+  const auto [slowest, fastest] = std::ranges::minmax(omega.value);
+  const bool follows = slowest < fastest && std::abs(comparison.at(0).correlation) > 0.9;  // noise goes its own way
+  if (!moves(omega) && !follows) {
     return angle_moves && high - low > 0.5 ? DataFindings{one_rests(run, Signal::omega, Signal::theta)}
                                            : DataFindings{};
   }
-  const Comparison comparison(run);
   const double reach = Integral(omega).at(omega.t.back());
   if (!angle_moves) {
     return std::abs(reach) > 6 && high - low <= count ? DataFindings{one_rests(run, Signal::theta, Signal::omega)}

@@ -194,8 +194,9 @@ std::vector<Score> FittedTrials::scores(const Model& fitted) {
 
 std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, Breadth breadth) {
   constexpr double far_less = 0.3;  // of what the best takes off the cost, or adds to the likelihood; by hand
-  const std::vector<Score> best = breadth == Breadth::all ? from_clear_sizes_too(all, fitted.model())
-                                                          : worth_a_refit(all, fitted.model(), refits_, score_);
+  const std::vector<Score> best =
+      breadth == Breadth::all ? from_clear_sizes_too(all, fitted.model(), machine_of(data_.train, fitted.model()))
+                              : worth_a_refit(all, fitted.model(), refits_, score_);
   if (best.empty()) return {};
   std::vector<Fit> begun(best.size());
   std::vector<double> gains(best.size()), drops(best.size());

@@ -1,6 +1,7 @@
 #include "analysis/diagnose/moves.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "analysis/diagnose/refit.h"
@@ -70,8 +71,11 @@ std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& 
   return best;
 }
 
-std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const Model& fitted) {
-  constexpr double clear = 10;  // times what would just be found; the way there is tried in parts
+std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const Model& fitted,
+                                        const FittedMachine& machine) {
+  constexpr double clear = 10;     // times what would just be found; the way there is tried in parts
+  constexpr double next = 30;      // times a size: a descent finds what is nearer
+  constexpr std::size_t most = 3;  // sizes, the largest
   std::vector<Score> all = scores;
   std::erase_if(all, [&](const Score& s) {  // orders are searched for elsewhere
     return !makes_sense(s.effect, fitted) || fitted.about(s.effect).place_of(Role::order);
@@ -79,10 +83,18 @@ std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const 
   for (Score& s : all) {
     if (s.expected().empty()) continue;
     const EffectParameter& first = fitted.about(s.effect).parameter_list[0];
-    if (s.expected()[0] != first.null || !(s.detectable_size < infinity) || s.detectable_size <= 0) continue;
-    Score::Start there{s.starts.front().from, s.expected(), {}};
-    there.expected[0] = std::clamp(first.null + clear * s.detectable_size, first.min, first.max);
-    s.starts.push_back(std::move(there));
+    const bool has_sizes = !first.is_shape() && std::isfinite(first.null) && std::isfinite(first.max);
+    if (!has_sizes || !(s.detectable_size < infinity) || s.detectable_size <= 0) continue;
+    std::vector<Score::Start> sizes;
+    const double expected = s.expected()[0] - first.null;
+    for (double size = clear * s.detectable_size; first.null + size <= first.max; size *= next) {
+      Score::Start there{s.starts.front().from, s.expected(), {}};
+      there.expected[0] = first.null + size;
+      const bool is_that_effect = s.effect >= effect_count || implausible(s.effect, there.expected, machine).empty();
+      if (is_that_effect && size > std::abs(expected)) sizes.push_back(std::move(there));
+    }
+    const std::size_t some = std::min(most, sizes.size());
+    s.starts.insert(s.starts.end(), sizes.end() - static_cast<std::ptrdiff_t>(some), sizes.end());
   }
   return all;
 }

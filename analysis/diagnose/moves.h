@@ -30,9 +30,10 @@ std::vector<std::size_t> absent_detents(const Model& model);
 std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& fitted, std::size_t at_most,
                                  const ScoreOptions& options);
 
-/// All scored effects that make sense. One of which the score expects nothing is begun also where the data would show
-/// it clearly: a descent from nothing may find no way.
-std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const Model& fitted);
+/// All scored effects that make sense. Each is begun also at larger sizes than its score expects, from where the data
+/// would show it clearly to where it would no longer be that effect: a descent from nothing may find no way.
+std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const Model& fitted,
+                                        const FittedMachine& machine);
 
 /// The scored effects that are worth trying two at a time, best first.
 std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& fitted,

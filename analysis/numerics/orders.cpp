@@ -9,6 +9,7 @@
 #include <optional>
 #include <unsupported/Eigen/FFT>
 
+#include "analysis/numerics/parallel.h"
 #include "analysis/numerics/statistics.h"
 #include "analysis/numerics/wave_sums.h"
 
@@ -61,7 +62,9 @@ double squares_of(const TurningStretch& s) {
 }
 
 /// Power of one stretch in a spectrum of `size` bins, up to where it is of use.
-std::vector<double> power_of(const TurningStretch& s, double bin, std::size_t size, Eigen::FFT<double>& fft) {
+std::vector<double> power_of(const TurningStretch& s, double bin, std::size_t size) {
+  Eigen::FFT<double> fft;
+  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
   const double mean = mean_of(s.value), low = *std::ranges::min_element(s.angle);
   std::vector<double> bins(size, 0.0);
   for (std::size_t k = 0; k < s.value.size(); ++k) {
@@ -96,17 +99,21 @@ Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest) 
   Spectrum spectrum{std::vector<double>(size / 2, 0.0), two_pi / (static_cast<double>(size) * bin), 0};
   const double last = (1 + surroundings) * highest / spectrum.step + 2;  // nobody looks beyond
   const auto used = std::min(spectrum.power.size(), static_cast<std::size_t>(last));
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  for (const TurningStretch& s : stretches) {
+  std::vector<std::vector<double>> powers(stretches.size());
+  parallel_for(stretches.size(), [&](std::size_t k) {
+    const TurningStretch& s = stretches[k];
     const double squares = squares_of(s);
-    if (squares <= 0) continue;
+    if (squares <= 0) return;
     std::size_t own = shortest_spectrum;
     while (static_cast<double>(own) * bin < smooth * reach_of(s) && own < size) own *= 2;
-    const std::vector<double> power = power_of(s, bin, own, fft);
-    const double step = static_cast<double>(own) / static_cast<double>(size);
+    powers[k] = power_of(s, bin, own);
+    for (double& power : powers[k]) power /= squares;
+  });
+  for (const std::vector<double>& power : powers) {
+    if (power.empty()) continue;
+    const double step = static_cast<double>(power.size()) / static_cast<double>(spectrum.power.size());
     for (std::size_t i = 0; i < used; ++i) {
-      spectrum.power[i] += (own == size ? power[i] : between(power, static_cast<double>(i) * step)) / squares;
+      spectrum.power[i] += step == 1 ? power[i] : between(power, static_cast<double>(i) * step);
     }
     spectrum.stretches += 1;
   }
@@ -155,9 +162,10 @@ Share share_of(const TurningStretch& s, double per_turn) {
 
 /// What they explain of all.
 Share share_of(std::span<const TurningStretch> stretches, double per_turn) {
+  std::vector<Share> each(stretches.size());
+  parallel_for(stretches.size(), [&](std::size_t k) { each[k] = share_of(stretches[k], per_turn); });
   Share sum;
-  for (const TurningStretch& s : stretches) {
-    const Share one = share_of(s, per_turn);
+  for (const Share& one : each) {
     sum.squares += one.squares;
     sum.amplitude += one.amplitude;
   }

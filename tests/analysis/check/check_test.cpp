@@ -224,6 +224,28 @@ TEST_F(Check, AShortRunOfFewCountsMovesWhereItsInputLeadsIt) {
   EXPECT_THAT(check(counted(0), {}, nullptr), names(Flaw::rest, Signal::omega)) << "noise goes its own way";
 }
 
+TEST_F(Check, ANoisySpeedThatGoesWithItsAngleDoesNotRest) {
+  const auto turning = [](double share) {  // a big machine at 40 Hz: 25 rad/s, of which a reading scatters by 0.7
+    Run run;
+    run.name = "big";
+    synthetic::Noise noise(3);
+    double omega = 0, theta = 5.8;
+    run.signals[Signal::u_ref] = synthetic::series(0.025, 6, [](double t) { return t > 1 && t < 4.5 ? -0.16 : 0.0; });
+    for (const Signal signal : {Signal::omega, Signal::theta}) run.signals[signal] = {};
+    for (const double t : run.at(Signal::u_ref).t) {
+      omega += 0.09 * ((t > 1 && t < 4.5 ? -24.0 : 0.0) - omega);
+      theta += 0.025 * omega;
+      run.signals[Signal::omega].t.push_back(t);
+      run.signals[Signal::omega].value.push_back(0.0929 * std::round((share * omega + noise(0.7)) / 0.0929));
+      run.signals[Signal::theta].t.push_back(t);
+      run.signals[Signal::theta].value.push_back(0.004 * std::round(theta / 0.004));
+    }
+    return std::vector{run};
+  };
+  EXPECT_THAT(check(turning(1), {}, nullptr), Not(names(Flaw::rest, Signal::omega)));
+  EXPECT_THAT(check(turning(0), {}, nullptr), names(Flaw::rest, Signal::omega)) << "noise goes its own way";
+}
+
 TEST_F(Check, ACurrentThatStaysWhereAControllerRestsIsNotHeld) {
   // It hunts while the controller does, and stays while the voltage ramps: its own noise is below its step.
   Run run;
