@@ -90,9 +90,9 @@ struct Materiality {
   double remainder_share = 0.02;    ///< of how much the signal varies, for the same: no machine is known better
   double disturbance_share = 0.05;  ///< of how much the signal varies: what may be left without coming again
   double far_off =
-      0.1;          ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little
+      0.1;  ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little
   double mostly_model = 4;  ///< of a mean square: three quarters of it are the model's
-  double nats = 3;  ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
+  double nats = 3;          ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
 };
 
 /// Is a model that leaves `a` likelier than one that leaves `b`? Where that was not asked for: is its error smaller?

@@ -75,8 +75,8 @@ void Search::forward() {
   }
 }
 
-/// Where a model is far off and nothing promising mends it, each effect is refitted before that is said, and if none
-/// helps alone, two in turn.
+/// Where much is left and nothing promising mends it, each effect is refitted before that is said; if none helps alone
+/// and the model is far off, two in turn.
 bool Search::add_what_the_scores_passed_by(Round& of_current) {
   if (!criterion_.worth_trying_all(found_.current.held_out)) return false;
   tell(0.5, "trying all effects");
@@ -398,7 +398,7 @@ std::optional<Trial> Search::fit_without(std::size_t effect) {
 
 /// The round of a model; the same effects are explored once. Null where it has no fit.
 Search::Round* Search::round(const std::vector<std::size_t>& effects,
-                                   const std::function<std::optional<Trial>()>& fitted) {
+                             const std::function<std::optional<Trial>()>& fitted) {
   std::vector<std::size_t> key = effects;
   std::ranges::sort(key);
   if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;

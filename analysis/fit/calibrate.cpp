@@ -81,8 +81,7 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
     at_best = problem.normal_equations(best.x, true, false);  // at the phases of its descent
   constexpr double clearly = 1e-4;  // better; of two valleys alike, that of what was given stands
   for (int s = 0; s < options.extra_starts; ++s) {
-    const Descent rough =
-        descend(first_look, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
+    const Descent rough = descend(first_look, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
     problem.search_phases();
     const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
     if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;

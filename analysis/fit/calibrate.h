@@ -57,18 +57,18 @@ struct CalibrationOptions {
 /// The shorter records, up to a quarter of the samples, at least two where there are: for a first look.
 std::vector<Record> shortest_records(std::span<const Record> records);
 
-/// Fits the free parameters by output error: bounded nonlinear least squares (descend(): Levenberg and Marquardt) on the
-/// weighed residuals of all records, from several starts. A parameter that rests on a bound and would leave it is held
-/// there while the others go on; a start that leads back to a valley already known is not followed to its end.
+/// Fits the free parameters by output error: bounded nonlinear least squares (descend(): Levenberg and Marquardt) on
+/// the weighed residuals of all records, from several starts. A parameter that rests on a bound and would leave it is
+/// held there while the others go on; a start that leads back to a valley already known is not followed to its end.
 ///
 /// A step is made of the normal equations SᵀS and Sᵀr, which are summed while the records are simulated, in place of
-/// the 10^5 rows they stand for. That squares the condition of S: a direction 10^7 times weaker than the strongest is lost in
-/// rounding and is reported as not determined. Standard errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ over
-/// blocks b, which holds where residuals are correlated within a block (Morelli and Klein 1995 for output error): the
-/// largest one of blocks of a hundred-and-twenty-eighth of the data to a sixteenth, as far as there are ten blocks more
-/// than parameters: a coarse meter that stands still errs alike throughout, and so does what a model lacks; never below
-/// the white-noise ones. By how much the length of the simulation's steps moves a parameter, as half the length
-/// tells, is added to them.
+/// the 10^5 rows they stand for. That squares the condition of S: a direction 10^7 times weaker than the strongest is
+/// lost in rounding and is reported as not determined. Standard errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ)
+/// (SᵀS)⁻¹ over blocks b, which holds where residuals are correlated within a block (Morelli and Klein 1995 for output
+/// error): the largest one of blocks of a hundred-and-twenty-eighth of the data to a sixteenth, as far as there are ten
+/// blocks more than parameters: a coarse meter that stands still errs alike throughout, and so does what a model lacks;
+/// never below the white-noise ones. By how much the length of the simulation's steps moves a parameter, as half the
+/// length tells, is added to them.
 /// @throws ModelError where there is nothing to fit, or a simulation is not finite.
 Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options = {});
 

@@ -32,8 +32,7 @@ Point looked_at(const FitProblem& problem, std::vector<double> x) {
 struct Bounds {
   VectorXd low, high;
 
-  explicit Bounds(const FitProblem& problem)
-      : low(static_cast<Eigen::Index>(problem.free().size())), high(low.size()) {
+  explicit Bounds(const FitProblem& problem) : low(static_cast<Eigen::Index>(problem.free().size())), high(low.size()) {
     for (Eigen::Index i = 0; i < low.size(); ++i) {
       const Parameter& p = problem.given().at(problem.free().places()[static_cast<std::size_t>(i)]);
       low[i] = p.min;

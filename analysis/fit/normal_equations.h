@@ -67,8 +67,8 @@ class FitProblem {
                          std::optional<std::size_t> but = {}) const;
 
  private:
-  /// Where the rotor phases have been followed to: the values at which the cost was least, and how the phases go on from
-  /// there as the values change; unknown after a call without sensitivities.
+  /// Where the rotor phases have been followed to: the values at which the cost was least, and how the phases go on
+  /// from there as the values change; unknown after a call without sensitivities.
   struct Followed {
     RotorPhases phases;  ///< of each record; empty: to be searched
     std::vector<double> x;

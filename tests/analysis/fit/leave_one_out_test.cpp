@@ -13,11 +13,11 @@ using synthetic::Truth;
 
 constexpr synthetic::Sigma noisy{.omega = 0.1, .i_a = 0.01, .e_a = 0.02};
 const std::vector<synthetic::Hold> there_and_back{{0.2, 0}, {0.5, -2}, {0.3, 4}, {0.5, 1}, {0.3, 0}};
-const CalibrationOptions plain{
-    .extra_starts = 0, .max_iterations = 60, .tolerance = 1e-9, .with_covariance = false};
+const CalibrationOptions plain{.extra_starts = 0, .max_iterations = 60, .tolerance = 1e-9, .with_covariance = false};
 
 std::vector<Record> three_runs(const Truth& of_the_last, const Model& model) {
-  const std::vector<emtb::Run> runs{synthetic::record({}, synthetic::steps, 1e-3, noisy), synthetic::record({}, there_and_back, 1e-3, noisy),
+  const std::vector<emtb::Run> runs{synthetic::record({}, synthetic::steps, 1e-3, noisy),
+                                    synthetic::record({}, there_and_back, 1e-3, noisy),
                                     synthetic::record(of_the_last, synthetic::steps, 1e-3, noisy)};
   return prepare(runs, {}, model).train;
 }
