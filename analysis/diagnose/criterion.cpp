@@ -34,6 +34,7 @@ bool MaterialityCriterion::far_off(const Loss& loss) const {
 }
 
 bool MaterialityCriterion::worth_trying_all(const Loss& loss) const {
+  if (far_off(loss)) return true;
   return std::ranges::any_of(loss.signals(), [&](Signal signal) {
     return remainder_in(loss, signal, rule_) && loss.mean_square(signal) >= rule_.mostly_model &&
            loss.share_left(signal) > rule_.remainder_share;
