@@ -104,8 +104,8 @@ DataFindings angle_against_speed(const Run& run) {
   const double count = step_of(theta);
   const bool angle_moves = count > 0 && high - low > 20 * count;
   const Comparison comparison(run);
-  const auto [slowest, fastest] = std::ranges::minmax(omega.value);
-  const bool follows = slowest < fastest && std::abs(comparison.at(0).correlation) > 0.9;  // noise goes its own way
+  const Agreement now = comparison.at(0);
+  const bool follows = !constant(omega) && std::abs(now.correlation) > 0.9;  // noise goes its own way
   if (!moves(omega) && !follows) {
     return angle_moves && high - low > 0.5 ? DataFindings{one_rests(run, Signal::omega, Signal::theta)}
                                            : DataFindings{};
@@ -116,7 +116,7 @@ DataFindings angle_against_speed(const Run& run) {
                                                       : DataFindings{};
   }
 
-  const Agreement now = comparison.at(0), best = comparison.best();
+  const Agreement best = comparison.best();
   const double interval = theta.t.back() / static_cast<double>(theta.t.size() - 1);
   const double window = interval * static_cast<double>(comparison.rows());
   const double noise = count + noise_of(omega.value, 0) * window;

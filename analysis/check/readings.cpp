@@ -150,6 +150,10 @@ bool counts_to_one_side(std::span<const double> x) {
 
 }  // namespace
 
+bool constant(const Series& series) {
+  return std::ranges::all_of(series.value, [&](double v) { return v == series.value.front(); });
+}
+
 bool moves(const Series& series) {
   const std::vector<double>& x = series.value;
   const auto [low, high] = std::ranges::minmax(x);

@@ -66,6 +66,9 @@ Restlessness undriven_restlessness(const Run& run, Signal signal, double rest, s
 /// How restless a signal is by itself: all in all, but of a terminal voltage only where its reference stays.
 Restlessness own_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without = {});
 
+/// Whether a signal has one value throughout.
+bool constant(const Series& series);
+
 /// Whether a speed or an angle moves, by more than noise and than the instrument's steps: its range is far above that
 /// of noise, white or coloured, or its mean over a hundred readings lies once far further off zero than they scatter.
 bool moves(const Series& series);

@@ -10,10 +10,6 @@
 namespace emtb {
 namespace {
 
-bool constant(const Series& series) {
-  return std::ranges::all_of(series.value, [&](double v) { return v == series.value.front(); });
-}
-
 template <class Is>
 bool in_all(std::span<const Run> runs, Signal signal, const Is& is) {
   bool any = false;

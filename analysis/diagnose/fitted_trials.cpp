@@ -44,15 +44,6 @@ std::optional<Trial> attempt(const Fit& fit) {
   }
 }
 
-/// Models side by side, each on one core: records are often fewer, or of very different lengths.
-template <class Function>
-void each_on_a_core(std::size_t n, const Function& f) {
-  parallel_for(n, [&](std::size_t i) {
-    const OneThreadHere alone;
-    f(i);
-  });
-}
-
 /// Does a wave keep step with the angle? Where its order is so uncertain that it may be a turn ahead at the end of a
 /// run, it is any force that comes and goes.
 bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t effect) {
@@ -201,6 +192,7 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   std::vector<double> gains(best.size()), drops(best.size());
   Quality before = *fitted.held_out.quality;
   before.held_out.clear();  // what is only begun is not tried on other runs
+  // Models side by side: records are often fewer, or of very different lengths.
   each_on_a_core(best.size(), [&](std::size_t i) {
     begun[i] = begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
     if (breadth == Breadth::all) {

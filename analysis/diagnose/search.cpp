@@ -270,10 +270,11 @@ void Search::try_rivals_of(std::size_t place) {
   if (const Round* reduced = round_without(place)) try_in_the_place_of(place, *reduced, reduced->refits);
 }
 
-/// @param refits of the model without the member in that place
-void Search::try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits) {
+/// @param refits of the model without the member in that place @return whether one of them has taken it
+bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits) {
   Trial& current = found_.current;
   const std::size_t member = found_.effects[place];
+  bool taken = false;
   for (const Addition& a : refits) {
     const Trial& trial = a.trial;
     if (!is_rival(reduced, a, member)) continue;
@@ -284,7 +285,7 @@ void Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
       found_.effects[place] = a.effect();
       found_.before.insert_or_assign(a.effect(), found_.before.at(member));
       found_.rivals.erase(member);
-      rivals_are_stale_ = true;
+      rivals_are_stale_ = taken = true;
     } else if (criterion_.tied(current.held_out, trial.held_out)) {
       std::vector<Rival>& rivals = found_.rivals[found_.effects[place]];
       if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
@@ -292,6 +293,7 @@ void Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
     }
     remember(a.score, trial.held_out.error());
   }
+  return taken;
 }
 
 /// Where something is left, it may be that a member stands in for what the scores passed by.
@@ -302,10 +304,7 @@ void Search::try_all_in_the_place_of_each() {
     if (needed(member, found_.current.model())) continue;
     tell(0.87, "trying all effects in the place of " + id(member));
     Round* reduced = round_without(i);
-    if (reduced == nullptr) continue;
-    const std::size_t before = found_.steps.size();
-    try_in_the_place_of(i, *reduced, all_refits_of(*reduced));
-    if (found_.steps.size() > before) settle();
+    if (reduced != nullptr && try_in_the_place_of(i, *reduced, all_refits_of(*reduced))) settle();
   }
 }
 

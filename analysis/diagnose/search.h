@@ -94,7 +94,7 @@ class Search {
   void try_fewer();
   void swap();
   void try_rivals_of(std::size_t place);
-  void try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits);
+  bool try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits);
   void try_all_in_the_place_of_each();
   void prune();
   void renew_rivals();

@@ -83,8 +83,7 @@ std::vector<Changed> changed_runs(std::span<const Record> records, const Model& 
   constexpr std::size_t fewest = 4;
   if (records.size() < fewest) return {};
   std::vector<Changed> all(records.size()), changed;
-  parallel_for(records.size(), [&](std::size_t r) {
-    const OneThreadHere alone;
+  each_on_a_core(records.size(), [&](std::size_t r) {
     try {
       all[r] = most_changed(records, r, fitted);
     } catch (const ModelError&) {
@@ -164,8 +163,7 @@ std::vector<Trend> trends(std::span<const std::vector<Record>> groups, const std
   const FreeParameters free(fitted);
   std::vector<Trend> all(free.size());
   std::vector<Calibration> fits(groups.size());
-  parallel_for(groups.size(), [&](std::size_t g) {
-    const OneThreadHere alone;
+  each_on_a_core(groups.size(), [&](std::size_t g) {
     fits[g] = calibrate(groups[g], fitted, {.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-7});
   });
   for (std::size_t i = 0; i < free.size(); ++i) {

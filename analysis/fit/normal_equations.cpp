@@ -78,20 +78,6 @@ BlockGradients block_gradients_of(const std::map<long, Eigen::VectorXd>& pieces)
 
 }  // namespace
 
-FitProblem::FitProblem(std::span<const Record> records, const Model& model, const CalibrationOptions& options)
-    : records_(records),
-      model_(model),
-      options_(options),
-      free_(model),
-      moved_(moved_by(free_)),
-      shortest_piece_(shortest_piece(records)),
-      followed_{options.phases, {}, {}, std::numeric_limits<double>::infinity()} {
-  for (const std::size_t place : free_.places()) {
-    const Parameter& p = model.at(place);
-    if (p.prior) priors_.push_back({static_cast<Eigen::Index>(*free_.mover(place)), *p.prior});
-  }
-}
-
 NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
   sts += other.sts;
   str += other.str;
@@ -104,6 +90,20 @@ NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
   return *this;
 }
 
+FitProblem::FitProblem(std::span<const Record> records, const Model& model, const CalibrationOptions& options)
+    : records_(records),
+      model_(model),
+      options_(options),
+      free_(model),
+      moved_(moved_by(free_)),
+      shortest_piece_(shortest_piece(records)),
+      followed_{.phases = options.phases} {
+  for (const std::size_t place : free_.places()) {
+    const Parameter& p = model.at(place);
+    if (p.prior) priors_.push_back({static_cast<Eigen::Index>(*free_.mover(place)), *p.prior});
+  }
+}
+
 bool FitProblem::finds_better_phases(std::span<const double> x, double share) const {
   if (!options_.phases.empty()) return false;
   const Followed before = followed_;
@@ -114,11 +114,8 @@ bool FitProblem::finds_better_phases(std::span<const double> x, double share) co
 }
 
 bool FitProblem::courses_are_sure(std::span<const double> x) const {
-  constexpr double sure = 0.2;  // of the longest move: what is linear holds
   const Eigen::VectorXd change = change_to(x);
-  return std::ranges::all_of(followed_.courses, [&](const PhaseCourse& course) {
-    return !course.known() || course.move(change).cwiseAbs().maxCoeff() < sure * course.longest;
-  });
+  return std::ranges::all_of(followed_.courses, [&](const PhaseCourse& course) { return course.is_sure(change); });
 }
 
 Eigen::VectorXd FitProblem::change_to(std::span<const double> x) const {
@@ -127,20 +124,9 @@ Eigen::VectorXd FitProblem::change_to(std::span<const double> x) const {
   return Values(x.data(), p) - Values(followed_.x.data(), p);
 }
 
-RotorPhases FitProblem::phases_at(std::span<const double> x, std::span<const double> values, bool by_courses) const {
-  const RotorPhases& near = followed_.phases;
-  RotorPhases phases(records_.size());
-  if (!model_.periodic()) return phases;
-  const Eigen::VectorXd change = by_courses ? change_to(x) : Eigen::VectorXd();
-  parallel_for(records_, [&](std::size_t i) {
-    if (by_courses) {
-      const PhaseCourse& course = followed_.courses[i];
-      phases[i] = course.known() ? course.from(records_[i], near[i], change) : near[i];
-    } else {
-      phases[i] = best_phase(records_[i], records_[i].structure(model_), values, near.empty() ? nullptr : &near[i]);
-    }
-  });
-  return phases;
+RotorPhase FitProblem::phase_after(std::size_t i, const Eigen::VectorXd& change) const {
+  const PhaseCourse& course = followed_.courses[i];
+  return course.known() ? course.from(records_[i], followed_.phases[i], change) : followed_.phases[i];
 }
 
 NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> values, bool with_sensitivities,
@@ -196,8 +182,13 @@ std::vector<NormalEquations> FitProblem::of_each(std::span<const double> x, bool
   const std::vector<double> values = free_.spread(x);
   std::vector<NormalEquations> each(records_.size());
   std::vector<PhaseCourse> courses(records_.size());
-  RotorPhases phases = phases_at(x, values, by_courses);
+  RotorPhases phases(records_.size());
+  const RotorPhases& near = followed_.phases;
+  const Eigen::VectorXd change = by_courses ? change_to(x) : Eigen::VectorXd();
   parallel_for(records_, [&](std::size_t i) {
+    phases[i] = by_courses
+                    ? phase_after(i, change)
+                    : best_phase(records_[i], records_[i].structure(model_), values, near.empty() ? nullptr : &near[i]);
     each[i] = of_record(i, values, with_sensitivities, to_judge, phases[i], courses[i]);
   });
   const double cost = sum_of(each, x).rtr;
@@ -228,7 +219,7 @@ NormalEquations FitProblem::sum_of(std::span<const NormalEquations> each, std::s
 }
 
 NormalEquations FitProblem::normal_equations(std::span<const double> x, bool with_sensitivities, bool to_judge) const {
-  const bool by_courses = !to_judge && !followed_.courses.empty();
+  const bool by_courses = !followed_.courses.empty();
   const bool sure = !by_courses || courses_are_sure(x);
   const NormalEquations sum = sum_of(of_each(x, with_sensitivities, to_judge, by_courses), x);
   if (sure || sum.rtr <= followed_.cost) return sum;

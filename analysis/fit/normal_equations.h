@@ -43,7 +43,7 @@ class FitProblem {
 
   /// Where in a turn the records start is searched anew, in all of the turn, unless it is given; else it is followed
   /// from one call to the next.
-  void search_phases() const { followed_ = {options_.phases, {}, {}, std::numeric_limits<double>::infinity()}; }
+  void search_phases() const { followed_ = {.phases = options_.phases}; }
 
   /// Whether the phases change in the course of a record.
   bool phases_wander() const {
@@ -71,8 +71,8 @@ class FitProblem {
   /// from there as the values change; unknown after a call without sensitivities.
   struct Followed {
     RotorPhases phases;  ///< of each record; empty: to be searched
-    std::vector<double> x;
-    std::vector<PhaseCourse> courses;
+    std::vector<double> x = {};
+    std::vector<PhaseCourse> courses = {};
     double cost = std::numeric_limits<double>::infinity();
   };
 
@@ -84,14 +84,14 @@ class FitProblem {
   std::vector<NormalEquations> of_each(std::span<const double> x, bool with_sensitivities, bool to_judge,
                                        bool by_courses) const;
 
-  /// From where the phases have been followed to.
+  /// From where the phases have been followed to, to these values.
   Eigen::VectorXd change_to(std::span<const double> x) const;
 
   /// Do the courses lead to these values by moves that are nearly linear?
   bool courses_are_sure(std::span<const double> x) const;
 
-  /// The phases of the records at these values, by the courses that are known, or else by simulation.
-  RotorPhases phases_at(std::span<const double> x, std::span<const double> values, bool by_courses) const;
+  /// The phase of a record where the course leads that is known, by a change of the parameters.
+  RotorPhase phase_after(std::size_t i, const Eigen::VectorXd& change) const;
 
   std::span<const Record> records_;
   const Model& model_;

@@ -43,14 +43,8 @@ std::vector<Residuals> with_phase(const Record& record, const ModelStructure& st
   return residuals_turned_by(record, structure, values, columns, knots, phase);
 }
 
-/// What the phase does in place of the other columns.
-struct OffPhase {
-  PhasePrior prior;
-  PhaseCourse course;
-};
-
 /// Takes out of the other columns what the last one, the phase, does instead, and drops it.
-OffPhase project_off_phase(std::vector<Residuals>& out, const Knots& knots, const RotorPhase& phase) {
+ResidualsAtPhase project_off_phase(std::vector<Residuals> out, const Knots& knots, const RotorPhase& phase) {
   const std::span<const double> at = phase.at;
   PhaseEquations equations(knots, at);
   Eigen::Index parameters = 0;
@@ -96,16 +90,19 @@ OffPhase project_off_phase(std::vector<Residuals>& out, const Knots& knots, cons
   for (Residuals& r : out) {
     if (r.informed()) r.sensitivity.conservativeResize(Eigen::NoChange, parameters);
   }
-  if (!many || !course.known()) return {{}, std::move(course)};
+  if (!many || !course.known()) return {std::move(out), {}, std::move(course)};
   const auto changes_of = [](const auto& knots_of) {  // from knot to knot
     const Eigen::Index n = knots_of.rows() - 1;
     return (knots_of.bottomRows(n) - knots_of.topRows(n)).eval();
   };
   const Eigen::MatrixXd changed = changes_of(course.by_parameter);
   const Eigen::VectorXd change = changes_of(Eigen::Map<const Eigen::VectorXd>(at.data(), count));
-  return {{knots.stiffness() * gram(changed), knots.stiffness() * transposed_product(changed, change)},
+  return {std::move(out),
+          {knots.stiffness() * gram(changed), knots.stiffness() * transposed_product(changed, change)},
           std::move(course)};
 }
+
+constexpr double sure = 0.2;  // of the longest move: what is linear holds, and the step needs no proof
 
 /// A phase on its way to where the record fits best, a simulation at a time: Gauss and Newton, a step that does not
 /// help halved.
@@ -143,7 +140,6 @@ class Follower {
       largest = std::max(largest, std::abs(s));
     }
     promised_ = equations.gain(step_);
-    constexpr double sure = 0.2;  // of the longest: what is linear holds, and the step needs no proof
     done_ = largest < sure * longest_;
   }
   void look(int times) {
@@ -189,9 +185,16 @@ RotorPhase best_followed(const Record& record, const ModelStructure& structure, 
   return best.phase();
 }
 
-/// The places in a period of the slowest wave that are looked at.
-int steps_of(double slowest_order, double fastest_order) {
-  return 8 * static_cast<int>(std::lround(std::max(1.0, fastest_order / slowest_order)));
+/// The places in a turn that are looked at.
+struct Places {
+  double period = 0;                                 ///< [rad] of the slowest wave
+  int steps = 0;                                     ///< in it
+  double longest() const { return period / steps; }  ///< [rad] from one to the next
+};
+
+Places places_of(const PeriodicPart& slowest, const PeriodicPart& fastest) {
+  return {2 * std::numbers::pi / slowest.order,
+          8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)))};
 }
 
 /// The same of phases that do not change in the course of the record: nearly linear, so no step needs to be proved.
@@ -215,9 +218,8 @@ RotorPhase best_phase(const Record& record, const ModelStructure& structure, std
   if (parts.empty()) return {};
   const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
   const Knots knots(record, near != nullptr ? near->at.size() : Knots::wanted(record, fastest.order));
-  const double period = 2 * std::numbers::pi / slowest.order;
-  const int steps = steps_of(slowest.order, fastest.order);
-  const double longest = period / steps;
+  const Places places = places_of(slowest, fastest);
+  const double longest = places.longest();
   const bool many = knots.count() > 1;
   if (near != nullptr && many) {
     constexpr int looks = 2;
@@ -230,9 +232,9 @@ RotorPhase best_phase(const Record& record, const ModelStructure& structure, std
   // shaft stops it tells little: there a phase that hardly changes may be the better one.
   constexpr double hardly = 100;
   const WavesOfPhase waves(record, structure, values, parts, knots);
-  std::vector<RotorPhase> phases = likely_phases(waves, knots, period, steps, 1);
+  std::vector<RotorPhase> phases = likely_phases(waves, knots, places.period, places.steps, 1);
   if (many) {
-    for (RotorPhase& stiffer : likely_phases(waves, knots, period, steps, hardly)) {
+    for (RotorPhase& stiffer : likely_phases(waves, knots, places.period, places.steps, hardly)) {
       if (std::ranges::find(phases, stiffer.at, &RotorPhase::at) == phases.end()) phases.push_back(std::move(stiffer));
     }
     return best_followed(record, structure, values, knots, phases, longest);
@@ -252,20 +254,23 @@ ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& 
   if (phase.at.empty()) return {simulated_residuals(record, structure, values, moved, variation), {}, {}};
   const Knots knots(record, phase.at.size());
   if (moved.empty()) return {residuals_turned_by(record, structure, values, {}, knots, phase, variation), {}, {}};
-  std::vector<Residuals> out = with_phase(record, structure, values, moved, knots, phase);
-  auto [prior, course] = project_off_phase(out, knots, phase);
-  course.longest = longest_move(structure, values);
-  return {std::move(out), std::move(prior), std::move(course)};
+  ResidualsAtPhase out = project_off_phase(with_phase(record, structure, values, moved, knots, phase), knots, phase);
+  out.course.longest = longest_move(structure, values);
+  return out;
 }
 
 double longest_move(const ModelStructure& structure, std::span<const double> values) {
   const std::vector<PeriodicPart> parts = periodic_parts(structure, values);
   const auto [slowest, fastest] = std::ranges::minmax(parts, {}, &PeriodicPart::order);
-  return 2 * std::numbers::pi / slowest.order / steps_of(slowest.order, fastest.order);
+  return places_of(slowest, fastest).longest();
 }
 
 Eigen::VectorXd PhaseCourse::move(const Eigen::VectorXd& change) const {
   return (ahead - product(by_parameter, Eigen::MatrixXd(change))).cwiseMax(-longest).cwiseMin(longest);
+}
+
+bool PhaseCourse::is_sure(const Eigen::VectorXd& change) const {
+  return !known() || move(change).cwiseAbs().maxCoeff() < sure * longest;
 }
 
 RotorPhase PhaseCourse::from(const Record& record, const RotorPhase& phase, const Eigen::VectorXd& change) const {

@@ -42,6 +42,7 @@ struct PhaseCourse {
 
   bool known() const { return ahead.size() > 0; }
   Eigen::VectorXd move(const Eigen::VectorXd& change) const;  ///< [rad] of the knots, as the parameters change
+  bool is_sure(const Eigen::VectorXd& change) const;          ///< by moves so short that what is linear holds
   RotorPhase from(const Record& record, const RotorPhase& phase, const Eigen::VectorXd& change) const;
 };
 

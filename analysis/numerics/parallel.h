@@ -68,6 +68,15 @@ void parallel_for(std::size_t n, const Function& f, const Length& length_of) {
   parallel_for(n, [&](std::size_t k) { f(order[k]); });
 }
 
+/// Calls f(0) ... f(n - 1), each of them on one core: for larger work that would share itself out.
+template <class Function>
+void each_on_a_core(std::size_t n, const Function& f) {
+  parallel_for(n, [&](std::size_t i) {
+    const OneThreadHere alone;
+    f(i);
+  });
+}
+
 /// Calls f(i) for the place of each item, the longest items first.
 /// @param items have a length(), to which the work is in proportion
 template <class Items, class Function>

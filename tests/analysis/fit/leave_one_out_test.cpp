@@ -15,6 +15,12 @@ constexpr synthetic::Sigma noisy{.omega = 0.1, .i_a = 0.01, .e_a = 0.02};
 const std::vector<synthetic::Hold> there_and_back{{0.2, 0}, {0.5, -2}, {0.3, 4}, {0.5, 1}, {0.3, 0}};
 const CalibrationOptions plain{.extra_starts = 0, .max_iterations = 60, .tolerance = 1e-9, .with_covariance = false};
 
+Model noisy_servo() {
+  Model model = servo_model();
+  model.noise = {{Signal::omega, noisy.omega}, {Signal::i_a, noisy.i_a}, {Signal::e_a, noisy.e_a}};
+  return model;
+}
+
 std::vector<Record> three_runs(const Truth& of_the_last, const Model& model) {
   const std::vector<emtb::Run> runs{synthetic::record({}, synthetic::steps, 1e-3, noisy),
                                     synthetic::record({}, there_and_back, 1e-3, noisy),
@@ -44,14 +50,12 @@ void expect_as_fitted_anew(const std::vector<Record>& records, const Model& mode
 }
 
 TEST(FitsWithoutEach, AreThoseOfTheOtherRecords) {
-  Model model = servo_model();
-  model.noise = {{Signal::omega, noisy.omega}, {Signal::i_a, noisy.i_a}, {Signal::e_a, noisy.e_a}};
+  const Model model = noisy_servo();
   expect_as_fitted_anew(three_runs({}, model), model, 0.05);
 }
 
 TEST(FitsWithoutEach, HoldWhereOneRecordIsOfAnotherMachine) {
-  Model model = servo_model();
-  model.noise = {{Signal::omega, noisy.omega}, {Signal::i_a, noisy.i_a}, {Signal::e_a, noisy.e_a}};
+  const Model model = noisy_servo();
   Truth other;
   other.J *= 1.6;
   other.R_a *= 1.3;
