@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/discover/discover.h"
 #include "analysis/investigate/investigate.h"
 #include "config/mapping.h"
 #include "model/model.h"
@@ -37,6 +38,8 @@ struct ReportInput {
   std::string command;  ///< as it was called
   std::function<void(const NamedFigure&)> on_figure;
   const Investigation* investigation = nullptr;  ///< where the bench itself made the runs: how it came to the diagnosis
+
+  const Discovery* discovery = nullptr;  ///< where something is left that the library does not hold
 
   /// Adds the runs of a session, as it is named on the command line.
   void add(const std::string& spec, bool as_held_out, const Mapping& mapping = {});

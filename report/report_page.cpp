@@ -10,6 +10,7 @@
 #include "hal/error.h"
 #include "report/answer.h"
 #include "report/data_section.h"
+#include "report/discovery_figures.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/investigation_story.h"
 #include "report/next_steps.h"
@@ -271,6 +272,7 @@ Page report_page(const ReportInput& in, const Diagnosis& d) {
   candidate_section(page, d);
   staircase_section(page, d);
   missing_section(page, d);
+  if (in.discovery != nullptr) tell(page, *in.discovery);
   data_section(page, in, data);
   repeat_section(page, in, &d);
   return page;

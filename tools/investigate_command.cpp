@@ -11,6 +11,8 @@
 #include "config/model.h"
 #include "config/profile.h"
 #include "hal/error.h"
+#include "report/discovery_json.h"
+#include "report/discovery_words.h"
 #include "report/investigation_story.h"
 #include "report/progress.h"
 #include "report/report_page.h"
@@ -23,6 +25,7 @@
 #include "tools/bench_run.h"
 #include "tools/checked.h"
 #include "tools/commands.h"
+#include "tools/discover_rest.h"
 #include "tools/prediction.h"
 
 namespace emtb {
@@ -145,6 +148,13 @@ void tell_foretold(const ForetoldRun& foretold) {
 void write(const Investigation& found, const InvestigateWords& o, const Model& given) {
   if (!found.diagnosis) return;
   const Diagnosis& d = *found.diagnosis;
+  const auto runs_of = [&](const std::vector<std::string>& sessions) {
+    std::vector<Run> runs;
+    for (const Recording& r : recordings(sessions)) std::ranges::move(r.runs, std::back_inserter(runs));
+    return split_at_gaps(runs, given.input);
+  };
+  const std::unique_ptr<Discovery> rest = discover_rest(d, runs_of(found.train), runs_of(found.held_out));
+  if (rest) std::cout << "\n" << discovery_text(*rest);
   const std::string model = (std::filesystem::path(o.folder) / "found.yaml").string();
   write_model(model, d.final);
   write_json(o.json_file, json{{"rounds", rounds_json(found)},
@@ -152,12 +162,14 @@ void write(const Investigation& found, const InvestigateWords& o, const Model& g
                                {"held_out", found.held_out},
                                {"model", model},
                                {"diagnosis", to_json(d)},
+                               {"discovered", rest ? to_json(*rest) : json(nullptr)},
                                {"confirmed", foretold_json(found)}});
   if (!o.report.empty()) {
     ReportInput in = ReportInput::of(o.model, given, o.command);
     for (const std::string& s : found.train) in.add(s, false);
     for (const std::string& s : found.held_out) in.add(s, true);
     in.investigation = &found;
+    in.discovery = rest.get();
     write_page(o.report, report_page(in, d), "--report");
     std::cout << "\nAll of it as a page: " << o.report << std::endl;
   }

@@ -23,6 +23,8 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "report/answer.h"
+#include "report/discovery_json.h"
+#include "report/discovery_words.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/gauge_words.h"
 #include "report/progress.h"
@@ -36,6 +38,7 @@
 #include "session/spec.h"
 #include "tools/checked.h"
 #include "tools/commands.h"
+#include "tools/discover_rest.h"
 
 namespace emtb {
 namespace {
@@ -394,9 +397,11 @@ int diagnose_command(const ModelOptions& o) {
   options.explain_torque = explains_torque(o.explain);
   options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
   Diagnosis d = diagnose(train, held_out, model, options);
+  const std::unique_ptr<Discovery> rest = discover_rest(d, train, held_out);
   progress.clear();
   for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, o.sessions});
   json result = to_json(d);
+  if (rest) result["discovered"] = to_json(*rest);
   LikelihoodIntervals intervals;
   if (o.intervals) {
     CalibrationOptions from_there;
@@ -429,6 +434,7 @@ int diagnose_command(const ModelOptions& o) {
             << fitted(signals_text(d.signals) + "timing: " + in_words(d.data->timing, d.data->interval(), d.final) +
                           "\n\n" + verdict_text(d) + "\n",
                       width);
+  if (rest) std::cout << fitted(discovery_text(*rest), width) << "\n";
   finish_model(o, d.final);
   std::cout << answer_text(d, {o.model, o.sessions, o.held_out, o.map, o.candidates, o.out});
   return 0;

@@ -6,12 +6,14 @@
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
+#include "report/discovery_json.h"
 #include "report/progress.h"
 #include "report/report_page.h"
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/checked.h"
 #include "tools/commands.h"
+#include "tools/discover_rest.h"
 
 namespace emtb {
 namespace {
@@ -81,10 +83,15 @@ int report_command(const ReportOptions& o) {
     return 1;
   }
   for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, o.sessions});
+  progress.show(0.9, "looking into what is left");
+  const std::unique_ptr<Discovery> rest = discover_rest(d, in.part(false), in.part(true));
+  in.discovery = rest.get();
   progress.show(0.92, "drawing");
   write_page(o.out, report_page(in, d));
   progress.clear();
-  write_json(o.json_file, to_json(d));
+  json result = to_json(d);
+  if (rest) result["discovered"] = to_json(*rest);
+  write_json(o.json_file, result);
   say << word(d.verdict) << ": " << o.out << "\n";
   return 0;
 }

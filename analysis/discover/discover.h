@@ -6,14 +6,21 @@
 #include <string>
 #include <vector>
 
+#include "analysis/discover/changed_runs.h"
+#include "analysis/discover/disturbances.h"
 #include "analysis/discover/law.h"
 #include "analysis/discover/missing_torque.h"
-#include "analysis/discover/same_machine.h"
 #include "analysis/discover/shares.h"
 #include "model/model.h"
 #include "session/session.h"
 
 namespace emtb {
+
+/// What a model leaves of runs before disturbances were cut from them.
+struct WithDisturbances {
+  double train = 0, held_out = 0;  ///< error, in noise floors
+  std::optional<Law> law;
+};
 
 /// What is left after the library, and what can be said of it.
 struct Discovery {
@@ -25,9 +32,11 @@ struct Discovery {
   WhatIsLeft left;                  ///< of the training runs
   Shares torque, voltage;
   std::optional<Law> law;
-  std::size_t confirmed_by = 0;  ///< runs that neither choice nor fit saw
-  std::vector<Changed> changed;
-  std::vector<Disturbance> disturbances;
+  std::size_t confirmed_by = 0;                       ///< runs that neither choice nor fit saw
+  std::vector<Changed> changed;                       ///< of all runs, those that judge among them
+  std::vector<Disturbance> disturbances;              ///< of all runs; all above is without them
+  std::optional<WithDisturbances> with_disturbances;  ///< what the runs say as they are, where there is one
+  std::vector<Run> train_runs, held_out_runs;         ///< without the disturbances
 };
 
 struct DiscoverOptions {
@@ -41,6 +50,10 @@ struct DiscoverOptions {
 /// law is offered only where the remainder is worth a name (diagnose/remainder.h), a smooth function of the measured
 /// states explains a fifth of it on runs left out, and the library's own criterion calls the law material and
 /// determined.
+///
+/// Disturbances are searched in all runs first. Where there are any, the runs are cut there, and all else is asked of
+/// what remains; the answer of the runs as they are stands beside it. Whether it is the same machine is asked of all
+/// runs at the end, those that judge among them, in the order in which they are given.
 /// @throws ModelError where the runs do not fit the model.
 Discovery discover(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiscoverOptions& options);

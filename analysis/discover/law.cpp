@@ -97,10 +97,60 @@ void compare_with_library(Law& law, const Dataset& data, const Trial& base, Fitt
   law.resembles = std::string(effect_catalogue()[scores[static_cast<std::size_t>(best - likeness.begin())].effect].id);
 }
 
+double& quantity(TermInput& at, const std::string& name) {
+  return name == "omega" ? at.omega : name == "i_a" ? at.i_a : name == "t" ? at.t : at.theta;
+}
+
+/// A formula over places of one quantity, the others as they are. @param error by the standard errors; may be null
+std::vector<double> curve(const AddedTerm& term, TermInput at, const std::string& over, std::span<const double> places,
+                          std::vector<double>* error) {
+  std::vector<double> p, by(term.parameters.size()), values;
+  for (const Parameter& one : term.parameters) p.push_back(one.value);
+  for (const double place : places) {
+    quantity(at, over) = place;
+    TermInput by_input;
+    values.push_back(term.term->evaluate(at, p, by_input, by));
+    if (error == nullptr) continue;
+    double variance = 0;
+    for (std::size_t k = 0; k < by.size(); ++k) {
+      const Parameter& one = term.parameters[k];
+      if (!one.fixed && one.std_error) variance += std::pow(by[k] * *one.std_error, 2);
+    }
+    error->push_back(std::sqrt(variance));
+  }
+  return values;
+}
+
+/// What is between two curves beside a straight line through zero, which is a base parameter's.
+std::vector<double> apart(std::span<const double> x, std::span<const double> a, std::span<const double> b) {
+  double xy = 0, xx = 0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    xy += x[k] * (a[k] - b[k]);
+    xx += x[k] * x[k];
+  }
+  std::vector<double> off;
+  for (std::size_t k = 0; k < x.size(); ++k) off.push_back(std::abs(a[k] - b[k] - (xx > 0 ? xy / xx * x[k] : 0)));
+  return off;
+}
+
+/// The peaks of a curve, largest first.
+std::vector<double> places_of_peaks(std::span<const double> x, const std::vector<double>& y) {
+  constexpr std::size_t most = 3;
+  std::vector<std::size_t> peaks;
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    const bool before = k == 0 || y[k] > y[k - 1], after = k + 1 == y.size() || y[k] >= y[k + 1];
+    if (before && after && y[k] > 0) peaks.push_back(k);
+  }
+  std::ranges::stable_sort(peaks, std::greater{}, [&](std::size_t k) { return y[k]; });
+  if (peaks.size() > most) peaks.resize(most);
+  std::vector<double> places;
+  for (const std::size_t k : peaks) places.push_back(x[k]);
+  return places;
+}
+
 /// The law over the range of its first quantity, the others at their means.
-void draw(Law& law, const Samples& s) {
+void draw(Law& law, const Samples& s, const ReadFormula& read) {
   constexpr std::size_t points = 41;
-  const AddedTerm& term = law.model.terms.back();
   const std::string& over = law.text.of.front();
   const std::vector<double>& x = over == "omega" ? s.omega : over == "i_a" ? s.i_a : over == "t" ? s.t : s.theta;
   auto [low, high] = std::ranges::minmax(x);
@@ -113,15 +163,16 @@ void draw(Law& law, const Samples& s) {
     for (const double one : v) sum += one;
     return v.empty() ? 0 : sum / static_cast<double>(v.size());
   };
-  std::vector<double> p, by(term.parameters.size());
-  for (const Parameter& one : term.parameters) p.push_back(one.value);
-  TermInput at{mean(s.omega), mean(s.i_a), 0, mean(s.u_ref), mean(s.t)}, by_input;
-  for (std::size_t k = 0; k < points; ++k) {
-    const double v = low + (high - low) * static_cast<double>(k) / (points - 1);
-    (over == "omega" ? at.omega : over == "i_a" ? at.i_a : over == "t" ? at.t : at.theta) = v;
-    law.at.push_back(v);
-    law.value.push_back(term.term->evaluate(at, p, by_input, by));
+  for (std::size_t k = 0; k < points; ++k) law.at.push_back(low + (high - low) * static_cast<double>(k) / (points - 1));
+  const TermInput at{mean(s.omega), mean(s.i_a), 0, mean(s.u_ref), mean(s.t)};
+  law.value = curve(law.model.terms.back(), at, over, law.at, &law.value_error);
+  std::vector<double> unsure = law.value_error;
+  for (const FormulaText& other : law.tied_with) {
+    if (other.of.front() != over || other.place != law.text.place) continue;
+    const std::vector<double> off = apart(law.at, curve(read(other), at, over, law.at, nullptr), law.value);
+    for (std::size_t k = 0; k < points; ++k) unsure[k] = std::max(unsure[k], off[k]);
   }
+  law.most_uncertain_at = places_of_peaks(law.at, unsure);
 }
 
 /// A law in simulation, from where equation error puts it, from less of it, and from the base parameters as given:
@@ -207,7 +258,7 @@ std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model&
       if (other.text == best.text || !criterion.tied(best.trial.held_out, other.trial.held_out)) continue;
       law.tied_with.push_back(with_values(texts[other.text], other.trial.model().terms.back().parameters));
     }
-    draw(law, samples_of(left, law.text.place == TermPlace::voltage));
+    draw(law, samples_of(left, law.text.place == TermPlace::voltage), read);
     compare_with_library(law, data, base, trials);
     return law;
   }

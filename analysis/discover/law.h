@@ -20,11 +20,14 @@ struct Law {
   double train_before = 0, train_after = 0, held_out_before = 0, held_out_after = 0;  ///< in noise floors
   std::optional<double> confirm_before, confirm_after;  ///< the same, on runs that neither choice nor fit saw
   double nats = 0;                                      ///< by which Q rises
-  std::vector<double> at, value;       ///< the curve over the first quantity: torque, voltage or factor
-  std::string resembles;               ///< id of the library's effect that does most alike; empty: none does
-  double likeness = 0;                 ///< cosine of what both do to the readings
-  std::vector<FormulaText> tied_with;  ///< formulas that do as well
-  Model model;                         ///< the fitted model with the law
+  std::vector<double> at, value;          ///< the curve over the first quantity: torque, voltage or factor
+  std::vector<double> value_error;        ///< of the curve, by the standard errors of the parameters
+  std::vector<double> most_uncertain_at;  ///< three places at most of the first quantity, where that or the distance
+                                          ///< of tied formulas, a straight line aside, is largest
+  std::string resembles;                  ///< id of the library's effect that does most alike; empty: none does
+  double likeness = 0;                    ///< cosine of what both do to the readings
+  std::vector<FormulaText> tied_with;     ///< formulas that do as well
+  Model model;                            ///< the fitted model with the law
 };
 
 /// Searches a law for what a fitted model leaves.

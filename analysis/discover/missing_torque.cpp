@@ -193,6 +193,7 @@ void smooth(Course& c, const Motion& motion, const Walks& walks, const Deviation
   MissingTorque& s = c.states;
   for (std::size_t k = 0; k < n; ++k) {
     s.omega[k] += passed.x[k][0];
+    s.i_a[k] += (motion.current * passed.x[k]).value();
     s.torque.push_back(passed.x[k][1]);
     s.torque_error.push_back(std::sqrt(std::max(0.0, passed.p[k](1, 1))));
     s.voltage.push_back(passed.x[k][2]);
@@ -201,10 +202,11 @@ void smooth(Course& c, const Motion& motion, const Walks& walks, const Deviation
 }
 
 /// The walks of largest likelihood: one after the other over eight decades, then finer.
-Walks likeliest(std::span<const Course> courses, const Motion& motion, const Deviation& scale, bool voltage) {
+Walks likeliest(std::span<const Course> courses, std::span<const Motion> motions, const Deviation& scale,
+                bool voltage) {
   const auto likelihood = [&](const Walks& w) {
     std::vector<double> of(courses.size());
-    parallel_for(courses.size(), [&](std::size_t i) { of[i] = filter(courses[i], motion, w, scale, nullptr); });
+    parallel_for(courses.size(), [&](std::size_t i) { of[i] = filter(courses[i], motions[i], w, scale, nullptr); });
     double sum = 0;
     for (const double l : of) sum += l;
     return sum;
@@ -234,19 +236,23 @@ Walks likeliest(std::span<const Course> courses, const Motion& motion, const Dev
 }  // namespace
 
 WhatIsLeft what_is_left(std::span<const Record> records, const Model& fitted) {
+  return what_is_left(records, std::vector<Model>(records.size(), fitted));
+}
+
+WhatIsLeft what_is_left(std::span<const Record> records, std::span<const Model> fitted) {
   constexpr double intervals = 4000;  // in all: the missing torque changes slower than the readings come
   WhatIsLeft left;
   double seconds = 0, longest_interval = 0;
   for (const Record& r : records) {
     seconds += r.excitation.t.back() - r.excitation.t.front();
     const Observation* current = r.find(Signal::i_a);
-    if (current != nullptr && !current->slow && fitted.input != Signal::i_a) left.voltage_seen = true;
+    if (current != nullptr && !current->slow && fitted.front().input != Signal::i_a) left.voltage_seen = true;
     longest_interval = std::max(longest_interval, (r.excitation.t.back() - r.excitation.t.front()) /
                                                       static_cast<double>(std::max<std::size_t>(1, r.length() - 1)));
   }
   const double step = std::max(longest_interval, seconds / intervals);
   std::vector<Course> courses(records.size());
-  parallel_for(records.size(), [&](std::size_t i) { courses[i] = course_of(records, i, fitted, step); });
+  parallel_for(records.size(), [&](std::size_t i) { courses[i] = course_of(records, i, fitted[i], step); });
   double current = 0, speed = 0, count = 0;
   for (const Course& c : courses) {
     for (std::size_t k = 0; k < c.states.t.size(); ++k, ++count) {
@@ -254,16 +260,17 @@ WhatIsLeft what_is_left(std::span<const Record> records, const Model& fitted) {
       speed += c.states.omega[k] * c.states.omega[k];
     }
   }
-  const std::vector<double> p = fitted.values();
+  const std::vector<double> p = fitted.front().values();
   left.torque_scale = p[2] * std::sqrt(current / count);
   left.voltage_scale = p[0] * std::sqrt(current / count);
   const Deviation scale(0.1 * std::sqrt(speed / count) + 1e-12, left.torque_scale + 1e-15,
                         left.voltage_seen ? left.voltage_scale + 1e-12 : 0.0);
-  const Motion motion = motion_of(fitted, step);
-  const Walks walks = likeliest(courses, motion, scale, left.voltage_seen);
+  std::vector<Motion> motions;
+  for (const Model& of_run : fitted) motions.push_back(motion_of(of_run, step));
+  const Walks walks = likeliest(courses, motions, scale, left.voltage_seen);
   left.torque_intensity = walks.torque;
   left.voltage_intensity = walks.voltage;
-  parallel_for(courses.size(), [&](std::size_t i) { smooth(courses[i], motion, walks, scale); });
+  parallel_for(courses.size(), [&](std::size_t i) { smooth(courses[i], motions[i], walks, scale); });
   for (Course& c : courses) left.runs.push_back(std::move(c.states));
   return left;
 }

@@ -43,4 +43,7 @@ struct WhatIsLeft {
 /// averaged to some 4000 intervals in all. @throws ModelError where a simulation is not finite.
 WhatIsLeft what_is_left(std::span<const Record> records, const Model& fitted);
 
+/// The same where runs have models of their own. @param fitted one a record
+WhatIsLeft what_is_left(std::span<const Record> records, std::span<const Model> fitted);
+
 }  // namespace emtb

@@ -1,5 +1,7 @@
 /// Hides laws that the grammar does not hold exactly, splines over the speed, on the simulated servo, and counts what
-/// `discover` makes of them; then healthy benches, a changed parameter, and a disturbance: docs/discover.md.
+/// `discover` makes of them; then runs of one machine, of a machine that changed, and disturbed ones:
+/// docs/discover.md. Arguments: what (law, healthy, lacking, changed, from_then, drift, disturbed, all), how many,
+/// seed.
 
 #include <algorithm>
 #include <array>
@@ -14,6 +16,7 @@
 #include "hal/error.h"
 #include "tests/blind/draw.h"
 #include "tests/blind/recording.h"
+#include "tests/blind/same_machine.h"
 
 namespace emtb::blind {
 namespace {
@@ -69,17 +72,6 @@ double curve_error(const Law& law, const HiddenCurve& hidden) {
   return std::sqrt(squares / static_cast<double>(off.size())) / (high - low);
 }
 
-/// `17 of 20 (64 to 95 %)`: Wilson's interval at 95 %.
-std::string of(std::size_t hits, std::size_t all) {
-  if (all == 0) return "0 of 0";
-  const double n = static_cast<double>(all), p = static_cast<double>(hits) / n, z = 1.96;
-  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  const auto percent = [](double x) { return std::to_string(std::lround(100 * std::clamp(x, 0.0, 1.0))); };
-  return std::to_string(hits) + " of " + std::to_string(all) + " (" + percent(middle - half) + " to " +
-         percent(middle + half) + " %)";
-}
-
 double excess(double error) { return std::max(0.0, error * error - 1); }
 
 void judge_laws(std::size_t count, std::uint64_t seed) {
@@ -105,82 +97,54 @@ void judge_laws(std::size_t count, std::uint64_t seed) {
               << std::flush;
   }
   std::ranges::sort(removed);
-  std::cout << "a law offered: " << of(offered, count) << "; shape right: " << of(shaped, count)
+  std::cout << "a law offered: " << counted_with_interval(offered, count)
+            << "; shape right: " << counted_with_interval(shaped, count)
             << "; excess removed on held-out runs, median: " << (removed.empty() ? 0 : removed[count / 2]) << "\n";
 }
 
-void judge_healthy(std::size_t count, std::uint64_t seed) {
-  std::size_t laws = 0, changed = 0, disturbed = 0;
+/// Cases of one kind: what is found of what an oracle sees, and what is named that is not there.
+void judge_machines(MachineKind kind, std::size_t count, std::uint64_t seed) {
+  std::size_t visible = 0, found = 0, unseen_found = 0, otherwise = 0, changes = 0, disturbances = 0, laws = 0;
+  double seconds = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    Draw draw(seed + 1000 * i);
-    Bench bench = fast_bench();
-    bench.plant.motor.R_a *= draw.within(0.8, 1.3);
-    bench.plant.motor.J *= draw.within(0.8, 1.5);
-    const Discovery d = asked(bench, record(bench, bench.train, seed + 500 + i), seed + 500 + i);
-    laws += d.law ? 1 : 0;
-    changed += d.changed.empty() ? 0 : 1;
-    disturbed += d.disturbances.empty() ? 0 : 1;
+    const MachineCase c = make_machine_case(kind, i, seed);
+    const MachineAnswer a = ask(c);
+    visible += a.visible ? 1 : 0;
+    found += a.visible && a.found ? 1 : 0;
+    unseen_found += !a.visible && a.found ? 1 : 0;
+    otherwise += a.otherwise ? 1 : 0;
+    changes += a.change_named ? 1 : 0;
+    disturbances += a.disturbance_named ? 1 : 0;
+    laws += a.law_offered ? 1 : 0;
+    seconds += a.seconds;
+    std::cout << c.id << " " << c.run << " " << c.parameter << " " << c.by << " " << c.from_s << ":" << c.to_s << " "
+              << c.torque << " squares " << c.squares << (a.visible ? " seen by the oracle" : "")
+              << (a.found ? " FOUND" : "") << (a.otherwise ? " OTHERWISE" : "") << (a.law_offered ? " LAW" : "") << " :"
+              << a.said << " " << a.seconds << " s\n"
+              << std::flush;
   }
-  std::cout << "healthy: a law " << of(laws, count) << ", a changed parameter " << of(changed, count)
-            << ", a disturbance " << of(disturbed, count) << "\n";
-}
-
-void judge_changed(std::size_t count, std::uint64_t seed) {
-  std::size_t right = 0, others = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    Draw draw(seed + 1000 * i);
-    const Bench bench = fast_bench();
-    Bench other = bench;
-    const std::size_t run = draw.below(bench.train.size());
-    const bool inertia = draw.chance(0.5);
-    (inertia ? other.plant.motor.J : other.plant.motor.R_a) *= 1 + draw.sign() * draw.log_within(0.05, 0.3);
-    auto runs = record(bench, bench.train, seed + i);
-    runs[run] = record(other, other.train[run], seed + i + 50);
-    const Discovery d = asked(bench, runs, seed + i);
-    bool found = false;
-    for (const Changed& c : d.changed) {
-      const bool is_it = c.run == runs[run].name && c.parameter == (inertia ? "J" : "R_a");
-      found = found || is_it;
-      others += is_it ? 0 : 1;
-    }
-    right += found ? 1 : 0;
-  }
-  std::cout << "a changed parameter found: " << of(right, count) << ", others named: " << others << "\n";
-}
-
-void judge_disturbances(std::size_t count, std::uint64_t seed) {
-  std::size_t right = 0, others = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    Draw draw(seed + 1000 * i);
-    const Bench bench = fast_bench();
-    Bench other = bench;
-    const double from = draw.within(1.2, 2.2), lasts = 0.3, torque = draw.sign() * draw.log_within(0.005, 0.03);
-    other.plant.hidden_torque = [=](double, double, double t) { return t > from && t < from + lasts ? torque : 0; };
-    auto runs = record(bench, bench.train, seed + i);
-    runs[0] = record(other, other.train[0], seed + i + 50);
-    const Discovery d = asked(bench, runs, seed + i);
-    bool found = false;
-    for (const Disturbance& x : d.disturbances) {
-      const bool is_it = x.run == runs[0].name && x.from_s < from + lasts && x.to_s > from;
-      found = found || is_it;
-      others += is_it ? 0 : 1;
-    }
-    right += found ? 1 : 0;
-  }
-  std::cout << "a disturbance found: " << of(right, count) << ", others named: " << others << "\n";
+  std::cout << name_of(kind) << ": seen by the oracle " << visible << " of " << count << "; found of these "
+            << counted_with_interval(found, visible) << ", of the others " << unseen_found << "; something else named "
+            << counted_with_interval(otherwise, count) << "; a law offered " << counted_with_interval(laws, count)
+            << "; changed named " << changes << ", disturbed named " << disturbances << "; "
+            << seconds / static_cast<double>(std::max<std::size_t>(1, count)) << " s each\n"
+            << std::flush;
 }
 
 }  // namespace
 }  // namespace emtb::blind
 
 int main(int argc, char** argv) {
-  const std::size_t count = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 20;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
+  using emtb::blind::MachineKind;
+  const std::string kind = argc > 1 ? argv[1] : "all";
+  const std::size_t count = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 20;
+  const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
   try {
-    emtb::blind::judge_laws(count, seed);
-    emtb::blind::judge_healthy(count, seed);
-    emtb::blind::judge_changed(count, seed);
-    emtb::blind::judge_disturbances(count, seed);
+    if (kind == "law" || kind == "all") emtb::blind::judge_laws(count, seed);
+    for (const MachineKind one : {MachineKind::healthy, MachineKind::lacking, MachineKind::changed,
+                                  MachineKind::from_then, MachineKind::drift, MachineKind::disturbed}) {
+      if (kind == name_of(one) || kind == "all") emtb::blind::judge_machines(one, count, seed);
+    }
   } catch (const emtb::Error& e) {
     std::cerr << e.what() << "\n";
     return 2;

@@ -83,29 +83,6 @@ TEST(SameMachine, TellsTheRunWithAnotherResistance) {
   EXPECT_NEAR(d.changed[0].to / d.changed[0].from, 1.15, 0.03);
 }
 
-TEST(SameMachine, FindsATorqueThatActsWithinAStretch) {
-  WhatIsLeft left;
-  for (int r = 0; r < 4; ++r) {
-    MissingTorque run;
-    run.run = "run " + std::to_string(r);
-    for (int k = 0; k < 500; ++k) {
-      const bool pushed = r == 2 && k >= 200 && k < 230;
-      run.t.push_back(0.01 * k);
-      run.torque.push_back(1e-4 * std::sin(7.0 * k + r) + (pushed ? -0.01 : 0));
-      run.torque_error.push_back(1e-4);
-      run.omega.push_back(100);
-      run.i_a.push_back(1);
-    }
-    left.runs.push_back(run);
-  }
-  const std::vector<Disturbance> found = disturbances_in(left);
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].run, "run 2");
-  EXPECT_NEAR(found[0].from_s, 2.0, 0.02);
-  EXPECT_NEAR(found[0].to_s, 2.3, 0.02);
-  EXPECT_NEAR(found[0].torque, -0.01, 1e-3);
-}
-
 TEST(Grammar, EachSentenceIsReadAsACandidate) {
   Samples s;
   s.groups = 2;

@@ -1,0 +1,208 @@
+#include "analysis/discover/disturbances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "analysis/numerics/parallel.h"
+#include "analysis/numerics/statistics.h"
+#include "session/spec.h"
+#include "session/text.h"
+
+namespace emtb {
+namespace {
+
+constexpr double scatters = 6, errors = 4, tail = 2;
+constexpr double most = 0.05;  // of the motion
+constexpr double near = 0.1;   // of the ranges of speed and current: intervals are alike
+constexpr std::size_t fewest_intervals = 5;
+
+/// One interval of a run.
+struct Interval {
+  std::size_t run = 0, k = 0;
+  double omega = 0, i_a = 0;  ///< as shares of the largest
+  double torque = 0, error = 0;
+  double off = 0;    ///< torque less what is missing in intervals like it
+  double limit = 0;  ///< [N m] a standard deviation of `off`, the larger one of all and of those like it
+  bool out() const { return std::abs(off) > std::max(scatters * limit, errors * error); }
+};
+
+std::vector<Interval> intervals_of(const WhatIsLeft& left) {
+  double fastest = 0, largest = 0;
+  for (const MissingTorque& run : left.runs) {
+    for (std::size_t k = 0; k < run.t.size(); ++k) {
+      fastest = std::max(fastest, std::abs(run.omega[k]));
+      largest = std::max(largest, std::abs(run.i_a[k]));
+    }
+  }
+  const auto part = [](double x, double of) { return of > 0 ? x / of : 0; };
+  std::vector<Interval> all;
+  for (std::size_t r = 0; r < left.runs.size(); ++r) {
+    const MissingTorque& run = left.runs[r];
+    for (std::size_t k = 0; k < run.t.size(); ++k) {
+      all.push_back({r, k, part(run.omega[k], fastest), part(run.i_a[k], largest), run.torque[k], run.torque_error[k]});
+    }
+  }
+  return all;
+}
+
+bool at_like_speed(const Interval& a, const Interval& b) { return std::abs(a.omega - b.omega) < near; }
+bool at_like_current(const Interval& a, const Interval& b) { return std::abs(a.i_a - b.i_a) < near; }
+bool alike(const Interval& a, const Interval& b) { return at_like_speed(a, b) && at_like_current(a, b); }
+
+/// The middle of some torques, and how they scatter about it.
+struct Usual {
+  double middle = 0, scatter = 0;
+};
+
+Usual usual(std::vector<double> torque) {
+  Usual u;
+  u.middle = median(torque);
+  for (double& t : torque) t = std::abs(t - u.middle);
+  u.scatter = robust_sigma(std::move(torque));
+  return u;
+}
+
+/// What is missing elsewhere at the speed and current of an interval; where no other has both, at its speed, and beside
+/// that at its current. None where that comes nowhere else.
+std::optional<Usual> elsewhere(const Interval& here, const std::vector<Interval>& all) {
+  constexpr std::size_t fewest = 10;
+  const auto window = static_cast<std::size_t>(most * static_cast<double>(all.size()));
+  std::vector<double> both, speed, current;
+  for (const Interval& other : all) {
+    const bool same_time = other.run == here.run && other.k + window > here.k && other.k < here.k + window;
+    if (same_time) continue;
+    const bool w = at_like_speed(here, other), i = at_like_current(here, other);
+    if (w && i) both.push_back(other.torque);
+    if (w) speed.push_back(other.torque);
+    if (i) current.push_back(other.torque);
+  }
+  if (both.size() >= fewest) return usual(std::move(both));
+  if (speed.size() < fewest || current.size() < fewest) return {};
+  const Usual at_speed = usual(std::move(speed)), at_current = usual(std::move(current));
+  return Usual{at_speed.middle + at_current.middle, std::max(at_speed.scatter, at_current.scatter)};
+}
+
+/// Sets how far each interval is off those like it, and how far they scatter.
+void compare_with_like(std::vector<Interval>& all) {
+  std::vector<double> scatter(all.size(), 0.0), sizes;
+  parallel_for(all.size(), [&](std::size_t i) {
+    const std::optional<Usual> there = elsewhere(all[i], all);
+    all[i].off = there ? all[i].torque - there->middle : 0;
+    scatter[i] = there ? there->scatter : 0;
+  });
+  for (const Interval& one : all) sizes.push_back(std::abs(one.off));
+  const double overall = robust_sigma(sizes);
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].limit = std::max(overall, scatter[i]);
+}
+
+/// Neighbours that stand out, as places in the list: [begin, end).
+struct Stretch {
+  std::size_t begin = 0, end = 0;
+  std::size_t size() const { return end - begin; }
+};
+
+std::vector<Stretch> stretches_in(const std::vector<Interval>& all) {
+  constexpr std::size_t bridged = 2;
+  std::vector<Stretch> found;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].out()) continue;
+    const bool goes_on = !found.empty() && all[found.back().begin].run == all[i].run &&
+                         i <= found.back().end + bridged && all[found.back().begin].off * all[i].off > 0;
+    if (goes_on) {
+      found.back().end = i + 1;
+    } else {
+      found.push_back({i, i + 1});
+    }
+  }
+  std::erase_if(found, [](const Stretch& s) { return s.size() < fewest_intervals; });
+  return found;
+}
+
+/// As far as its neighbours are off on the same side by more than chance.
+void widen(Stretch& s, const std::vector<Interval>& all) {
+  const Interval& inside = all[s.begin];
+  const auto belongs = [&](std::size_t i) {
+    return all[i].run == inside.run && all[i].off * inside.off > 0 &&
+           std::abs(all[i].off) > tail * std::max(all[i].limit, all[i].error);
+  };
+  const std::size_t as_far = s.size();
+  for (std::size_t n = 0; n < as_far && s.begin > 0 && belongs(s.begin - 1); ++n) --s.begin;
+  for (std::size_t n = 0; n < as_far && s.end < all.size() && belongs(s.end); ++n) ++s.end;
+}
+
+/// Do as many intervals like those of the stretch come elsewhere without it? Like in speed and current, or some in the
+/// one and some in the other.
+bool recurs_without(const Stretch& s, const std::vector<Interval>& all) {
+  double both = 0, speed = 0, current = 0;
+  const Interval& middle = all[(s.begin + s.end) / 2];
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if ((i + fewest_intervals >= s.begin && i < s.end + fewest_intervals) || all[i].out()) continue;
+    both += alike(all[i], middle) ? 1 : 0;
+    speed += at_like_speed(all[i], middle) ? 1 : 0;
+    current += at_like_current(all[i], middle) ? 1 : 0;
+  }
+  const auto n = static_cast<double>(s.size());
+  return both >= n || (speed >= n && current >= n);
+}
+
+}  // namespace
+
+std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
+  constexpr double material = 0.02;  // of what drives the motor: no machine is known better
+  std::vector<Interval> all = intervals_of(left);
+  if (all.empty()) return {};
+  compare_with_like(all);
+  std::vector<Disturbance> found;
+  double cut = 0;
+  for (Stretch s : stretches_in(all)) {
+    cut += static_cast<double>(s.size());
+    if (!recurs_without(s, all)) continue;
+    widen(s, all);
+    const MissingTorque& run = left.runs[all[s.begin].run];
+    double torque = 0;
+    for (std::size_t i = s.begin; i < s.end; ++i) torque += all[i].off / static_cast<double>(s.size());
+    if (std::abs(torque) < material * left.torque_scale) continue;
+    constexpr double per_second = 1000;  // no cut is meant to less
+    found.push_back({run.run, std::floor(per_second * run.t[all[s.begin].k]) / per_second,
+                     std::ceil(per_second * run.t[all[s.end - 1].k]) / per_second, torque});
+  }
+  if (cut > most * static_cast<double>(all.size())) return {};
+  return found;
+}
+
+std::vector<Run> without_disturbances(std::span<const Run> runs, std::span<const Disturbance> disturbances,
+                                      Signal input) {
+  constexpr double least = 0.1;
+  constexpr std::size_t fewest = 50;
+  std::vector<Run> all;
+  for (const Run& run : runs) {
+    std::vector<Disturbance> own;
+    for (const Disturbance& d : disturbances) {
+      if (d.run == run.name) own.push_back(d);
+    }
+    if (own.empty()) {
+      all.push_back(run);
+      continue;
+    }
+    std::ranges::sort(own, {}, &Disturbance::from_s);
+    const auto keep = [&](double from, double to) {
+      if (std::min(to, run.duration()) - from < least * run.duration()) return;
+      Run piece = cut(run, from, to);
+      if (!piece.has(input) || piece.at(input).t.size() < fewest) return;
+      const bool named_span = run.name.find('@') != std::string::npos;
+      piece.name = run.name + (named_span ? ", " : "@") + (from > 0 ? shortest(from) : "") + ":" +
+                   (std::isfinite(to) ? shortest(to) : "");
+      all.push_back(std::move(piece));
+    };
+    double from = 0;
+    for (const Disturbance& d : own) {
+      keep(from, d.from_s);
+      from = d.to_s;
+    }
+    keep(from, HUGE_VAL);
+  }
+  return all;
+}
+
+}  // namespace emtb
