@@ -96,10 +96,13 @@ std::string span_text(const SessionSpec& spec) {
   return "@" + (spec.t0 ? shortest(*spec.t0) : "") + ":" + (spec.t1 ? shortest(*spec.t1) : "");
 }
 
+/// [s] The times of one row, each signal's its own, differ by their rounding.
+constexpr double rounding = 1e-9;
+
 /// Whether reading k tells only of time from t0 on: the mean of a meter may have begun before.
 bool begins_within(const Series& series, bool sparse, std::size_t k, double t0) {
-  if (series.t[k] < t0) return false;
-  return t0 <= 0 || (series.window == 0 && !sparse) || window_start(series, k) >= t0 - 1e-9;
+  if (series.t[k] < t0 - rounding) return false;
+  return t0 <= 0 || (series.window == 0 && !sparse) || window_start(series, k) >= t0 - rounding;
 }
 
 void estimate_resolutions(Session& session) {
@@ -124,7 +127,7 @@ Run cut(const Run& run, double t0, double t1) {
   for (const auto& [signal, series] : run.signals) {
     const bool sparse = is_sparse(run, signal);
     Series part{.t = {}, .value = {}, .window = series.window, .lsb = series.lsb, .source = series.source};
-    for (std::size_t k = 0; k < series.t.size() && series.t[k] < t1; ++k) {
+    for (std::size_t k = 0; k < series.t.size() && series.t[k] < t1 - rounding; ++k) {
       if (!begins_within(series, sparse, k, t0)) continue;
       part.t.push_back(series.t[k]);
       part.value.push_back(series.value[k]);

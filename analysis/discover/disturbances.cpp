@@ -12,10 +12,11 @@
 namespace emtb {
 namespace {
 
-constexpr double scatters = 6, errors = 4, tail = 2;
+constexpr double scatters = 6, errors = 4, tail = 2, own = 0.5;
 constexpr double most = 0.05;  // of the motion
 constexpr double near = 0.1;   // of the ranges of speed and current: intervals are alike
 constexpr std::size_t fewest_intervals = 5;
+constexpr std::size_t bridged = 2;  // intervals between two that stand out
 
 /// One interval of a run.
 struct Interval {
@@ -24,7 +25,10 @@ struct Interval {
   double torque = 0, error = 0;
   double off = 0;    ///< torque less what is missing in intervals like it
   double limit = 0;  ///< [N m] a standard deviation of `off`, the larger one of all and of those like it
-  bool out() const { return std::abs(off) > std::max(scatters * limit, errors * error); }
+  bool comes_elsewhere = false;  ///< its speed and current
+  bool disturbed = false;  ///< within a stretch that is found: nothing is usual there
+  /// Beyond chance; and most of it is missing here, not in those like it that a torque acted on.
+  bool out() const { return std::abs(off) > std::max(scatters * limit, errors * error) && torque / off > own; }
 };
 
 std::vector<Interval> intervals_of(const WhatIsLeft& left) {
@@ -32,7 +36,7 @@ std::vector<Interval> intervals_of(const WhatIsLeft& left) {
   for (const MissingTorque& run : left.runs) {
     for (std::size_t k = 0; k < run.t.size(); ++k) {
       fastest = std::max(fastest, std::abs(run.omega[k]));
-      largest = std::max(largest, std::abs(run.i_a[k]));
+      largest = std::max(largest, std::abs(run.i_a_smoothed[k]));
     }
   }
   const auto part = [](double x, double of) { return of > 0 ? x / of : 0; };
@@ -40,7 +44,7 @@ std::vector<Interval> intervals_of(const WhatIsLeft& left) {
   for (std::size_t r = 0; r < left.runs.size(); ++r) {
     const MissingTorque& run = left.runs[r];
     for (std::size_t k = 0; k < run.t.size(); ++k) {
-      all.push_back({r, k, part(run.omega[k], fastest), part(run.i_a[k], largest), run.torque[k], run.torque_error[k]});
+      all.push_back({r, k, part(run.omega[k], fastest), part(run.i_a_smoothed[k], largest), run.torque[k], run.torque_error[k]});
     }
   }
   return all;
@@ -71,7 +75,7 @@ std::optional<Usual> elsewhere(const Interval& here, const std::vector<Interval>
   std::vector<double> both, speed, current;
   for (const Interval& other : all) {
     const bool same_time = other.run == here.run && other.k + window > here.k && other.k < here.k + window;
-    if (same_time) continue;
+    if (same_time || other.disturbed) continue;
     const bool w = at_like_speed(here, other), i = at_like_current(here, other);
     if (w && i) both.push_back(other.torque);
     if (w) speed.push_back(other.torque);
@@ -88,6 +92,7 @@ void compare_with_like(std::vector<Interval>& all) {
   std::vector<double> scatter(all.size(), 0.0), sizes;
   parallel_for(all.size(), [&](std::size_t i) {
     const std::optional<Usual> there = elsewhere(all[i], all);
+    all[i].comes_elsewhere = there.has_value();
     all[i].off = there ? all[i].torque - there->middle : 0;
     scatter[i] = there ? there->scatter : 0;
   });
@@ -103,10 +108,9 @@ struct Stretch {
 };
 
 std::vector<Stretch> stretches_in(const std::vector<Interval>& all) {
-  constexpr std::size_t bridged = 2;
   std::vector<Stretch> found;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!all[i].out()) continue;
+    if (all[i].disturbed || !all[i].out()) continue;
     const bool goes_on = !found.empty() && all[found.back().begin].run == all[i].run &&
                          i <= found.back().end + bridged && all[found.back().begin].off * all[i].off > 0;
     if (goes_on) {
@@ -119,16 +123,26 @@ std::vector<Stretch> stretches_in(const std::vector<Interval>& all) {
   return found;
 }
 
-/// As far as its neighbours are off on the same side by more than chance.
+double mean_off(const Stretch& s, const std::vector<Interval>& all) {
+  double sum = 0;
+  for (std::size_t i = s.begin; i < s.end; ++i) sum += all[i].comes_elsewhere ? all[i].off : all[i].torque;
+  return sum / static_cast<double>(s.size());
+}
+
+/// As far as its neighbours are off on the same side by more than chance; where nothing is like them, as far as they lack
+/// about the same.
 void widen(Stretch& s, const std::vector<Interval>& all) {
-  const Interval& inside = all[s.begin];
+  const std::size_t run = all[s.begin].run;
+  const double torque = mean_off(s, all);
+  std::size_t alike_left = 2 * s.size();
   const auto belongs = [&](std::size_t i) {
-    return all[i].run == inside.run && all[i].off * inside.off > 0 &&
-           std::abs(all[i].off) > tail * std::max(all[i].limit, all[i].error);
+    const Interval& one = all[i];
+    if (one.run != run || one.disturbed) return false;
+    if (!one.comes_elsewhere) return one.torque / torque > own;
+    return one.off * torque > 0 && std::abs(one.off) > tail * std::max(one.limit, one.error) && alike_left-- > 0;
   };
-  const std::size_t as_far = s.size();
-  for (std::size_t n = 0; n < as_far && s.begin > 0 && belongs(s.begin - 1); ++n) --s.begin;
-  for (std::size_t n = 0; n < as_far && s.end < all.size() && belongs(s.end); ++n) ++s.end;
+  while (s.begin > 0 && belongs(s.begin - 1)) --s.begin;
+  while (s.end < all.size() && belongs(s.end)) ++s.end;
 }
 
 /// Do as many intervals like those of the stretch come elsewhere without it? Like in speed and current, or some in the
@@ -146,29 +160,62 @@ bool recurs_without(const Stretch& s, const std::vector<Interval>& all) {
   return both >= n || (speed >= n && current >= n);
 }
 
+/// The stretch that stands out most, by its impulse. A torque that is not usual makes what comes elsewhere at its
+/// speed and current look unusual, by as much and for a shorter time: those are asked again without it.
+std::optional<Stretch> strongest(std::vector<Interval>& all, double least_torque) {
+  compare_with_like(all);
+  std::optional<Stretch> found;
+  double largest = 0;
+  for (Stretch s : stretches_in(all)) {
+    if (!recurs_without(s, all)) continue;
+    widen(s, all);
+    const double torque = std::abs(mean_off(s, all)), impulse = torque * static_cast<double>(s.size());
+    if (torque < least_torque || impulse <= largest) continue;
+    largest = impulse;
+    found = s;
+  }
+  return found;
+}
+
+/// Stretches of one sign with nothing or little between them are one.
+std::vector<Stretch> joined(std::vector<Stretch> found, const std::vector<Interval>& all) {
+  std::ranges::sort(found, {}, &Stretch::begin);
+  std::vector<Stretch> one;
+  for (const Stretch& s : found) {
+    const bool goes_on = !one.empty() && all[one.back().begin].run == all[s.begin].run &&
+                         s.begin <= one.back().end + bridged && mean_off(one.back(), all) * mean_off(s, all) > 0;
+    if (goes_on) {
+      one.back().end = s.end;
+    } else {
+      one.push_back(s);
+    }
+  }
+  return one;
+}
+
 }  // namespace
 
 std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
   constexpr double material = 0.02;  // of what drives the motor: no machine is known better
   std::vector<Interval> all = intervals_of(left);
   if (all.empty()) return {};
-  compare_with_like(all);
-  std::vector<Disturbance> found;
-  double cut = 0;
-  for (Stretch s : stretches_in(all)) {
-    cut += static_cast<double>(s.size());
-    if (!recurs_without(s, all)) continue;
-    widen(s, all);
-    const MissingTorque& run = left.runs[all[s.begin].run];
-    double torque = 0;
-    for (std::size_t i = s.begin; i < s.end; ++i) torque += all[i].off / static_cast<double>(s.size());
-    if (std::abs(torque) < material * left.torque_scale) continue;
-    constexpr double per_second = 1000;  // no cut is meant to less
-    found.push_back({run.run, std::floor(per_second * run.t[all[s.begin].k]) / per_second,
-                     std::ceil(per_second * run.t[all[s.end - 1].k]) / per_second, torque});
+  std::vector<Stretch> found;
+  double disturbed = 0;
+  while (const std::optional<Stretch> s = strongest(all, material * left.torque_scale)) {
+    found.push_back(*s);
+    disturbed += static_cast<double>(s->size());
+    if (disturbed > most * static_cast<double>(all.size())) return {};
+    for (std::size_t i = s->begin; i < s->end; ++i) all[i].disturbed = true;
   }
-  if (cut > most * static_cast<double>(all.size())) return {};
-  return found;
+  compare_with_like(all);  // with what is usual where none of them is
+  std::vector<Disturbance> disturbances;
+  for (const Stretch& s : joined(std::move(found), all)) {
+    const MissingTorque& run = left.runs[all[s.begin].run];
+    constexpr double per_second = 1000;  // no cut is meant to less
+    disturbances.push_back({run.run, std::floor(per_second * run.t[all[s.begin].k]) / per_second,
+                            std::ceil(per_second * run.t[all[s.end - 1].k]) / per_second, mean_off(s, all)});
+  }
+  return disturbances;
 }
 
 std::vector<Run> without_disturbances(std::span<const Run> runs, std::span<const Disturbance> disturbances,

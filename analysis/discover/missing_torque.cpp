@@ -193,7 +193,7 @@ void smooth(Course& c, const Motion& motion, const Walks& walks, const Deviation
   MissingTorque& s = c.states;
   for (std::size_t k = 0; k < n; ++k) {
     s.omega[k] += passed.x[k][0];
-    s.i_a[k] += (motion.current * passed.x[k]).value();
+    s.i_a_smoothed.push_back(s.i_a[k] + (motion.current * passed.x[k]).value());
     s.torque.push_back(passed.x[k][1]);
     s.torque_error.push_back(std::sqrt(std::max(0.0, passed.p[k](1, 1))));
     s.voltage.push_back(passed.x[k][2]);

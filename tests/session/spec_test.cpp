@@ -87,6 +87,18 @@ TEST_F(Spec, ARunOrSpanThatDoesNotExistIsToldSo) {
               HasSubstr("It holds a single run: leave out #a"));
 }
 
+TEST_F(Spec, ASpanCutsNoRowInTwoWhoseTimesDifferByTheirRounding) {
+  Run run{.name = "ramp", .signals = {}, .field_on = 0};
+  run.signals[Signal::u_ref] = {.t = {2.495, 2.496, 2.497, 2.498}, .value = {1, 2, 3, 4}, .source = "u"};
+  run.signals[Signal::e_a] = {
+      .t = {2.495, 2.496 - 4e-16 * 2, 2.497, 2.498 - 4e-16 * 2}, .value = {5, 6, 7, 8}, .source = "e"};
+  ASSERT_LT(run.at(Signal::e_a).t[1], 2.496);
+  const Run piece = cut(run, 2.496, 2.498);
+  EXPECT_EQ(piece.at(Signal::u_ref).value, (std::vector<double>{2, 3}));
+  EXPECT_EQ(piece.at(Signal::e_a).value, (std::vector<double>{6, 7}));
+  EXPECT_EQ(piece.at(Signal::e_a).t, piece.at(Signal::u_ref).t);
+}
+
 TEST_F(Spec, ASpanIsHalfOpenAndStartsAtZero) {
   const std::string path = file("s.csv", "t_s,omega_rad_s\n0,0\n0.1,1\n0.2,2\n0.3,3\n0.4,4\n");
   const Run middle = read_runs(path + "@0.1:0.3").at(0);

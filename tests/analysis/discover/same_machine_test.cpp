@@ -50,7 +50,7 @@ WhatIsLeft four_runs() {
       run.torque.push_back(1e-4 * std::sin(7.0 * k + r));
       run.torque_error.push_back(1e-4);
       run.omega.push_back(k < 250 ? 100 : 60);
-      run.i_a.push_back(k < 250 ? 1 : 0.5);
+      run.i_a_smoothed.push_back(k < 250 ? 1 : 0.5);
     }
     left.runs.push_back(run);
   }
@@ -75,7 +75,7 @@ TEST(Disturbances, ATorqueThatActsForAWhileIsFoundWithItsTime) {
 TEST(Disturbances, AreFoundWhereTheirSpeedAndCurrentComeApartOnly) {
   WhatIsLeft left = four_runs();
   push(left.runs[1], 300, 330, -0.03);
-  for (std::size_t k = 300; k < 330; ++k) left.runs[1].i_a[k] = 1;  // 1 A comes with 100 rad/s elsewhere, not with 60
+  for (std::size_t k = 300; k < 330; ++k) left.runs[1].i_a_smoothed[k] = 1;  // 1 A comes with 100 rad/s elsewhere, not with 60
   const std::vector<Disturbance> found = disturbances_in(left);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(found[0].from_s, 3.0, 0.02);
