@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "analysis/diagnose/remainder.h"
@@ -96,16 +95,61 @@ void look(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
   d.law = fitted.law(d.left, d.torque, d.voltage, options.read);
 }
 
-/// What stands out, with the values that runs of another machine have of their own: the model of all has bent to them.
-std::vector<Disturbance> disturbances_beside(const Fitted& fitted, const Model& model,
-                                             std::span<const Changed> changed) {
-  std::vector<Model> models(fitted.all().size(), changed.empty() ? model : changed.back().others);
+/// The model of each run, with the values that runs of another machine have of their own: the model of all has bent to
+/// them.
+std::vector<Model> models_of(std::span<const Record> runs, const Model& model, std::span<const Changed> changed) {
+  std::vector<Model> models(runs.size(), changed.empty() ? model : changed.back().others);
   for (const Changed& c : changed) {
-    for (std::size_t r = 0; r < models.size(); ++r) {
-      if (std::ranges::find(c.runs, fitted.all()[r].name) != c.runs.end()) set(models[r], c, r);
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (std::ranges::find(c.runs, runs[r].name) != c.runs.end()) set(models[r], c, r);
     }
   }
-  return disturbances_in(what_is_left(fitted.all(), models));
+  return models;
+}
+
+/// Of the runs that a disturbance acted on, or of what a cut left of them.
+double mean_square_of_disturbed(std::span<const Record> runs, std::span<const Model> models,
+                                std::span<const Disturbance> disturbances) {
+  double squares = 0, readings = 0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const auto acts = [&](const Disturbance& d) { return runs[r].name.starts_with(d.run); };
+    if (std::ranges::none_of(disturbances, acts)) continue;
+    const std::vector<Residuals> left = residuals(runs.subspan(r, 1), models[r], models[r].values(), {});
+    squares += sum_of_squares(left);
+    for (const Residuals& one : left) readings += static_cast<double>(one.value.size());
+  }
+  return readings > 0 ? squares / readings : 0;
+}
+
+/// What a cut left, and what is said of it.
+struct Undisturbed {
+  Discovery d;
+  double mean_square = 0;
+};
+
+/// None where too little is left.
+std::optional<Undisturbed> without(std::span<const Disturbance> disturbances, std::span<const Run> train,
+                                 std::span<const Run> held_out, const Model& model, const DiscoverOptions& options) {
+  Undisturbed u;
+  u.d.train_runs = without_disturbances(train, disturbances, model.input);
+  u.d.held_out_runs = without_disturbances(held_out, disturbances, model.input);
+  if (u.d.train_runs.empty() || u.d.held_out_runs.empty() != held_out.empty()) return {};
+  const Fitted fitted(u.d.train_runs, u.d.held_out_runs, model);
+  look(fitted, u.d, options);
+  const Model best = u.d.law ? u.d.law->model : fitted.model();
+  u.d.changed = changed_runs(fitted.all(), best);
+  u.mean_square =
+      mean_square_of_disturbed(fitted.all(), models_of(fitted.all(), best, u.d.changed), disturbances);
+  return u;
+}
+
+/// Is a piece of a disturbed run still another machine?
+bool says_of_disturbed(std::span<const Changed> changed, std::span<const Disturbance> disturbances) {
+  return std::ranges::any_of(changed, [&](const Changed& c) {
+    return std::ranges::any_of(c.runs, [&](const std::string& piece) {
+      return std::ranges::any_of(disturbances, [&](const Disturbance& d) { return piece.starts_with(d.run); });
+    });
+  });
 }
 
 }  // namespace
@@ -119,27 +163,35 @@ Discovery discover(std::span<const Run> train, std::span<const Run> held_out, co
   d.train_runs.assign(train.begin(), train.end());
   d.held_out_runs.assign(held_out.begin(), held_out.end());
   progress(0.05, "fitting the model as given");
-  auto fitted = std::make_unique<Fitted>(train, held_out, model);
+  const Fitted fitted(train, held_out, model);
   progress(0.3, "looking for a law in what is left");
-  look(*fitted, d, options);
+  look(fitted, d, options);
   progress(0.5, "asking whether it is the same machine");
-  const auto best = [&]() -> const Model& { return d.law ? d.law->model : fitted->model(); };
-  d.disturbances = disturbances_beside(*fitted, best(), {});
-  d.changed = changed_runs(fitted->all(), best());
-  if (d.disturbances.empty()) return d;
-  if (!d.changed.empty()) d.disturbances = disturbances_beside(*fitted, best(), d.changed);
+  const Model best = d.law ? d.law->model : fitted.model();
+  d.changed = changed_runs(fitted.all(), best);
+  d.disturbances = disturbances_in(what_is_left(fitted.all(), best));
   if (d.disturbances.empty()) return d;
   progress(0.7, "looking again without disturbances");
-  auto cut_train = without_disturbances(train, d.disturbances, model.input),
-       cut_held_out = without_disturbances(held_out, d.disturbances, model.input);
-  const bool enough = !cut_train.empty() && cut_held_out.empty() == held_out.empty();
-  if (!enough) return d;
-  d.with_disturbances = WithDisturbances{d.train, d.held_out, d.law};
-  fitted = std::make_unique<Fitted>(cut_train, cut_held_out, model);
-  look(*fitted, d, options);
-  d.changed = changed_runs(fitted->all(), best());
-  d.train_runs = std::move(cut_train);
-  d.held_out_runs = std::move(cut_held_out);
+  std::optional<Undisturbed> undisturbed = without(d.disturbances, train, held_out, model, options);
+  if (!d.changed.empty()) {
+    // What acts for a while bends a value of its run, and a value of its own looks like a torque where it shows most.
+    constexpr double as_well = 1.2;
+    const std::vector<Model> models = models_of(fitted.all(), best, d.changed);
+    const double by_values = mean_square_of_disturbed(fitted.all(), models, d.disturbances);
+    const std::vector<Disturbance> beside = disturbances_in(what_is_left(fitted.all(), models));
+    const bool values_do = beside.empty() && (!undisturbed || by_values < as_well * undisturbed->mean_square);
+    if (values_do) d.disturbances.clear();
+    if (d.disturbances.empty()) return d;
+    if (!beside.empty() && (!undisturbed || says_of_disturbed(undisturbed->d.changed, d.disturbances))) {
+      d.disturbances = beside;
+      undisturbed = without(beside, train, held_out, model, options);
+    }
+  }
+  if (undisturbed) {
+    undisturbed->d.with_disturbances = WithDisturbances{d.train, d.held_out, d.law};
+    undisturbed->d.disturbances = std::move(d.disturbances);
+    d = std::move(undisturbed->d);
+  }
   progress(1, "done");
   return d;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "analysis/numerics/parallel.h"
@@ -12,8 +13,9 @@
 namespace emtb {
 namespace {
 
-constexpr double scatters = 6, errors = 4, tail = 2, own = 0.5;
+constexpr double scatters = 6, errors = 4, tail = 2, own_part = 0.5;
 constexpr double most = 0.05;  // of the motion
+constexpr std::size_t most_stretches = 4;  // what comes more often is no exception
 constexpr double near = 0.1;   // of the ranges of speed and current: intervals are alike
 constexpr std::size_t fewest_intervals = 5;
 constexpr std::size_t bridged = 2;  // intervals between two that stand out
@@ -24,11 +26,11 @@ struct Interval {
   double omega = 0, i_a = 0;  ///< as shares of the largest
   double torque = 0, error = 0;
   double off = 0;    ///< torque less what is missing in intervals like it
-  double limit = 0;  ///< [N m] a standard deviation of `off`, the larger one of all and of those like it
+  double limit = 0;  ///< [N m] a standard deviation of `off`, the largest of all, of those like it and of its run
   bool comes_elsewhere = false;  ///< its speed and current
   bool disturbed = false;  ///< within a stretch that is found: nothing is usual there
   /// Beyond chance; and most of it is missing here, not in those like it that a torque acted on.
-  bool out() const { return std::abs(off) > std::max(scatters * limit, errors * error) && torque / off > own; }
+  bool out() const { return std::abs(off) > std::max(scatters * limit, errors * error) && torque / off > own_part; }
 };
 
 std::vector<Interval> intervals_of(const WhatIsLeft& left) {
@@ -96,9 +98,16 @@ void compare_with_like(std::vector<Interval>& all) {
     all[i].off = there ? all[i].torque - there->middle : 0;
     scatter[i] = there ? there->scatter : 0;
   });
-  for (const Interval& one : all) sizes.push_back(std::abs(one.off));
-  const double overall = robust_sigma(sizes);
-  for (std::size_t i = 0; i < all.size(); ++i) all[i].limit = std::max(overall, scatter[i]);
+  std::map<std::size_t, std::vector<double>> of_run;
+  for (const Interval& one : all) {
+    if (one.disturbed || !one.comes_elsewhere) continue;
+    sizes.push_back(std::abs(one.off));
+    of_run[one.run].push_back(std::abs(one.off));
+  }
+  const double overall = sizes.empty() ? 0 : robust_sigma(std::move(sizes));
+  std::map<std::size_t, double> own;  // of each run: what comes and goes all the time is no disturbance
+  for (auto& [run, off] : of_run) own[run] = robust_sigma(std::move(off));
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].limit = std::max({overall, scatter[i], own[all[i].run]});
 }
 
 /// Neighbours that stand out, as places in the list: [begin, end).
@@ -138,7 +147,7 @@ void widen(Stretch& s, const std::vector<Interval>& all) {
   const auto belongs = [&](std::size_t i) {
     const Interval& one = all[i];
     if (one.run != run || one.disturbed) return false;
-    if (!one.comes_elsewhere) return one.torque / torque > own;
+    if (!one.comes_elsewhere) return one.torque / torque > own_part;
     return one.off * torque > 0 && std::abs(one.off) > tail * std::max(one.limit, one.error) && alike_left-- > 0;
   };
   while (s.begin > 0 && belongs(s.begin - 1)) --s.begin;
@@ -208,8 +217,10 @@ std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
     for (std::size_t i = s->begin; i < s->end; ++i) all[i].disturbed = true;
   }
   compare_with_like(all);  // with what is usual where none of them is
+  found = joined(std::move(found), all);
+  if (found.size() > most_stretches) return {};
   std::vector<Disturbance> disturbances;
-  for (const Stretch& s : joined(std::move(found), all)) {
+  for (const Stretch& s : found) {
     const MissingTorque& run = left.runs[all[s.begin].run];
     constexpr double per_second = 1000;  // no cut is meant to less
     disturbances.push_back({run.run, std::floor(per_second * run.t[all[s.begin].k]) / per_second,
