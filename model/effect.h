@@ -68,6 +68,7 @@ struct Ranges {
   double sample = 0;          ///< [s] between two rows of the quickest run
   double heat = 0;            ///< [J] lost in R_a in the hottest run
   double inertia = 0;         ///< [kg m2] of the fitted model
+  double twist = 0;           ///< [rad] of the fitted model's shaft under this torque; 0: it is rigid
   double rise = 0, fall = 0;  ///< [V/s] known limits of the driver
   double ringing = 0;         ///< [rad/s] at which what is left of the speed rings; 0: it does not
 

@@ -6,6 +6,7 @@
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/ringing.h"
+#include "model/catalogue.h"
 
 namespace emtb {
 namespace {
@@ -73,6 +74,8 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.sample = seen.sample > 0 ? std::min(seen.sample, sample) : sample;
   }
   seen.torque = values[base::K_m] * seen.current;
+  const std::size_t shaft = effect_index("shaft_compliance");
+  if (model.includes(shaft)) seen.twist = seen.torque / model.parameters_of(shaft).front().value;
   return seen;
 }
 

@@ -144,6 +144,7 @@ constexpr Ranges seen{.reference = 6,
                       .duration = 20,
                       .heat = 200,
                       .inertia = 3.4e-3,
+                      .twist = 0.04,
                       .rise = 22.5,
                       .fall = 20.4,
                       .ringing = 60};
@@ -162,6 +163,15 @@ TEST(Catalogue, EverySearchStartsWithinTheBounds) {
       }
     }
   }
+}
+
+TEST(Catalogue, APlayIsTriedOnTheScaleOfTheTwistThatHidesIt) {
+  Ranges axis = seen;
+  axis.twist = 5e-4;  // [m] of a linear axis, whose angles are lengths
+  const std::vector<StartValues> starts = starts_of(effect_index("backlash"), axis);
+  EXPECT_LT(starts.front()[0], 0.1 * axis.twist);
+  EXPECT_GT(starts.back()[0], axis.twist);
+  EXPECT_LT(starts.back()[0], 10 * axis.twist);
 }
 
 TEST(Catalogue, WhatIsTriedAtSizesBesideItsNullStartsThere) {
