@@ -1,12 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <tuple>
+#include <vector>
 
 #include "hal/signal.h"
 
@@ -57,6 +60,13 @@ enum class Family {
   late_speed,    ///< by how much a speed is read late
 };
 
+/// `count` values from `least` to `most`, each the same multiple of the one before.
+inline std::vector<double> geometric(double least, double most, int count) {
+  std::vector<double> all;
+  for (int i = 0; i < count; ++i) all.push_back(least * std::pow(most / least, i / (count - 1.0)));
+  return all;
+}
+
 /// How far a machine went in some data: the scale on which an effect's shape is to be looked for.
 struct Ranges {
   double reference = 0;       ///< [V] largest |u_ref|
@@ -68,12 +78,22 @@ struct Ranges {
   double sample = 0;          ///< [s] between two rows of the quickest run
   double heat = 0;            ///< [J] lost in R_a in the hottest run
   double inertia = 0;         ///< [kg m2] of the fitted model
+  double response = 0;        ///< [s] with which the fitted model's speed follows the voltage
   double twist = 0;           ///< [rad] of the fitted model's shaft under this torque; 0: it is rigid
   double rise = 0, fall = 0;  ///< [V/s] known limits of the driver
   double ringing = 0;         ///< [rad/s] at which what is left of the speed rings; 0: it does not
 
   /// [s] By how much a reading or an edge may be late for how the runs were logged: a row, and what a row takes to log.
   double logging() const { return 1.25 * sample; }
+
+  /// [s] Of a lag or delay: none, and from one that is hardly more than logging to one that outlasts the response.
+  std::vector<double> edge_times() const {
+    const double least = std::max(logging(), 1e-6);
+    const double most = std::max(10 * least, std::min(3 * response, 0.2 * duration));
+    std::vector<double> times = geometric(least, most, 5);
+    times.insert(times.begin(), 0);
+    return times;
+  }
 };
 
 /// A machine as it was fitted, and how far it went: what the values of an effect are held against. As ratios, times and

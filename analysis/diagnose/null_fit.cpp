@@ -74,6 +74,8 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.sample = seen.sample > 0 ? std::min(seen.sample, sample) : sample;
   }
   seen.torque = values[base::K_m] * seen.current;
+  const double by_current = model.input == Signal::i_a ? 0 : values[base::K_b] * values[base::K_m] / values[base::R_a];
+  seen.response = values[base::J] / (values[base::B] + by_current);
   const std::size_t shaft = effect_index("shaft_compliance");
   if (model.includes(shaft)) seen.twist = seen.torque / model.parameters_of(shaft).front().value;
   return seen;

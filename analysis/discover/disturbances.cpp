@@ -69,14 +69,13 @@ Usual usual(std::vector<double> torque) {
   return u;
 }
 
-/// What is missing elsewhere at the speed and current of an interval; where no other has both, at its speed, and beside
-/// that at its current. None where that comes nowhere else.
-std::optional<Usual> elsewhere(const Interval& here, const std::vector<Interval>& all) {
+/// What is missing at the speed and current of an interval, so many intervals or more from it; where no other has both,
+/// at its speed, and beside that at its current. None where that comes nowhere.
+std::optional<Usual> usual_like(const Interval& here, const std::vector<Interval>& all, std::size_t apart) {
   constexpr std::size_t fewest = 10;
-  const auto window = static_cast<std::size_t>(most * static_cast<double>(all.size()));
   std::vector<double> both, speed, current;
   for (const Interval& other : all) {
-    const bool same_time = other.run == here.run && other.k + window > here.k && other.k < here.k + window;
+    const bool same_time = other.run == here.run && other.k + apart > here.k && other.k < here.k + apart;
     if (same_time || other.disturbed) continue;
     const bool w = at_like_speed(here, other), i = at_like_current(here, other);
     if (w && i) both.push_back(other.torque);
@@ -87,6 +86,13 @@ std::optional<Usual> elsewhere(const Interval& here, const std::vector<Interval>
   if (speed.size() < fewest || current.size() < fewest) return {};
   const Usual at_speed = usual(std::move(speed)), at_current = usual(std::move(current));
   return Usual{at_speed.middle + at_current.middle, std::max(at_speed.scatter, at_current.scatter)};
+}
+
+/// As far from it as a disturbance may last; where it comes nowhere else, half of that.
+std::optional<Usual> elsewhere(const Interval& here, const std::vector<Interval>& all) {
+  const auto longest = static_cast<std::size_t>(most * static_cast<double>(all.size()));
+  const std::optional<Usual> far = usual_like(here, all, longest);
+  return far ? far : usual_like(here, all, longest / 2);
 }
 
 /// Sets how far each interval is off those like it, and how far they scatter.
@@ -138,6 +144,10 @@ double mean_off(const Stretch& s, const std::vector<Interval>& all) {
   return sum / static_cast<double>(s.size());
 }
 
+double impulse(const Stretch& s, const std::vector<Interval>& all) {
+  return std::abs(mean_off(s, all)) * static_cast<double>(s.size());
+}
+
 /// As far as its neighbours are off on the same side by more than chance; where nothing is like them, as far as they lack
 /// about the same.
 void widen(Stretch& s, const std::vector<Interval>& all) {
@@ -154,8 +164,8 @@ void widen(Stretch& s, const std::vector<Interval>& all) {
   while (s.end < all.size() && belongs(s.end)) ++s.end;
 }
 
-/// Do as many intervals like those of the stretch come elsewhere without it? Like in speed and current, or some in the
-/// one and some in the other.
+/// Do as many intervals like those of the stretch come elsewhere without it, or enough to be sure? Like in speed and
+/// current, or some in the one and some in the other.
 bool recurs_without(const Stretch& s, const std::vector<Interval>& all) {
   double both = 0, speed = 0, current = 0;
   const Interval& middle = all[(s.begin + s.end) / 2];
@@ -165,7 +175,8 @@ bool recurs_without(const Stretch& s, const std::vector<Interval>& all) {
     speed += at_like_speed(all[i], middle) ? 1 : 0;
     current += at_like_current(all[i], middle) ? 1 : 0;
   }
-  const auto n = static_cast<double>(s.size());
+  constexpr double enough = 20;
+  const double n = std::min(enough, static_cast<double>(s.size()));
   return both >= n || (speed >= n && current >= n);
 }
 
@@ -178,9 +189,8 @@ std::optional<Stretch> strongest(std::vector<Interval>& all, double least_torque
   for (Stretch s : stretches_in(all)) {
     if (!recurs_without(s, all)) continue;
     widen(s, all);
-    const double torque = std::abs(mean_off(s, all)), impulse = torque * static_cast<double>(s.size());
-    if (torque < least_torque || impulse <= largest) continue;
-    largest = impulse;
+    if (std::abs(mean_off(s, all)) < least_torque || impulse(s, all) <= largest) continue;
+    largest = impulse(s, all);
     found = s;
   }
   return found;
@@ -202,6 +212,14 @@ std::vector<Stretch> joined(std::vector<Stretch> found, const std::vector<Interv
   return one;
 }
 
+/// What is small beside the strongest is no disturbance of its own, but what a model that bent to that one lacks.
+void drop_small(std::vector<Stretch>& found, const std::vector<Interval>& all) {
+  constexpr double least = 0.1;
+  double largest = 0;
+  for (const Stretch& s : found) largest = std::max(largest, impulse(s, all));
+  std::erase_if(found, [&](const Stretch& s) { return impulse(s, all) < least * largest; });
+}
+
 }  // namespace
 
 std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
@@ -218,6 +236,7 @@ std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
   }
   compare_with_like(all);  // with what is usual where none of them is
   found = joined(std::move(found), all);
+  drop_small(found, all);
   if (found.size() > most_stretches) return {};
   std::vector<Disturbance> disturbances;
   for (const Stretch& s : found) {

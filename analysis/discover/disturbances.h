@@ -25,8 +25,8 @@ struct Disturbance {
 /// standard deviations of how intervals are off that median, of all of them, of those like it and of its run, and by
 /// four of its own errors; and at least half of what it is off is missing in it, not in those like it. A stretch is five
 /// intervals or more that stand out, reaches as far as they are off by two standard deviations, or where nothing is like
-/// them lack half as much, and its mean is a fiftieth or more of what drives the motor. As many intervals like it must
-/// come elsewhere without it: else it may be a law. The strongest is found first; the others are held against what is
+/// them lack half as much, and its mean is a fiftieth or more of what drives the motor. As many intervals like it, or
+/// twenty, must come elsewhere without it: else it may be a law. The strongest is found first; the others are held against what is
 /// usual without it.
 std::vector<Disturbance> disturbances_in(const WhatIsLeft& left);
 

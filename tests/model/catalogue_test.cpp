@@ -142,8 +142,10 @@ constexpr Ranges seen{.reference = 6,
                       .torque = 2,
                       .speed = 150,
                       .duration = 20,
+                      .sample = 0.001,
                       .heat = 200,
                       .inertia = 3.4e-3,
+                      .response = 0.2,
                       .twist = 0.04,
                       .rise = 22.5,
                       .fall = 20.4,
@@ -172,6 +174,16 @@ TEST(Catalogue, APlayIsTriedOnTheScaleOfTheTwistThatHidesIt) {
   EXPECT_LT(starts.front()[0], 0.1 * axis.twist);
   EXPECT_GT(starts.back()[0], axis.twist);
   EXPECT_LT(starts.back()[0], 10 * axis.twist);
+}
+
+TEST(Catalogue, LagsAndDelaysAreTriedFromARowToBeyondTheResponse) {
+  const std::vector<double> times = seen.edge_times();
+  EXPECT_EQ(times.front(), 0);
+  EXPECT_DOUBLE_EQ(times[1], seen.logging());
+  EXPECT_DOUBLE_EQ(times.back(), 3 * seen.response);
+  Ranges brief = seen;
+  brief.duration = 0.5;
+  EXPECT_DOUBLE_EQ(brief.edge_times().back(), 0.1) << "what lasts longer no run tells";
 }
 
 TEST(Catalogue, WhatIsTriedAtSizesBesideItsNullStartsThere) {

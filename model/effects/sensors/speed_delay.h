@@ -34,8 +34,11 @@ struct SpeedDelay {
     balance.reading_delay += t_d;
   }
 
-  /// None, and from a sample of a fast loop to a slow bus, in s.
-  static std::vector<StartValues> starts(const Ranges&) { return {{0.0}, {0.003}, {0.01}, {0.03}, {0.1}}; }
+  static std::vector<StartValues> starts(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double time : seen.edge_times()) all.push_back({time});
+    return all;
+  }
 
   /// What is older than that no run tells.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {

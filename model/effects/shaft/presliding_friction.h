@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,10 +38,12 @@ struct PreslidingFriction {
     balance.bristle += sigma_0;
   }
 
-  /// A friction of a tenth of the motor's torque that gives from a thousandth of a radian to a tenth.
+  /// A friction of a tenth of the motor's torque that gives by some millionths to thousandths of the way in which the
+  /// machine gets going.
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
-    for (const double angle : {0.001, 0.005, 0.02, 0.1}) all.push_back({0.1 * seen.torque / angle});
+    const double travel = std::max(seen.speed * seen.response, 1e-9);  // [rad]
+    for (const double share : {3e-5, 2e-4, 7e-4, 3e-3}) all.push_back({0.1 * seen.torque / (share * travel)});
     return all;
   }
 

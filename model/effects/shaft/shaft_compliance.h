@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <string>
@@ -71,7 +72,9 @@ struct ShaftCompliance {
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {
-    std::vector<double> frequencies{10, 30, 100, 300};  // [rad/s]
+    // [rad/s] From one that the response hardly follows to the quickest that rows at that distance show.
+    const double slowest = 3 / std::max(seen.response, 1e-6), quickest = 0.3 / std::max(seen.sample, 1e-6);
+    std::vector<double> frequencies = geometric(slowest, std::max(quickest, 3 * slowest), 4);
     // A resonance is narrow: from a start a third beside it, no descent finds it.
     if (seen.ringing > 0) frequencies.insert(frequencies.end(), {0.95 * seen.ringing, 1.05 * seen.ringing});
     std::vector<StartValues> all;
