@@ -74,7 +74,8 @@ struct Promise {
   double drop = 0;  ///< of the sum of squares
 };
 
-double promised(std::span<const OfRun> runs, const Pattern& pattern, Eigen::Index j) {
+/// @param way by which the free parameters change together
+double promised(std::span<const OfRun> runs, const Pattern& pattern, const Eigen::VectorXd& way) {
   const Eigen::Index n = runs.front().str.size();
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd along = Eigen::VectorXd::Zero(n), cross = Eigen::VectorXd::Zero(n);
@@ -83,9 +84,10 @@ double promised(std::span<const OfRun> runs, const Pattern& pattern, Eigen::Inde
     const double w = pattern.weight[r];
     all += runs[r].sts;
     along += runs[r].str;
-    cross += w * runs[r].sts.col(j);
-    own += w * w * runs[r].sts(j, j);
-    own_along += w * runs[r].str[j];
+    const Eigen::VectorXd seen = product(runs[r].sts, way);
+    cross += w * seen;
+    own += w * w * way.dot(seen);
+    own_along += w * way.dot(runs[r].str);
   }
   constexpr double imitated = 1e-6;
   const Eigen::VectorXd by_base = solve_normal(all, cross);
@@ -100,7 +102,22 @@ struct Alone {
   std::vector<Residuals> left;
 };
 
+/// The armature's flux makes both constants: where K_b is another one, so is K_m, by as much.
+std::optional<std::size_t> follower_of(const Model& model, std::size_t place) {
+  const bool flux = place == base::K_b && !model.at(base::K_m).fixed && !model.tie.contains("K_m");
+  return flux ? std::optional<std::size_t>(base::K_m) : std::nullopt;
+}
+
+void change(Model& model, std::size_t place, std::optional<std::size_t> follower, double value) {
+  if (follower) {
+    Parameter& p = model.at(*follower);
+    p.value = std::clamp(p.value * value / model.at(place).value, p.min, p.max);
+  }
+  model.at(place).value = value;
+}
+
 Alone one_parameter(std::span<const Record> runs, Model model, std::size_t place) {
+  const auto follower = follower_of(model, place);
   for (std::size_t i = 0; i < model.names().size(); ++i) {
     if (i != place) model.at(i).fixed = true;
   }
@@ -109,13 +126,18 @@ Alone one_parameter(std::span<const Record> runs, Model model, std::size_t place
   found.left = residuals(runs, model, model.values(), {});
   found.squares_before = sum_of_squares(found.left);
   for (const Residuals& r : found.left) found.readings += static_cast<double>(r.value.size());
-  try {
+  const auto fit = [&] {
     const Calibration c = calibrate(
         runs, model,
         {.extra_starts = 0, .max_iterations = 12, .tolerance = 1e-5, .with_covariance = true, .quick_errors = true});
     found.value = c.model.at(place).value;
     if (c.model.at(place).std_error) found.std_error = *c.model.at(place).std_error;
-    found.left = residuals(runs, c.model, c.model.values(), {});
+    change(model, place, follower, found.value);
+  };
+  try {
+    constexpr int turns = 3;  // each with what follows where the one before put it: they agree within their errors then
+    for (int turn = 0; turn < (follower ? turns : 1); ++turn) fit();
+    found.left = residuals(runs, model, model.values(), {});
   } catch (const ModelError&) {
     return found;
   }
@@ -190,7 +212,7 @@ class Search {
       const std::size_t begin = all.size();
       Promise top{p, 0, 0};
       for (std::size_t j = 0; j < free_.size(); ++j) {
-        const double drop = promised(runs, patterns_[p], static_cast<Eigen::Index>(j));
+        const double drop = promised(runs, patterns_[p], way_of(j));
         all.push_back({p, j, drop});
         if (drop > top.drop) top = all.back();
       }
@@ -207,6 +229,17 @@ class Search {
       return top == best.end() || one.drop < near * top->drop;
     });
     return all;
+  }
+
+  Eigen::VectorXd way_of(std::size_t free) const {
+    const std::size_t place = free_.places()[free];
+    Eigen::VectorXd way = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(free_.size()));
+    way[static_cast<Eigen::Index>(free)] = 1;
+    if (const auto follower = follower_of(fitted_, place)) {
+      const auto at = std::ranges::find(free_.places(), *follower) - free_.places().begin();
+      way[at] = fitted_.at(*follower).value / fitted_.at(place).value;
+    }
+    return way;
   }
 
   /// The fit of the runs that a pattern leaves as they were, kept from one parameter to the next.
@@ -276,8 +309,8 @@ class Search {
     std::vector<Record> all;
     for (std::size_t r = 0; r < records_.size(); ++r) {
       Model here = fitted_;
-      Parameter& p = here.at(place);
-      p.value = std::clamp(line.at(pattern.weight[r]), p.min, p.max);
+      const Parameter& p = here.at(place);
+      change_to(here, place, std::clamp(line.at(pattern.weight[r]), p.min, p.max));
       const std::span<const Record> one = records_.subspan(r, 1);
       add(left, all, residuals(one, here, here.values(), {}), one);
     }
@@ -335,6 +368,10 @@ std::optional<Changed> best_change(std::span<const Record> records, const Model&
 }
 
 }  // namespace
+
+void change_to(Model& model, std::size_t place, double value) {
+  change(model, place, follower_of(model, place), value);
+}
 
 std::vector<Changed> changed_runs(std::span<const Record> records, const Model& fitted) {
   std::vector<Record> rest(records.begin(), records.end());

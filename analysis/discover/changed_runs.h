@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,11 +27,15 @@ struct Changed {
   std::vector<std::string> tied_with;  ///< effects of the library that explain the runs as well without a change
 };
 
+/// Another value of a parameter, and of what follows it: the flux of the armature makes K_b and K_m alike, so that K_m,
+/// where it is free, changes by as much as K_b.
+void change_to(Model& model, std::size_t place, double value);
+
 /// Parameters that differ from run to run. Needs four runs.
 ///
 /// Which parameter in which run, or from which run on, or along a line through all of them, is foretold by the score
 /// test: one column more in the normal equations of all runs, what the model's own parameters imitate of it projected
-/// off. The best few are fitted: all parameters to the runs that are as they were, then the one to the others alone.
+/// off; K_m goes along with K_b. The best few are fitted: all parameters to the runs that are as they were, then the one to the others alone.
 /// A change is told that
 ///  - is beyond 3 sqrt(se^2 + between^2), between^2 the variance from run to run of the others beside their own errors
 ///    (between_runs.h), and beyond 3 %,
