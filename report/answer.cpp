@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "model/catalogue.h"
 #include "report/gauge_words.h"
 #include "report/text.h"
 #include "report/words.h"
@@ -114,6 +115,18 @@ std::string as_arguments(const NamedFiles& f) {
          (f.candidates.empty() ? "" : " --candidates " + shell_quoted(f.candidates));
 }
 
+/// ` ID` of an effect of the library that is tied with another; nothing where all of them are formulas.
+std::string one_of_the_tied(const Diagnosis& d) {
+  for (const MissingEffect& m : d.missing) {
+    if (m.tied_with.empty()) continue;
+    for (const std::size_t other : m.tied_with) {
+      if (other < effect_count) return " " + d.id(other);
+    }
+    if (m.effect < effect_count) return " " + d.id(m.effect);
+  }
+  return {};
+}
+
 std::string next_command(const Diagnosis& d, const NamedFiles& f) {
   NamedFiles plain = f;
   plain.candidates.clear();  // of commands that take none
@@ -129,7 +142,7 @@ std::string next_command(const Diagnosis& d, const NamedFiles& f) {
         return "emtb investigate " + shell_quoted(f.model) + " --sessions" + listed(f.sessions) +
                (f.held_out.empty() ? "" : " --held-out" + listed(f.held_out));
       }
-      return "emtb effects " + d.id(d.missing[0].tied_with.front());
+      return "emtb effects" + one_of_the_tied(d);
     case Verdict::unknown_effect:
       return "emtb report" + as_arguments(f) + " --out " + shell_quoted(stem(f.model) + ".html");
     case Verdict::nothing_missing:

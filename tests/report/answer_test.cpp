@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "model/catalogue.h"
 
@@ -64,6 +65,17 @@ TEST(Answer, NamesWhatIsTiedAndWhatHasNoName) {
             HasSubstr("2.5 noise floors remain without a name")));
   EXPECT_THAT(answer_text(answer(Verdict::nothing_missing), files),
               HasSubstr("missing  nothing that these runs show\n"));
+}
+
+TEST(Answer, WhatIsTiedNeedNotBeTheFirst) {
+  MissingEffect second = friction();
+  second.tied_with = {effect_index("windage")};
+  EXPECT_THAT(answer_text(answer(Verdict::tied, {friction(), second}), files),
+              HasSubstr("\nnext     emtb effects windage\n"));
+  second.tied_with = {effect_count};  // a formula of the user's
+  Diagnosis with_a_formula = answer(Verdict::tied, {second});
+  with_a_formula.final.offered.emplace_back().info = std::make_shared<EffectInfo>();
+  EXPECT_THAT(answer_text(with_a_formula, files), HasSubstr("\nnext     emtb effects coulomb_friction\n"));
 }
 
 TEST(Answer, ALoneRunSaysThatItJudgedItself) {
