@@ -128,7 +128,7 @@ std::string c_header(const ExportedEquations& x) {
   out << ";\n";
   for (const ResolvedStatement& s : step.assignments)
     out << "  " << spelt_in_c(s.term) << " = " << spelt_in_c(s.value) << ";\n";
-  out << "  (void)omega, (void)i_a, (void)theta, (void)t;\n}\n#endif\n";
+  out << "}\n#endif\n";
   return out.str();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <set>
 
 namespace emtb {
 namespace {
@@ -75,6 +76,35 @@ List shaft_of(const ExportedEquations& x) {
                           " @i_a, reaction, reaction_knee)"}};
 }
 
+/// The local names that a text reads.
+std::set<std::string> reads(const std::string& text) {
+  std::set<std::string> names;
+  const auto letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t end = at;
+    while (end < text.size() && letter(text[end])) ++end;
+    const bool digit = std::isdigit(static_cast<unsigned char>(text[at])) != 0;
+    const bool local = at == 0 || (text[at - 1] != '$' && text[at - 1] != '@');
+    if (end > at && !digit && local) names.insert(text.substr(at, end - at));
+    at = std::max(end, at + 1);
+  }
+  return names;
+}
+
+/// Without the locals that no later statement reads: compilers warn of them.
+List without_unread(const List& list) {
+  std::set<std::string> wanted;
+  List kept;
+  for (auto s = list.rbegin(); s != list.rend(); ++s) {
+    if (!s->term.starts_with('@') && !wanted.contains(s->term)) continue;
+    wanted.erase(s->term);
+    wanted.merge(reads(s->value));
+    kept.push_back(*s);
+  }
+  std::ranges::reverse(kept);
+  return kept;
+}
+
 }  // namespace
 
 std::vector<StateText> states_of(const ExportedEquations& x) {
@@ -136,8 +166,8 @@ StepText step_of(const ExportedEquations& x, const std::string& input) {
                 {"@i_a", "i_end"},
                 {"@e_a", terminals},
                 {"@t", "@t + h"}});
-  StepText step{list, {}};
-  for (const ResolvedStatement& s : list) {
+  StepText step{without_unread(list), {}};
+  for (const ResolvedStatement& s : step.assignments) {
     const bool known = s.term.starts_with("@") || std::ranges::find(step.locals, s.term) != step.locals.end();
     if (!known) step.locals.push_back(s.term);
   }

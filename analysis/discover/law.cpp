@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/diagnose/bench_parts.h"
 #include "analysis/numerics/parallel.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -67,17 +68,19 @@ double cosine(const std::vector<double>& a, const std::vector<double>& b) {
   return aa > 0 && bb > 0 && std::isfinite(bb) ? ab / std::sqrt(aa * bb) : 0;
 }
 
-/// The effect of the library whose absence the law makes up for most alike, and how alike.
+/// The effect of the library that the bench may have, whose absence the law makes up for most alike, and how alike.
 void compare_with_library(Law& law, const Dataset& data, const Trial& base, FittedTrials& trials) {
   constexpr double alike = 0.8;
   Model without = law.model;
   without.terms.pop_back();
   const std::vector<double> own = change(data, law.model, without);
   const std::vector<Score> scores = trials.scores(base.model());
+  const std::vector<Withheld> withheld = withheld_effects(without, data.train);
   std::vector<double> likeness(scores.size(), 0.0);
   parallel_for(scores.size(), [&](std::size_t i) {
     const Score& s = scores[i];
     if (s.effect >= effect_catalogue().size() || s.starts.empty()) return;
+    if (std::ranges::find(withheld, s.effect, &Withheld::effect) != withheld.end()) return;
     try {
       Model with = without;
       with.include(s.effect);
