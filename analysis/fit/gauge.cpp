@@ -290,7 +290,9 @@ void widen_by_held_damping(std::span<const Record> records, const Model& given, 
   const Parameter& B = fitted.at(base::B);
   if (!B.pinned || B.value != 0) return;
   const Slopes slopes = slopes_of(records, fitted, base::B);
-  const double believed = given.at(base::B).value / slopes.own_size;  // a B of about as much is as likely as none
+  // Nothing to three times of what the file says, by 95 %: a guess is right within a factor of three.
+  constexpr double three_times = 3 / 1.96;
+  const double believed = three_times * given.at(base::B).value / slopes.own_size;
   const double variance = 1 / (1 / (believed * believed) + std::max(0.0, slopes.information));
   for (std::size_t k = 0; k < slopes.places.size(); ++k) {
     std::optional<double>& error = fitted.at(slopes.places[k]).std_error;

@@ -72,7 +72,7 @@ std::optional<Model> with_told_pins_free(std::span<const Record> records, const 
 std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted);
 
 /// The standard errors of what goes with a B that is held at nothing, widened by what B may really be, as the model
-/// file has it: K_b stands for both, and is known no better than B is.
+/// file has it, from nothing to three times as much: K_b stands for both, and is known no better than B is.
 /// @param given with the value of B that the file says
 void widen_by_held_damping(std::span<const Record> records, const Model& given, Model& fitted);
 

@@ -150,6 +150,24 @@ TEST(Gauge, WhatGoesWithAPinIsToldWithItsPower) {
   EXPECT_EQ(pins[1].parameter, "B");
 }
 
+TEST(Gauge, AConstantIsKnownNoBetterThanTheDampingThatIsHeldBesideIt) {
+  constexpr double half = 0.5, three_times = 3, z = 1.96;
+  Model given = with_noise(servo_model());
+  const auto records = prepared(speed_only(), given);
+  const Model held =
+      hold(records, given, calibrate(records, given).model, std::vector<std::size_t>{base::B, base::R_a});
+  Model fitted = calibrate(records, held).model;
+  ASSERT_EQ(fitted.base[base::B].value, 0);
+  Model with_damping = held;
+  given.base[base::B].value = half * Truth{}.B;
+  with_damping.base[base::B].value = three_times * given.base[base::B].value;
+  const double moved = std::abs(calibrate(records, with_damping).model.base[base::K_b].value -
+                                fitted.base[base::K_b].value);
+  widen_by_held_damping(records, given, fitted);
+  EXPECT_NEAR(z * *fitted.base[base::K_b].std_error, moved, 0.1 * moved);
+  EXPECT_LT(std::abs(fitted.base[base::K_b].value - Truth{}.K_b), z * *fitted.base[base::K_b].std_error);
+}
+
 TEST(Gauge, APinIsFreeAgainWhereTheDataTellIt) {
   Model model = with_noise(servo_model());
   model.base[base::R_a].fixed = model.base[base::R_a].pinned = true;
