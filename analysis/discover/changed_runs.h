@@ -35,7 +35,8 @@ void change_to(Model& model, std::size_t place, double value);
 ///
 /// Which parameter in which run, or from which run on, or along a line through all of them, is foretold by the score
 /// test: one column more in the normal equations of all runs, what the model's own parameters imitate of it projected
-/// off; K_m goes along with K_b. The best few are fitted: all parameters to the runs that are as they were, then the one to the others alone.
+/// off; K_m goes along with K_b. The best few are fitted: all parameters to the runs that are as they were, then the
+/// one to the others alone.
 /// A change is told that
 ///  - is beyond 3 sqrt(se^2 + between^2), between^2 the variance from run to run of the others beside their own errors
 ///    (between_runs.h), and beyond 3 %,

@@ -85,7 +85,6 @@ void look(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
   d.fitted = with_standard_errors(fitted.data().train, fitted.model()).model;
   d.train = fitted.base().train;
   d.held_out = fitted.base().held_out.error();
-  d.rmse.clear();
   for (const Signal signal : fitted.base().held_out.signals()) {
     d.rmse[signal] = std::sqrt(fitted.base().held_out.mean_square(signal)) * fitted.data().noise.at(signal).sigma;
   }
@@ -112,7 +111,7 @@ double mean_square_of_disturbed(std::span<const Record> runs, std::span<const Mo
                                 std::span<const Disturbance> disturbances) {
   double squares = 0, readings = 0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const auto acts = [&](const Disturbance& d) { return runs[r].name.starts_with(d.run); };
+    const auto acts = [&](const Disturbance& d) { return is_of_disturbed_run(runs[r].name, d); };
     if (std::ranges::none_of(disturbances, acts)) continue;
     const std::vector<Residuals> left = residuals(runs.subspan(r, 1), models[r], models[r].values(), {});
     squares += sum_of_squares(left);
@@ -129,7 +128,7 @@ struct Undisturbed {
 
 /// None where too little is left.
 std::optional<Undisturbed> without(std::span<const Disturbance> disturbances, std::span<const Run> train,
-                                 std::span<const Run> held_out, const Model& model, const DiscoverOptions& options) {
+                                   std::span<const Run> held_out, const Model& model, const DiscoverOptions& options) {
   Undisturbed u;
   u.d.train_runs = without_disturbances(train, disturbances, model.input);
   u.d.held_out_runs = without_disturbances(held_out, disturbances, model.input);
@@ -138,8 +137,7 @@ std::optional<Undisturbed> without(std::span<const Disturbance> disturbances, st
   look(fitted, u.d, options);
   const Model best = u.d.law ? u.d.law->model : fitted.model();
   u.d.changed = changed_runs(fitted.all(), best);
-  u.mean_square =
-      mean_square_of_disturbed(fitted.all(), models_of(fitted.all(), best, u.d.changed), disturbances);
+  u.mean_square = mean_square_of_disturbed(fitted.all(), models_of(fitted.all(), best, u.d.changed), disturbances);
   return u;
 }
 
@@ -147,7 +145,7 @@ std::optional<Undisturbed> without(std::span<const Disturbance> disturbances, st
 bool says_of_disturbed(std::span<const Changed> changed, std::span<const Disturbance> disturbances) {
   return std::ranges::any_of(changed, [&](const Changed& c) {
     return std::ranges::any_of(c.runs, [&](const std::string& piece) {
-      return std::ranges::any_of(disturbances, [&](const Disturbance& d) { return piece.starts_with(d.run); });
+      return std::ranges::any_of(disturbances, [&](const Disturbance& d) { return is_of_disturbed_run(piece, d); });
     });
   });
 }

@@ -14,9 +14,9 @@ namespace emtb {
 namespace {
 
 constexpr double scatters = 6, errors = 4, tail = 2, own_part = 0.5;
-constexpr double most = 0.05;  // of the motion
+constexpr double most = 0.05;              // of the motion
 constexpr std::size_t most_stretches = 4;  // what comes more often is no exception
-constexpr double near = 0.1;   // of the ranges of speed and current: intervals are alike
+constexpr double near = 0.1;               // of the ranges of speed and current: intervals are alike
 constexpr std::size_t fewest_intervals = 5;
 constexpr std::size_t bridged = 2;  // intervals between two that stand out
 
@@ -28,7 +28,7 @@ struct Interval {
   double off = 0;    ///< torque less what is missing in intervals like it
   double limit = 0;  ///< [N m] a standard deviation of `off`, the largest of all, of those like it and of its run
   bool comes_elsewhere = false;  ///< its speed and current
-  bool disturbed = false;  ///< within a stretch that is found: nothing is usual there
+  bool disturbed = false;        ///< within a stretch that is found: nothing is usual there
   /// Beyond chance; and most of it is missing here, not in those like it that a torque acted on.
   bool out() const { return std::abs(off) > std::max(scatters * limit, errors * error) && torque / off > own_part; }
 };
@@ -46,7 +46,8 @@ std::vector<Interval> intervals_of(const WhatIsLeft& left) {
   for (std::size_t r = 0; r < left.runs.size(); ++r) {
     const MissingTorque& run = left.runs[r];
     for (std::size_t k = 0; k < run.t.size(); ++k) {
-      all.push_back({r, k, part(run.omega[k], fastest), part(run.i_a_smoothed[k], largest), run.torque[k], run.torque_error[k]});
+      all.push_back(
+          {r, k, part(run.omega[k], fastest), part(run.i_a_smoothed[k], largest), run.torque[k], run.torque_error[k]});
     }
   }
   return all;
@@ -148,8 +149,8 @@ double impulse(const Stretch& s, const std::vector<Interval>& all) {
   return std::abs(mean_off(s, all)) * static_cast<double>(s.size());
 }
 
-/// As far as its neighbours are off on the same side by more than chance; where nothing is like them, as far as they lack
-/// about the same.
+/// As far as its neighbours are off on the same side by more than chance; where nothing is like them, as far as they
+/// lack about the same.
 void widen(Stretch& s, const std::vector<Interval>& all) {
   const std::size_t run = all[s.begin].run;
   const double torque = mean_off(s, all);
@@ -248,6 +249,19 @@ std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
   return disturbances;
 }
 
+namespace {
+
+/// Between the name of a run and the span that a piece of it is.
+constexpr std::string_view first_span = "@", another_span = ", ";
+
+}  // namespace
+
+bool is_of_disturbed_run(std::string_view name, const Disturbance& d) {
+  if (!name.starts_with(d.run)) return false;
+  const std::string_view rest = name.substr(d.run.size());
+  return rest.empty() || rest.starts_with(first_span) || rest.starts_with(another_span);
+}
+
 std::vector<Run> without_disturbances(std::span<const Run> runs, std::span<const Disturbance> disturbances,
                                       Signal input) {
   constexpr double least = 0.1;
@@ -268,8 +282,8 @@ std::vector<Run> without_disturbances(std::span<const Run> runs, std::span<const
       Run piece = cut(run, from, to);
       if (!piece.has(input) || piece.at(input).t.size() < fewest) return;
       const bool named_span = run.name.find('@') != std::string::npos;
-      piece.name = run.name + (named_span ? ", " : "@") + (from > 0 ? shortest(from) : "") + ":" +
-                   (std::isfinite(to) ? shortest(to) : "");
+      piece.name = run.name + std::string(named_span ? another_span : first_span) + (from > 0 ? shortest(from) : "") +
+                   ":" + (std::isfinite(to) ? shortest(to) : "");
       all.push_back(std::move(piece));
     };
     double from = 0;

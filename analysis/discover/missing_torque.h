@@ -18,8 +18,8 @@ struct MissingTorque {
   std::vector<double> voltage;        ///< [V] added to the terminals; zeros where no current is read fast enough
   std::vector<double> voltage_error;  ///< [V]
   std::vector<double> omega, i_a, theta, u_ref, acceleration;  ///< [rad/s, A, rad, V, rad/s2] of the motion
-  /// [A] of the smoothed motion, where `i_a` is the simulation's: torque, smoothed current and smoothed speed are tied by
-  /// the equation of motion, so that what is missing would always be a line in the three.
+  /// [A] of the smoothed motion, where `i_a` is the simulation's: torque, smoothed current and smoothed speed are tied
+  /// by the equation of motion, so that what is missing would always be a line in the three.
   std::vector<double> i_a_smoothed;
 };
 

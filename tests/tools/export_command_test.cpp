@@ -83,8 +83,8 @@ int main(int argc, char **argv) {
   return 0;
 }
 )");
-    run_program({"cc", "-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1",
-                 "-o", path("program"), path("main.c"), "-lm"});
+    run_program({"cc", "-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-o", path("program"),
+                 path("main.c"), "-lm"});
     run_program({path("program"), inputs(m)});
     return said();
   }

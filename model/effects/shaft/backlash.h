@@ -33,12 +33,14 @@ struct Backlash {
     balance.gap += gap;
   }
 
-  /// From a play that the spring's own twist hides to one that hides the spring. A small one tells nothing of a large one.
+  /// From a play that the spring's own twist hides to one that hides the spring. A small one tells nothing of a large
+  /// one.
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
     for (const double share : {0.03, 0.1, 0.3, 1.0, 3.0}) all.push_back({share * seen.twist});
     return all;
   }
+
   /// A gear or a coupling still takes its load along.
   static std::string implausible(std::span<const double> p, const FittedMachine&) {
     return Plausible(info, p).at_most(0, 3, "half a turn");

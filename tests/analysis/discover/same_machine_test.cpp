@@ -75,7 +75,8 @@ TEST(Disturbances, ATorqueThatActsForAWhileIsFoundWithItsTime) {
 TEST(Disturbances, AreFoundWhereTheirSpeedAndCurrentComeApartOnly) {
   WhatIsLeft left = four_runs();
   push(left.runs[1], 300, 330, -0.03);
-  for (std::size_t k = 300; k < 330; ++k) left.runs[1].i_a_smoothed[k] = 1;  // 1 A comes with 100 rad/s elsewhere, not with 60
+  for (std::size_t k = 300; k < 330; ++k)
+    left.runs[1].i_a_smoothed[k] = 1;  // 1 A comes with 100 rad/s elsewhere, not with 60
   const std::vector<Disturbance> found = disturbances_in(left);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(found[0].from_s, 3.0, 0.02);
@@ -121,6 +122,8 @@ TEST(Disturbances, ARunWithoutOneIsTwoRuns) {
   EXPECT_EQ(pieces[1].name, "a.csv@5:");
   EXPECT_EQ(pieces[0].at(Signal::omega).value.size(), 400U);
   EXPECT_EQ(pieces[1].at(Signal::omega).value.front(), 500);
+  EXPECT_TRUE(is_of_disturbed_run(pieces[1].name, one[0]));
+  EXPECT_FALSE(is_of_disturbed_run("a.csv2", one[0]));
   EXPECT_EQ(without_disturbances(runs, elsewhere, Signal::e_a).size(), 1U);
   EXPECT_EQ(without_disturbances(runs, early, Signal::e_a).size(), 1U) << "half a second is no run";
 }

@@ -161,8 +161,8 @@ TEST(Gauge, AConstantIsKnownNoBetterThanTheDampingThatIsHeldBesideIt) {
   Model with_damping = held;
   given.base[base::B].value = half * Truth{}.B;
   with_damping.base[base::B].value = three_times * given.base[base::B].value;
-  const double moved = std::abs(calibrate(records, with_damping).model.base[base::K_b].value -
-                                fitted.base[base::K_b].value);
+  const double moved =
+      std::abs(calibrate(records, with_damping).model.base[base::K_b].value - fitted.base[base::K_b].value);
   widen_by_held_damping(records, given, fitted);
   EXPECT_NEAR(z * *fitted.base[base::K_b].std_error, moved, 0.1 * moved);
   EXPECT_LT(std::abs(fitted.base[base::K_b].value - Truth{}.K_b), z * *fitted.base[base::K_b].std_error);
