@@ -20,28 +20,36 @@ class PageCommand : public Scratch {
   PageCommand() {
     setenv("XDG_STATE_HOME", path("state").c_str(), 1);
     model_ = write("work/model.yaml", read(std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml"));
-    record("step_low", "fh2_step_low", 1);
-    record("step_mid", "fh2_step_mid", 2);
+    record("step_low", "fh2_step_low");
+    record("step_mid", "fh2_step_mid");
   }
   ~PageCommand() override { unsetenv("XDG_STATE_HOME"); }
 
   /// A motor with dry friction, which the model lacks, as the model itself simulates it.
-  void record(const std::string& name, const std::string& profile, int) {
+  void record(const std::string& name, const std::string& profile) {
+    record_with(dry_friction + ": {T_c: {value: 0.05, min: 0, max: 1, unit: N m}}", name, profile);
+  }
+
+  /// A motor with an effect, as it stands in a model's file.
+  void record_with(const std::string& effect, const std::string& name, const std::string& profile) {
     std::string text = read(std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml");
-    const auto at = text.find("effects: {}");
-    if (at != std::string::npos) {
-      text.replace(at, 11, "effects:\n  " + dry_friction + ": {T_c: {value: 0.05, min: 0, max: 1, unit: N m}}");
-    }
+    const std::string none = "effects: {}";
+    text.replace(text.find(none), none.size(), "effects:\n  " + effect);
     const auto truth = write("truth.yaml", text);
     Process simulate({EMTB, "simulate", truth, profile, "--rate", "200", "--out", path("work/" + name + ".csv")},
                      path("simulate"));
     EXPECT_EQ(simulate.wait(), 0) << simulate.err();
   }
 
-  void start() {
-    page_ = std::make_unique<Process>(std::vector<std::string>{EMTB, "page", model_, path("work/step_low.csv"),
-                                                               "--held-out", path("work/step_mid.csv"), "--port", "0"},
-                                      path("page"));
+  void start() { start_with({path("work/step_low.csv")}, {path("work/step_mid.csv")}); }
+
+  void start_with(const std::vector<std::string>& train, const std::vector<std::string>& held_out) {
+    std::vector<std::string> words{EMTB, "page", model_};
+    words.insert(words.end(), train.begin(), train.end());
+    words.emplace_back("--held-out");
+    words.insert(words.end(), held_out.begin(), held_out.end());
+    words.insert(words.end(), {"--port", "0"});
+    page_ = std::make_unique<Process>(words, path("page"));
     std::smatch found;
     std::string said;
     EXPECT_TRUE(eventually([&] {
@@ -150,6 +158,28 @@ TEST_F(PageCommand, DiagnosesReportsAndIsCancelled) {
   const json cancelled = page->ask("cancel");
   EXPECT_EQ(cancelled["result"]["cancelled"], "diagnose");
   EXPECT_EQ(result(*page, "work")["parameters"]["R_a"]["value"], 40);
+}
+
+TEST_F(PageCommand, ALawForWhatTheLibraryLacksIsDrawnAndAdded) {
+  const std::string hump =
+      "hump: {torque: \"-a*tanh(omega/2)*exp(-((abs(omega) - 70)/15)^2)\", parameters: "
+      "{a: {value: 0.05, min: 0, max: 1, unit: N m}}}";
+  for (const char* name : {"ramp", "random", "step_mid", "step_low"}) {
+    record_with(hump, name, std::string("fh2_") + name);
+  }
+  start_with({path("work/ramp.csv"), path("work/random.csv")}, {path("work/step_mid.csv"), path("work/step_low.csv")});
+  const auto page = open();
+  const json found = result(*page, "diagnose");
+  ASSERT_EQ(found["verdict"], "unknown_effect") << found["verdict_text"];
+  const json& law = found["discovered"]["law"];
+  ASSERT_TRUE(law.is_object()) << found["discovered"]["no_law"];
+  EXPECT_EQ(law["of"][0], "omega");
+  EXPECT_EQ(law["curve"]["at"].size(), law["curve"]["value"].size());
+  EXPECT_NEAR(law["parameters"]["c"]["value"].get<double>(), 70, 1) << law["formula"];
+  const double before = result(*page, "fit")["error"]["held_out"].get<double>();
+  const json with = result(*page, "add", {{"formula", law["add"]}});
+  EXPECT_EQ(with["effects"][0]["id"], law["id"]);
+  EXPECT_LT(with["error"]["held_out"].get<double>(), 0.1 * before);
 }
 
 TEST_F(PageCommand, ScoresAndAddsAFormula) {

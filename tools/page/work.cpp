@@ -105,6 +105,7 @@ void Work::load_runs() {
   settle_timing(data_, now_.model);
   settle_starts(data_, now_.model);
   diagnosis_.reset();
+  rest_.reset();
 }
 
 std::vector<const Record*> Work::records() const {
@@ -272,6 +273,7 @@ Model Work::with_formula(const json& formula) const {
     json one = json::object();
     for (const char* key : {"value", "min", "max"}) one[key] = given.value(key, key == std::string("max") ? 1.0 : 0.0);
     one["unit"] = given.value("unit", "1");
+    if (given.value("fixed", false)) one = {{"value", one["value"]}, {"fixed", true}, {"unit", one["unit"]}};
     parameters[name] = one;
   }
   json file = json::object();  // JSON is YAML, too

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/diagnose/diagnose.h"
+#include "analysis/discover/discover.h"
 #include "analysis/record/dataset.h"
 #include "model/model.h"
 #include "session/mapping.h"
@@ -106,7 +107,8 @@ class Work {
   std::vector<State> past_, future_;
   std::filesystem::path file_;
   std::unique_ptr<Diagnosis> diagnosis_;
-  std::string diagnosed_;  // the model and the runs that it is of
+  std::unique_ptr<Discovery> rest_;  // what is left of it without a name; null: nothing
+  std::string diagnosed_;            // the model and the runs that it is of
 };
 
 }  // namespace emtb::page

@@ -9,11 +9,14 @@
 #include "config/profile.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "report/discovery_json.h"
+#include "report/discovery_words.h"
 #include "report/report_page.h"
 #include "report/result_json.h"
 #include "report/text.h"
 #include "report/verdict.h"
 #include "server/rpc.h"
+#include "tools/discover_rest.h"
 #include "tools/page/numbers.h"
 #include "tools/page/work.h"
 
@@ -92,6 +95,34 @@ void add_card(json& card, const Diagnosis& d, const Candidate& c, double squares
   if (begun) card["signature"] = signature_of(*worst, begun->model);
 }
 
+/// The law as Work::add_formula() takes it.
+json formula_of(const FormulaText& law) {
+  json parameters = json::object();
+  for (const FormulaText::Parameter& p : law.parameters) {
+    parameters[p.symbol] = {{"value", number(p.value)},
+                            {"min", number(p.min)},
+                            {"max", number(p.max)},
+                            {"unit", p.unit},
+                            {"fixed", p.fixed}};
+  }
+  const std::string place = law.place == TermPlace::flux ? "flux" : name_of(law.place);
+  return {{"id", law.id}, {"place", place}, {"formula", law.formula}, {"parameters", parameters}};
+}
+
+/// What is left without a name: in words, and as a law to draw and to add.
+json card_of(const Discovery& rest) {
+  json card = to_json(rest);
+  card["words"] = shares_in_words(rest);
+  card["machine"] = machine_in_words(rest);
+  card["law"] = nullptr;
+  card["no_law"] = rest.law ? "" : no_law_in_words(rest);
+  if (!rest.law) return card;
+  card["law"] = card["laws"].front();
+  card["law"]["words"] = law_in_words(*rest.law);
+  card["law"]["add"] = formula_of(rest.law->text);
+  return card;
+}
+
 }  // namespace
 
 const Diagnosis& Work::diagnosis(const Progress& progress) {
@@ -101,8 +132,10 @@ const Diagnosis& Work::diagnosis(const Progress& progress) {
   for (const Run& run : held_out_) of += "\nheld out " + run.name;
   if (diagnosis_ && diagnosed_ == of) return *diagnosis_;
   DiagnoseOptions options;
-  options.progress = progress;
+  options.progress = [&](double share, const std::string& doing) { progress(0.9 * share, doing); };
   diagnosis_ = std::make_unique<Diagnosis>(emtb::diagnose(train_, held_out_, now_.model, options));
+  progress(0.9, "looking into what is left");
+  rest_ = discover_rest(*diagnosis_, train_, held_out_);
   diagnosed_ = of;
   return *diagnosis_;
 }
@@ -118,6 +151,7 @@ json Work::diagnose(const Progress& progress) {
   }
   for (std::size_t i = 0; i < d.missing.size(); ++i) out["missing"][i]["name"] = d.about(d.missing[i].effect).name;
   out["verdict_text"] = verdict_in_words(d);
+  if (rest_) out["discovered"] = card_of(*rest_);
   if (!d.next.empty()) {
     out["next_experiment"]["why"] = in_words(d.next.front());
     if (out["next_experiment"]["profile"].is_string()) out["next_experiment"]["text"] = to_yaml(d.next.front().profile);
@@ -134,6 +168,7 @@ json Work::report(const Progress& progress) {
   in.split_at_gaps();
   if (!findings_.empty()) return {{"html", refusal_page(in, findings_).html()}};
   const Diagnosis& d = diagnosis([&](double share, const std::string& doing) { progress(0.9 * share, doing); });
+  in.discovery = rest_.get();
   progress(0.92, "drawing");
   return {{"html", report_page(in, d).html()}};
 }

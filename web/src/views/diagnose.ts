@@ -50,6 +50,52 @@ function card(c: any, best: boolean): HTMLElement {
     c.equation ? h("p", {class: "mono muted"}, c.equation) : null, h("div", {class: "actions"}, add));
 }
 
+/// The curve of a law with its band of 95 %, over the first quantity that it holds.
+function curve(law: any): SVGElement | null {
+  const x: number[] = law.curve?.at ?? [], y: number[] = law.curve?.value ?? [], error: number[] = law.curve?.std_error ?? [];
+  if (!x.length) return null;
+  const width = 300, height = 120, band = y.map((_, n) => 1.96 * (error[n] ?? 0));
+  const low = Math.min(0, ...y.map((v, n) => v - band[n])), high = Math.max(0, ...y.map((v, n) => v + band[n]));
+  const at = (n: number, v: number) => `${((width * (x[n] - x[0])) / (x[x.length - 1] - x[0] || 1)).toFixed(1)},${(height - 4 - ((height - 8) * (v - low)) / (high - low || 1)).toFixed(1)}`;
+  const upper = y.map((v, n) => at(n, v + band[n])), lower = y.map((v, n) => at(n, v - band[n])).reverse();
+  return svg("svg", {viewBox: `0 0 ${width} ${height}`, class: "signature", role: "img", preserveAspectRatio: "none", "aria-label": `the law's ${law.place} against ${law.of?.[0] ?? ""}`},
+    svg("polyline", {points: `${at(0, 0)} ${at(x.length - 1, 0)}`, class: "axis-line"}),
+    svg("polygon", {points: [...upper, ...lower].join(" "), class: "band"}),
+    svg("polyline", {points: y.map((v, n) => at(n, v)).join(" "), class: "curve ink-base", "fill-opacity": 0, "vector-effect": "non-scaling-stroke"}));
+}
+
+const unitOf: {[quantity: string]: string} = {omega: "rad/s", i_a: "A", theta: "rad", u_ref: "V", t: "s"};
+const unitOfPlace: {[place: string]: string} = {torque: "N m", voltage: "V", factor: ""};
+
+/// The first and last value of an axis, with its unit.
+function ends(values: number[], unit: string): string {
+  return `${quantity(Math.min(...values), unit)} to ${quantity(Math.max(...values), unit)}`;
+}
+
+/// What is left without a name: a law for it, and runs that are not as the others.
+function remainder(rest: any, named: boolean): HTMLElement {
+  const law = rest.law;
+  const machine: string[] = rest.machine ?? [];
+  const panel = h("article", {class: "card", id: "discovered"}, h("header", {}, h("h2", {}, "What is left"), law ? h("span", {class: "tag good"}, "a law") : h("span", {class: "tag"}, "no law")));
+  if (law) {
+    const x: number[] = law.curve?.at ?? [], y: number[] = law.curve?.value ?? [], of: string = law.of?.[0] ?? "";
+    panel.append(...[h("p", {class: "mono"}, `${law.place} = ${law.formula}`), curve(law),
+      x.length ? h("p", {class: "muted small"}, `Drawn with its 95 % band: `, symbol(of), ` from ${ends(x, unitOf[of] ?? "")}, ${law.place} from ${ends([0, ...y], unitOfPlace[law.place] ?? "")}.`) : null,
+      h("dl", {class: "facts small"},
+        h("dt", {}, "Error held out"), h("dd", {}, `${floors(law.error?.before?.held_out)} → `, h("b", {}, floors(law.error?.after?.held_out))),
+        ...Object.entries<any>(law.parameters ?? {}).flatMap(([name, p]) => [h("dt", {}, symbol(name)), h("dd", {}, p.std_error ? withError(p.value, p.std_error, p.unit) : quantity(p.value, p.unit ?? ""))]),
+        law.may_be ? h("dt", {}, "It may be") : null, law.may_be ? h("dd", {}, law.may_be) : null,
+        law.tied_with?.length ? h("dt", {}, "As likely") : null, law.tied_with?.length ? h("dd", {class: "mono"}, ...law.tied_with.map((t: string) => h("div", {}, t))) : null)].filter((e) => e !== null) as Node[]);
+    panel.append(named ? h("p", {class: "muted small"}, "It stands beside what is named above. Add that first, then diagnose again.")
+      : h("div", {class: "actions"}, h("button", {class: "main", id: "add-law", onclick: () => work.change("add", {formula: law.add}, "Adding the law and fitting again")}, "Add the law")));
+  } else if (rest.no_law) {
+    panel.append(h("p", {}, `${rest.no_law}.`));
+  }
+  panel.append(...(rest.words ?? []).map((line: string) => h("p", {class: "small"}, line)));
+  if (machine.length) panel.append(h("h3", {}, "Not the same in all runs"), ...machine.map((line) => h("p", {class: "small"}, `${line}.`)));
+  return panel;
+}
+
 /// The unit of the parameter that says how large the effect is.
 function firstUnit(c: any): string {
   return (Object.values<any>(c.value ?? {})[0] ?? {}).unit ?? "";
@@ -67,6 +113,7 @@ class Diagnose {
   private readonly verdict = h("div", {class: "stack"});
   private readonly cards = h("div", {class: "cards"});
   private readonly key = h("p", {class: "muted small key", hidden: true}, "In the small pictures: ", h("span", {class: "measured-word"}, "what is left"), " of the signal that shows it most, and ", h("span", {class: "base-word"}, "what the effect would add"), ".");
+  private readonly rest = h("div", {class: "stack"});
   private readonly others = h("div", {class: "cards"});
   private readonly more = h("details", {hidden: true}, h("summary", {}, "Other candidates"), this.others);
   private readonly model = h("div", {});
@@ -77,7 +124,7 @@ class Diagnose {
   constructor() {
     this.element = h("div", {class: "stack"}, this.head.element,
       h("div", {class: "two"},
-        h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Verdict"}, this.verdict), this.key, this.cards, this.more),
+        h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Verdict"}, this.verdict), this.rest, this.key, this.cards, this.more),
         h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Error"}, this.board.element, h("h2", {}, "The falling error"), this.stairs),
           h("section", {class: "panel stack"}, h("h2", {}, "In the model"), this.model))));
     this.forget = work.onChange(() => this.change());
@@ -94,8 +141,10 @@ class Diagnose {
     const state = work.state;
     this.button.disabled = Boolean(work.busy);
     setText(this.button, work.diagnosis ? "Diagnose again" : "Diagnose");
-    this.cards.querySelectorAll("button").forEach((b) => (b.disabled = Boolean(work.busy)));
+    for (const cards of [this.cards, this.rest]) cards.querySelectorAll("button").forEach((b) => (b.disabled = Boolean(work.busy)));
     if (!state) return;
+    const law = this.rest.querySelector<HTMLButtonElement>("#add-law"), id = work.diagnosis?.discovered?.law?.add?.id;
+    if (law) law.disabled = Boolean(work.busy) || state.effects.some((e) => e.id === id);
     this.board.write(state.error);
     put(this.stairs, staircase(state.steps));
     put(this.model, state.effects.length ? h("div", {class: "stack"}, ...state.effects.map((e) => h("div", {class: "row"}, h("span", {}, e.name),
@@ -134,6 +183,7 @@ class Diagnose {
     const inFront = (c: any) => missing.has(c.id) || tied.has(c.id);
     const list: any[] = (d.candidates ?? []).map((c: any) => ({...c, tied: tied.has(c.id)}));
     const front = [...list.filter(inFront), ...list.filter((c) => !inFront(c)).slice(0, Math.max(0, 6 - list.filter(inFront).length))];
+    put(this.rest, d.discovered ? remainder(d.discovered, missing.size > 0) : null);
     this.key.hidden = !list.some((c) => c.signature?.x?.length);
     put(this.cards, ...front.map((c) => card(c, missing.has(c.id))));
     const rest = list.filter((c) => !front.includes(c));
