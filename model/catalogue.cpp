@@ -53,6 +53,20 @@ std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen) {
   return table[effect](seen);
 }
 
+double twist_under(std::size_t effect, std::span<const double> values, double torque) {
+  using Twist = double (*)(std::span<const double>, double);
+  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
+    return std::array<Twist, sizeof...(Effect)>{[](std::span<const double> p, double on_it) {
+      if constexpr (requires { Effect::twist_under(p, on_it); }) {
+        return Effect::twist_under(p, on_it);
+      } else {
+        return 0.0;
+      }
+    }...};
+  }(static_cast<AllEffects*>(nullptr));
+  return table[effect](values, torque);
+}
+
 std::string full_name(const EffectInfo& effect, std::size_t parameter) {
   return std::string(effect.id) + "." + std::string(effect.parameters()[parameter].symbol);
 }

@@ -70,6 +70,9 @@ std::size_t effect_index(std::string_view id);
 /// with shapes several sets of values. An amplitude that can be null is not meant.
 std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen);
 
+/// [rad] By how much an effect lets a torque [N m] twist the shaft; 0: not at all.
+double twist_under(std::size_t effect, std::span<const double> values, double torque);
+
 /// `coulomb_friction.T_c`
 std::string full_name(const EffectInfo& effect, std::size_t parameter = 0);
 

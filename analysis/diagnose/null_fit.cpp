@@ -76,8 +76,12 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
   seen.torque = values[base::K_m] * seen.current;
   const double by_current = model.input == Signal::i_a ? 0 : values[base::K_b] * values[base::K_m] / values[base::R_a];
   seen.response = values[base::J] / (values[base::B] + by_current);
-  const std::size_t shaft = effect_index("shaft_compliance");
-  if (model.includes(shaft)) seen.twist = seen.torque / model.parameters_of(shaft).front().value;
+  for (std::size_t effect = 0; effect < effect_count; ++effect) {
+    if (!model.includes(effect)) continue;
+    std::vector<double> of_effect;
+    for (const Parameter& p : model.parameters_of(effect)) of_effect.push_back(p.value);
+    seen.twist += twist_under(effect, of_effect, seen.torque);
+  }
   return seen;
 }
 

@@ -87,6 +87,8 @@ struct ShaftCompliance {
     return all;
   }
 
+  static double twist_under(std::span<const double> p, double torque) { return torque / p[0]; }
+
   /// Two bodies that ring against each other.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
     return Plausible(info, p)
