@@ -88,6 +88,10 @@ std::string name_of(TermPlace place) {
   return place == TermPlace::torque ? "torque" : place == TermPlace::voltage ? "voltage" : "factor";
 }
 
+std::string unit_over(const std::string& of) {
+  return of == "omega" ? "rad/s" : of == "i_a" ? "A" : of == "t" ? "s" : "rad";
+}
+
 std::vector<std::string> shares_in_words(const Discovery& d) {
   std::vector<std::string> lines;
   add_shares(lines, d.torque, "torque", "N m");
@@ -179,10 +183,9 @@ std::string with_and_without(const Discovery& d) {
 std::string next_for_discovery(const Discovery& d) {
   if (!d.law || d.law->most_uncertain_at.empty()) return "";
   const std::string& of = d.law->text.of.front();
-  const std::string unit = of == "omega" ? "rad/s" : of == "i_a" ? "A" : of == "t" ? "s" : "rad";
   std::vector<std::string> at;
   for (const double x : d.law->most_uncertain_at) at.push_back(pretty(x, 3));
-  return "What would show it best: runs that stay for a while at " + of + " = " + joined(at) + " " + unit +
+  return "What would show it best: runs that stay for a while at " + of + " = " + joined(at) + " " + unit_over(of) +
          ", where the curve is least sure" + (d.law->tied_with.empty() ? "" : " or its rivals part");
 }
 

@@ -11,6 +11,9 @@ namespace emtb {
 /// `torque`, `voltage` or `factor`
 std::string name_of(TermPlace place);
 
+/// The unit of a quantity that a law is drawn over: `rad/s` of `omega`.
+std::string unit_over(const std::string& of);
+
 /// Where what is left lives, one quantity at a time: `Of the missing torque, 0.0012 N m rms, a smooth function of the
 /// speed alone explains 58 to 66 %; 12 % nothing but it explains.`
 std::vector<std::string> shares_in_words(const Discovery& discovery);

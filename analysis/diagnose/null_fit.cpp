@@ -40,6 +40,17 @@ double ringing_of(const NullFit& fitted) {
 
 }  // namespace
 
+FittedMachine motor_of(const Model& model) {
+  const std::vector<double> values = model.values();
+  return {.R_a = values[base::R_a],
+          .K_b = values[base::K_b],
+          .K_m = values[base::K_m],
+          .B = values[base::B],
+          .J = values[base::J],
+          .current_driven = model.input == Signal::i_a,
+          .seen = {}};
+}
+
 Ranges ranges_of(std::span<const Record> records, const Model& model) {
   struct Extremes final : Reader<double> {
     Ranges seen;
@@ -74,8 +85,7 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.sample = seen.sample > 0 ? std::min(seen.sample, sample) : sample;
   }
   seen.torque = values[base::K_m] * seen.current;
-  const double by_current = model.input == Signal::i_a ? 0 : values[base::K_b] * values[base::K_m] / values[base::R_a];
-  seen.response = values[base::J] / (values[base::B] + by_current);
+  seen.response = motor_of(model).time_constant();
   for (std::size_t effect = 0; effect < effect_count; ++effect) {
     if (!model.includes(effect)) continue;
     std::vector<double> of_effect;

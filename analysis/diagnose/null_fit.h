@@ -60,6 +60,9 @@ struct NullFit {
   }
 };
 
+/// The constants of a fitted model, without what it did in any data.
+FittedMachine motor_of(const Model& fitted);
+
 /// How far the fitted model goes in the records; at what frequency it rings is not asked.
 Ranges ranges_of(std::span<const Record> records, const Model& fitted);
 

@@ -81,17 +81,11 @@ double most_turns(std::span<const Record> records) {
 }
 
 FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
-  const std::vector<double> values = fitted.values();
-  const double turns = most_turns(records);
-  return {.R_a = values[base::R_a],
-          .K_b = values[base::K_b],
-          .K_m = values[base::K_m],
-          .B = values[base::B],
-          .J = values[base::J],
-          .current_driven = fitted.input == Signal::i_a,
-          .seen = ranges_of(records, without_sensors(fitted)),
-          .turns = turns,
-          .same_place = turns >= 1 || at_the_same_place(records, fitted)};
+  FittedMachine machine = motor_of(fitted);
+  machine.seen = ranges_of(records, without_sensors(fitted));
+  machine.turns = most_turns(records);
+  machine.same_place = machine.turns >= 1 || at_the_same_place(records, fitted);
+  return machine;
 }
 
 std::string implausible_value(std::span<const Record> records, const Model& fitted, std::size_t effect) {

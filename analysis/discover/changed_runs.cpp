@@ -102,6 +102,17 @@ struct Alone {
   std::vector<Residuals> left;
 };
 
+std::size_t place_of(const Model& model, const std::string& parameter) {
+  const auto names = model.names();
+  return static_cast<std::size_t>(std::ranges::find(names, parameter) - names.begin());
+}
+
+/// All free parameters fitted to some runs, from where they are.
+Model fit_of(std::span<const Record> runs, const Model& model) {
+  return calibrate(runs, model, {.extra_starts = 0, .max_iterations = 25, .tolerance = 1e-6, .with_covariance = false})
+      .model;
+}
+
 /// The armature's flux makes both constants: where K_b is another one, so is K_m, by as much.
 std::optional<std::size_t> follower_of(const Model& model, std::size_t place) {
   const bool flux = place == base::K_b && !model.at(base::K_m).fixed && !model.tie.contains("K_m");
@@ -191,12 +202,10 @@ class Search {
 
   /// Whether that change holds here. @param change found beside another model of the same runs
   std::optional<Changed> again(const Changed& change) const {
-    const auto names = fitted_.names();
-    const auto place = std::ranges::find(names, change.parameter) - names.begin();
     const auto pattern = std::ranges::find_if(
         patterns_, [&](const Pattern& p) { return p.how == change.how && records_[p.first].name == change.run; });
     OthersOf others;
-    return judged(*pattern, static_cast<std::size_t>(place), others);
+    return judged(*pattern, place_of(fitted_, change.parameter), others);
   }
 
  private:
@@ -273,7 +282,7 @@ class Search {
     for (std::size_t r = 0; r < records_.size(); ++r) {
       (pattern.weight[r] > 0 ? with_it : as_they_were).push_back(records_[r]);
     }
-    if (kept.pattern != &pattern) kept = {&pattern, fit_of(as_they_were)};
+    if (kept.pattern != &pattern) kept = {&pattern, fit_of(as_they_were, fitted_)};
     const Model& others = kept.model;
     const Alone own = one_parameter(with_it, others, place);
     Changed c = named(pattern, place);
@@ -310,17 +319,11 @@ class Search {
     for (std::size_t r = 0; r < records_.size(); ++r) {
       Model here = fitted_;
       const Parameter& p = here.at(place);
-      change_to(here, place, std::clamp(line.at(pattern.weight[r]), p.min, p.max));
+      change_to(here, c.parameter, std::clamp(line.at(pattern.weight[r]), p.min, p.max));
       const std::span<const Record> one = records_.subspan(r, 1);
       add(left, all, residuals(one, here, here.values(), {}), one);
     }
     return if_likelier(std::move(c), all, left);
-  }
-
-  Model fit_of(std::span<const Record> some) const {
-    return calibrate(some, fitted_,
-                     {.extra_starts = 0, .max_iterations = 25, .tolerance = 1e-6, .with_covariance = false})
-        .model;
   }
 
   static bool takes_its_share(const Alone& own) {
@@ -369,7 +372,8 @@ std::optional<Changed> best_change(std::span<const Record> records, const Model&
 
 }  // namespace
 
-void change_to(Model& model, std::size_t place, double value) {
+void change_to(Model& model, const std::string& parameter, double value) {
+  const std::size_t place = place_of(model, parameter);
   change(model, place, follower_of(model, place), value);
 }
 
@@ -384,9 +388,7 @@ std::vector<Changed> changed_runs(std::span<const Record> records, const Model& 
     if (changed.back().how != ChangeOf::one_run) break;
     std::erase_if(rest, [&](const Record& r) { return r.name == changed.back().run; });
     if (rest.size() < fewest) break;
-    model =
-        calibrate(rest, model, {.extra_starts = 0, .max_iterations = 25, .tolerance = 1e-6, .with_covariance = false})
-            .model;
+    model = fit_of(rest, model);
   }
   return changed;
 }

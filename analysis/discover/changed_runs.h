@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,7 +28,7 @@ struct Changed {
 
 /// Another value of a parameter, and of what follows it: the flux of the armature makes K_b and K_m alike, so that K_m,
 /// where it is free, changes by as much as K_b.
-void change_to(Model& model, std::size_t place, double value);
+void change_to(Model& model, const std::string& parameter, double value);
 
 /// Parameters that differ from run to run. Needs four runs.
 ///

@@ -72,10 +72,8 @@ class Fitted {
 
 /// The model of one run of those that changed.
 void set(Model& model, const Changed& c, std::size_t place_of_run) {
-  const auto names = model.names();
-  const auto place = static_cast<std::size_t>(std::ranges::find(names, c.parameter) - names.begin());
   const auto at = static_cast<double>(place_of_run) / static_cast<double>(std::max<std::size_t>(1, c.runs.size() - 1));
-  change_to(model, place, c.how == ChangeOf::drift ? c.from + at * (c.to - c.from) : c.to);
+  change_to(model, c.parameter, c.how == ChangeOf::drift ? c.from + at * (c.to - c.from) : c.to);
 }
 
 void look(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {

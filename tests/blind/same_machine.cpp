@@ -10,6 +10,7 @@
 #include "model/catalogue.h"
 #include "tests/blind/case.h"
 #include "tests/blind/draw.h"
+#include "tests/blind/table.h"
 #include "tests/blind/text.h"
 
 namespace emtb::blind {
@@ -236,12 +237,10 @@ MachineAnswer ask(const MachineCase& c) {
 
 std::string counted_with_interval(std::size_t hits, std::size_t all) {
   if (all == 0) return "0 of 0";
-  const double n = static_cast<double>(all), p = static_cast<double>(hits) / n, z = 1.96;
-  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  const Interval interval = wilson({hits, all});
   const auto percent = [](double x) { return std::to_string(std::lround(100 * std::clamp(x, 0.0, 1.0))); };
-  return std::to_string(hits) + " of " + std::to_string(all) + " (" + percent(middle - half) + " to " +
-         percent(middle + half) + " %)";
+  return std::to_string(hits) + " of " + std::to_string(all) + " (" + percent(interval.low) + " to " +
+         percent(interval.high) + " %)";
 }
 
 }  // namespace emtb::blind

@@ -112,13 +112,11 @@ json formula_of(const FormulaText& law) {
 /// What is left without a name: in words, and as a law to draw and to add.
 json card_of(const Discovery& rest) {
   json card = to_json(rest);
-  card["words"] = shares_in_words(rest);
   card["machine"] = machine_in_words(rest);
   card["law"] = nullptr;
   card["no_law"] = rest.law ? "" : no_law_in_words(rest);
   if (!rest.law) return card;
   card["law"] = card["laws"].front();
-  card["law"]["words"] = law_in_words(*rest.law);
   card["law"]["add"] = formula_of(rest.law->text);
   return card;
 }
