@@ -17,6 +17,12 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
+/// The same for the same effects in whatever order they were found.
+std::vector<std::size_t> key_of(std::vector<std::size_t> effects) {
+  std::ranges::sort(effects);
+  return effects;
+}
+
 }  // namespace
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
@@ -70,7 +76,7 @@ void Search::forward() {
   while (found_.effects.size() < longest_list_) {
     tell(0.1 + 0.45 * static_cast<double>(found_.effects.size()) / static_cast<double>(longest_list_),
          "scoring absent effects");
-    Round& of_current = *round(found_.effects, [&] { return found_.current; });
+    Round& of_current = round_of_current();
     if (!add_best(of_current) && !add_pair(of_current) && !add_what_the_scores_passed_by(of_current)) break;
   }
 }
@@ -118,7 +124,8 @@ bool Search::add_best_of(std::vector<Addition> additions) {
   const Trial& current = found_.current;
   for (const Addition& a : additions) remember(a.score, a.trial.held_out.error());
   std::erase_if(additions, [&](const Addition& a) {
-    return dropped_.contains(a.effect()) || mends_another(a.effect(), current.held_out, a.trial.held_out) ||
+    return dropped_.contains(a.effect()) ||
+           mends_another(a.effect(), found_.effects, current.held_out, a.trial.held_out) ||
            !shows_itself(current.model().about(a.effect()), current.held_out, a.trial.held_out) ||
            !criterion_.beyond_the_laws(as_given_, current.held_out, a.trial.held_out);
   });
@@ -324,6 +331,17 @@ void Search::renew_rivals() {
   }
 }
 
+/// The round of what was found so far. One that a worse fit of the same effects left behind, in another valley, is
+/// explored anew: all that it says is of another model.
+Search::Round& Search::round_of_current() {
+  constexpr double same_valley = 0.99;  // no decision is about less of the cost
+  const auto known = rounds_.find(key_of(found_.effects));
+  if (known != rounds_.end() && found_.current.fit.cost < same_valley * known->second.fitted.fit.cost) {
+    rounds_.erase(known);
+  }
+  return *round(found_.effects, [&] { return found_.current; });
+}
+
 /// The round of the model without one of its members; null where it has no fit.
 Search::Round* Search::round_without(std::size_t place) {
   std::vector<std::size_t> others = found_.effects;
@@ -333,7 +351,11 @@ Search::Round* Search::round_without(std::size_t place) {
 
 /// Is an addition to the model without a member something material of its own?
 bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t member) {
-  return a.effect() != member && criterion_.material(reduced.fitted.held_out, a.trial.held_out) &&
+  std::vector<std::size_t> others = found_.effects;
+  std::erase(others, member);
+  const Loss& without = reduced.fitted.held_out;
+  return a.effect() != member && criterion_.material(without, a.trial.held_out) &&
+         !mends_another(a.effect(), others, without, a.trial.held_out) &&
          trials_.determined(a.trial.model(), a.effect());
 }
 
@@ -370,7 +392,7 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
     if (auto again = trials_.fit_from_elsewhere_too(without->model())) without = std::move(again);
     stays = worse_without();
   }
-  if (stays && without && mends_another(effect, without->held_out, current.held_out)) {
+  if (stays && without && mends_another(effect, found_.effects, without->held_out, current.held_out)) {
     // The lesser of the two goes.
     const auto other = fit_without(*same_family_as(effect, found_.effects, current.model()));
     stays = other && other->held_out.error() < without->held_out.error();
@@ -380,8 +402,9 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
 
 /// Two that shape the same edges: of a filter with two poles, a lag leaves what a delay takes away. Another effect is
 /// one that removes a material share of what was there before both.
-bool Search::mends_another(std::size_t effect, const Loss& without, const Loss& with) const {
-  const auto other = same_family_as(effect, found_.effects, found_.current.model());
+bool Search::mends_another(std::size_t effect, const std::vector<std::size_t>& others, const Loss& without,
+                           const Loss& with) const {
+  const auto other = same_family_as(effect, others, found_.current.model());
   if (!other) return false;
   const auto own = found_.before.find(effect);
   const Loss& of_other = found_.before.at(*other);
@@ -398,8 +421,7 @@ std::optional<Trial> Search::fit_without(std::size_t effect) {
 /// The round of a model; the same effects are explored once. Null where it has no fit.
 Search::Round* Search::round(const std::vector<std::size_t>& effects,
                              const std::function<std::optional<Trial>()>& fitted) {
-  std::vector<std::size_t> key = effects;
-  std::ranges::sort(key);
+  std::vector<std::size_t> key = key_of(effects);
   if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;
   std::optional<Trial> trial = fitted();
   if (!trial) return nullptr;

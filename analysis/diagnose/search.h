@@ -98,6 +98,7 @@ class Search {
   void try_all_in_the_place_of_each();
   void prune();
   void renew_rivals();
+  Round& round_of_current();
   Round* round_without(std::size_t place);
   const std::vector<Addition>& all_refits_of(Round& round);
   bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
@@ -110,7 +111,8 @@ class Search {
   std::optional<Chain> cogging_first(const Round& bare, std::size_t most);
   std::optional<Pair> fewer(const Round& first, const Trial& many, std::size_t begun_with);
   std::optional<Trial> fit_without(std::size_t effect);
-  bool mends_another(std::size_t effect, const Loss& without, const Loss& with) const;
+  bool mends_another(std::size_t effect, const std::vector<std::size_t>& others, const Loss& without,
+                     const Loss& with) const;
   void remember(const Score& score, std::optional<double> held_out);
   void tell(double share, const std::string& doing);
   std::string id(std::size_t effect) const;

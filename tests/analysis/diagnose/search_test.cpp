@@ -15,7 +15,9 @@ namespace emtb {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 using Effects = std::set<std::size_t>;
 
@@ -49,7 +51,7 @@ class ByError final : public Criterion {
     return without.error() - with.error() > of_a_law * (as_given.error() - without.error());
   }
   bool material_beside_same_edges(const Loss&, const Loss& without, const Loss& with) const override {
-    return material(without, with);
+    return edges_tell_two && material(without, with);
   }
   bool tied(const Loss& best, const Loss& other) const override {
     return std::abs(best.error() - other.error()) < 0.01 * best.error();
@@ -61,6 +63,7 @@ class ByError final : public Criterion {
   bool anything_left(const Loss& loss) const override { return loss.error() > 1.05; }
 
   double of_a_law = 0.01;
+  bool edges_tell_two = true;
 };
 
 /// Fits whose errors stand in a table, by the effects that the model holds; what is not in it is as bad as nothing.
@@ -69,19 +72,34 @@ class MadeUp final : public Trials {
   std::map<Effects, double> errors;
   std::set<std::size_t> undetermined;
   std::set<std::size_t> unpromising;  // by their scores
+  std::map<Effects, double> lost;     // by its first fit: the error, in a valley that a later fit does not meet
+  std::map<Effects, Effects> pairs;   // what such a fit is given two effects for
 
-  Trial trial(const Model& model) const {
+  static Effects held_by(const Model& model) {
     Effects held;
     for (const IncludedEffect& e : model.effects) held.insert(e.effect);
-    const auto error = errors.find(held);
-    const double floors = error != errors.end() ? error->second : errors.at({});
+    return held;
+  }
+
+  Trial trial(const Model& model) const {
+    const auto error = errors.find(held_by(model));
+    return trial(model, error != errors.end() ? error->second : errors.at({}));
+  }
+
+  static Trial trial(const Model& model, double floors) {
     return {.fit = {.model = model, .cost = 0.5 * readings * floors * floors},
             .squares = readings * floors * floors,
             .train = floors,
             .held_out = loss_of(floors)};
   }
 
-  std::optional<Trial> fit(const Model& start, const Trial*) override { return trial(start); }
+  std::optional<Trial> fit(const Model& start, const Trial*) override {
+    const auto first = lost.find(held_by(start));
+    if (first == lost.end()) return trial(start);
+    const double floors = first->second;
+    lost.erase(first);
+    return trial(start, floors);
+  }
   std::optional<Trial> fit_to_the_end(const Model& start) override { return trial(start); }
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override { return trial(start); }
   std::vector<Score> scores(const Model&) override { return {}; }
@@ -98,8 +116,13 @@ class MadeUp final : public Trials {
     return additions;
   }
   std::optional<Addition> refit_at_whole_orders(const Trial&) override { return std::nullopt; }
-  std::optional<Pair> refit_of_two(const Trial&, const std::vector<Score>&, const std::vector<std::size_t>&) override {
-    return std::nullopt;
+  std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>&,
+                                   const std::vector<std::size_t>&) override {
+    const auto two = pairs.find(held_by(fitted.model()));
+    if (two == pairs.end() || fitted.train == errors.at(two->first)) return std::nullopt;
+    Model more = fitted.model();
+    for (const std::size_t effect : two->second) more.include(effect);
+    return Pair{{*two->second.begin(), *two->second.rbegin()}, trial(more, 0.5 * fitted.train)};
   }
   bool determined(const Model&, std::size_t effect) override { return !undetermined.contains(effect); }
   bool explains_most_runs(const Trial&) override { return false; }
@@ -191,6 +214,25 @@ TEST_F(SearchOnMadeUpFits, ForgetsARivalThatWasFoundBesideAMemberThatHasGone) {
   const Finding f = found();
   ASSERT_THAT(f.effects, ElementsAre(dry, brush));
   EXPECT_EQ(f.rivals.count(dry), 0U);
+}
+
+TEST_F(SearchOnMadeUpFits, GoesOnFromWhatItHasAndNotFromAWorseFitOfTheSameEffects) {
+  // `air` becomes superfluous. The first fit without it has lost its way, and two effects would halve what that leaves.
+  trials.errors = {{{}, 9}, {{air}, 4}, {{air, dry}, 2}, {{air, dry, brush}, 1.2}, {{dry, brush}, 1.2}};
+  trials.lost = {{{dry, brush}, 8}};
+  trials.pairs = {{{dry, brush}, {coil, effect_index("eddy_brake")}}};
+  const Finding f = found();
+  EXPECT_THAT(f.effects, ElementsAre(dry, brush));
+  EXPECT_NEAR(f.current.held_out.error(), 1.2, 1e-9);
+}
+
+TEST_F(SearchOnMadeUpFits, SwapsNothingForWhatMendsTheLawOfAnotherMember) {
+  const std::size_t lag = effect_index("driver_lag"), delay = effect_index("driver_delay");
+  criterion.edges_tell_two = false;
+  trials.errors = {{{}, 9}, {{lag}, 4}, {{delay}, 8}, {{lag, air}, 2}, {{lag, delay}, 1.8}};
+  const Finding f = found();
+  EXPECT_THAT(f.effects, ElementsAre(lag, air));
+  for (const Step& step : f.steps) EXPECT_THAT(step.action, Not(HasSubstr("swapped")));
 }
 
 TEST_F(SearchOnMadeUpFits, ProgressOnlyGrows) {
