@@ -74,13 +74,30 @@ bool jumps_after(std::span<const double> x, const Stretch& s, double far) {
   return s.end < x.size() && std::abs(x[s.end] - s.value) > far;
 }
 
-/// Whether the shaft turns by several counts of the angle during a stretch, as its speed says.
+/// Whether the motor is at rest by its terminals: no voltage, and no current where it was read.
+bool without_power(const Run& run, double from, double to) {
+  constexpr double nothing = 0.03;  // of the largest value
+  bool told = false;
+  for (const Signal signal : {Signal::u_ref, Signal::e_a, Signal::i_a}) {
+    if (!run.has(signal) || is_sparse(run, signal)) continue;
+    const Series& y = run.at(signal);
+    if (std::abs(mean_of(y, from, to)) > nothing * size_of(y.value)) return false;
+    told = true;
+  }
+  return told;
+}
+
+/// Whether the shaft turns by several counts of the angle during a stretch, as its speed says. One that stays as it is
+/// without power is that of a sensor that is off, or stuck.
 bool turns(const Run& run, double from, double to, double count) {
-  constexpr double several = 3;
+  constexpr double several = 3, stays = 0.2;
   if (!run.has(Signal::omega) || is_sparse(run, Signal::omega)) return false;
   const Series& omega = run.at(Signal::omega);
   const double speed = std::abs(mean_of(omega, from, to));
-  return speed > 0.1 * size_of(omega.value) && speed * (to - from) > several * count;
+  if (speed <= 0.1 * size_of(omega.value) || speed * (to - from) <= several * count) return false;
+  const double third = (to - from) / 3;
+  const double slowed = std::abs(mean_of(omega, from, from + third) - mean_of(omega, to - third, to));
+  return slowed > stays * speed || !without_power(run, from, to - third);  // power may come back as it ends
 }
 
 /// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.

@@ -45,15 +45,36 @@ std::vector<Off> all_off(const Run& run) {
   return all;
 }
 
-/// Does the shaft stand at a time, as far as its speed was read? A dry brake holds it with any torque, and lets go and
-/// catches again within a reading.
-bool stands(const Run& run, double time) {
-  constexpr double slow = 0.05;  // of the highest speed
-  if (!run.has(Signal::omega)) return false;
-  const Series& omega = run.at(Signal::omega);
-  const auto k = static_cast<std::size_t>(std::ranges::lower_bound(omega.t, time) - omega.t.begin());
-  return k < omega.t.size() && std::abs(omega.value[k]) < slow * size_of(omega.value);
-}
+/// How fast the shaft turns, reading by reading: its speed, or how far its angle goes in a few rows.
+struct Turning {
+  std::span<const double> t;
+  std::vector<double> speed;
+  double highest = 0;
+
+  explicit Turning(const Run& run) {
+    constexpr std::size_t rows = 3;  // to either side
+    if (run.has(Signal::omega)) {
+      t = run.at(Signal::omega).t;
+      speed = run.at(Signal::omega).value;
+    } else if (run.has(Signal::theta) && run.at(Signal::theta).t.size() > 2 * rows) {
+      const Series& theta = run.at(Signal::theta);
+      t = theta.t;
+      for (std::size_t k = 0; k < t.size(); ++k) {
+        const std::size_t from = k > rows ? k - rows : 0, to = std::min(k + rows, t.size() - 1);
+        speed.push_back((theta.value[to] - theta.value[from]) / (t[to] - t[from]));
+      }
+    }
+    highest = size_of(speed);
+  }
+
+  /// Does the shaft stand at a time? A dry brake holds it with any torque, and lets go and catches again within a
+  /// reading.
+  bool stands(double time) const {
+    constexpr double slow = 0.05;  // of the highest speed
+    const auto k = static_cast<std::size_t>(std::ranges::lower_bound(t, time) - t.begin());
+    return k < speed.size() && std::abs(speed[k]) < slow * highest;
+  }
+};
 
 }  // namespace
 
@@ -61,6 +82,7 @@ DataFindings spikes(const Run& run) {
   DataFindings findings;
   constexpr double far = 10;  // times the usual
   const std::vector<Off> all = all_off(run);
+  const Turning shaft(run);
   for (const Off& own : all) {
     const auto& [signal, t, sizes, usual] = own;
     const Series& series = run.at(signal);
@@ -85,7 +107,7 @@ DataFindings spikes(const Run& run) {
       std::ranges::sort(near);
       // Not where readings near by lie as far off: a signal that is rough there.
       if (sizes[k] < 3 * near[near.size() * 9 / 10] || drives.change(series.t[k], series.t[k])) continue;
-      if (another_sees_it(series.t[k]) || (signal == Signal::torque && stands(run, series.t[k]))) continue;
+      if (another_sees_it(series.t[k]) || (signal == Signal::torque && shaft.stands(series.t[k]))) continue;
       found.push_back(k);
       energy += sizes[k] * sizes[k];
     }

@@ -118,6 +118,38 @@ TEST_F(Check, ASensorThatFreezesIsHeldAndACoarseOneIsNot) {
   EXPECT_THAT(check(coarse, {}, &servo), IsEmpty());
 }
 
+TEST_F(Check, AnAngleThatStandsWithoutPowerIsNotHeld) {
+  // The reference goes back to nothing at 4 s; the tachogenerator stays where its coupling stuck.
+  const auto run_with = [](double power_after) {
+    Run run;
+    run.name = "stuck";
+    synthetic::Noise noise(3);
+    run.signals[Signal::u_ref] = synthetic::series(0.02, 8, [&](double t) { return t < 4 ? 4.0 : power_after; });
+    run.signals[Signal::omega] = synthetic::series(0.02, 8, [&](double t) { return (t < 4 ? 8 : 2) + noise(0.02); });
+    run.signals[Signal::theta] =
+        synthetic::series(0.02, 8, [](double t) { return 0.01 * std::floor(std::min(8 * t, 32.0) / 0.01); });
+    return std::vector{run};
+  };
+  EXPECT_THAT(check(run_with(0)), Not(names(Flaw::held, Signal::theta)));
+  EXPECT_THAT(check(run_with(1)), names(Flaw::held, Signal::theta));
+}
+
+TEST_F(Check, ABrakesTorqueThatLetsGoForOneReadingIsNoSpikeWhereTheAngleStands) {
+  const auto braked = [](double turns_until) {
+    Run run;
+    run.name = "braked";
+    synthetic::Noise noise(3);
+    run.signals[Signal::e_a] = synthetic::series(0.02, 10, [&](double) { return 6 + noise(0.02); });
+    run.signals[Signal::theta] =
+        synthetic::series(0.02, 10, [&](double t) { return 0.01 * std::floor(std::min(t, turns_until) * 5 / 0.01); });
+    run.signals[Signal::torque] =
+        synthetic::series(0.02, 10, [&](double t) { return std::abs(t - 8) < 0.005 ? 7.0 : 18 + noise(0.03); });
+    return std::vector{run};
+  };
+  EXPECT_THAT(check(braked(6)), Not(names(Flaw::spikes, Signal::torque)));
+  EXPECT_THAT(check(braked(10)), names(Flaw::spikes, Signal::torque));
+}
+
 TEST_F(Check, ASignalThatRepeatsItselfIsARemark) {
   auto runs = servo_runs();
   for (Run& run : runs) {
