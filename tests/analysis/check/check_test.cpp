@@ -141,7 +141,7 @@ TEST_F(Check, ABrakesTorqueThatLetsGoForOneReadingIsNoSpikeWhereTheAngleStands) 
     synthetic::Noise noise(3);
     run.signals[Signal::e_a] = synthetic::series(0.02, 10, [&](double) { return 6 + noise(0.02); });
     run.signals[Signal::theta] =
-        synthetic::series(0.02, 10, [&](double t) { return 0.01 * std::floor(std::min(t, turns_until) * 5.03 / 0.01); });
+        synthetic::series(0.02, 10, [&](double t) { return 5 * std::min(t, turns_until) + noise(0.004); });
     run.signals[Signal::torque] =
         synthetic::series(0.02, 10, [&](double t) { return std::abs(t - 8) < 0.005 ? 7.0 : 18 + noise(0.03); });
     return std::vector{run};
