@@ -99,7 +99,9 @@ std::string how_sure(const Diagnosis& d) {
     case Verdict::tied:
       return verdict + "these runs do not tell them apart" + judged;
     case Verdict::unknown_effect:
-      return verdict + error_cell(d.final_held_out) + " noise floors remain without a name" + judged;
+      return verdict + error_cell(d.final_held_out) + " noise floors remain without a name" +
+             (d.shown_by.empty() ? "" : ", and only " + joined(d.shown_by) + " shows it: no training run does") +
+             judged;
     case Verdict::nothing_missing:
       return verdict + "what is left is noise, or too little to matter" + judged;
     case Verdict::cannot_tell:
@@ -115,6 +117,8 @@ std::string as_arguments(const NamedFiles& f) {
          (f.candidates.empty() ? "" : " --candidates " + shell_quoted(f.candidates));
 }
 
+namespace {
+
 /// ` ID` of an effect of the library that is tied with another; nothing where all of them are formulas.
 std::string one_of_the_tied(const Diagnosis& d) {
   for (const MissingEffect& m : d.missing) {
@@ -126,6 +130,18 @@ std::string one_of_the_tied(const Diagnosis& d) {
   }
   return {};
 }
+
+/// The same with one held-out session, that of a run, among the training sessions.
+NamedFiles trained_on_too(NamedFiles f, const std::string& run) {
+  const auto session = std::ranges::find_if(
+      f.held_out, [&](const std::string& spec) { return run.starts_with(spec.substr(0, spec.find_first_of("#@"))); });
+  if (session == f.held_out.end()) return f;
+  f.sessions.push_back(*session);
+  f.held_out.erase(session);
+  return f;
+}
+
+}  // namespace
 
 std::string next_command(const Diagnosis& d, const NamedFiles& f) {
   NamedFiles plain = f;
@@ -144,6 +160,7 @@ std::string next_command(const Diagnosis& d, const NamedFiles& f) {
       }
       return "emtb effects" + one_of_the_tied(d);
     case Verdict::unknown_effect:
+      if (!d.shown_by.empty()) return "emtb diagnose" + as_arguments(trained_on_too(f, d.shown_by.front()));
       return "emtb report" + as_arguments(f) + " --out " + shell_quoted(stem(f.model) + ".html");
     case Verdict::nothing_missing:
       if (!f.out.empty()) break;

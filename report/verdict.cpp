@@ -131,6 +131,13 @@ std::string verdict_in_words(const Diagnosis& d) {
              rest_without_law(d);
     }
     case Verdict::unknown_effect:
+      if (!d.shown_by.empty()) {
+        return (d.missing.empty() ? "" : "The model lacks " + found + ". ") +
+               "The training runs show nothing else, but " + joined(d.shown_by) +
+               (d.shown_by.size() == 1 ? " does: " : " do: ") + floors(d.final_held_out) + " remain on " +
+               judged_on(d) + ". What acts there acts in no training run. Diagnose again with " +
+               (d.shown_by.size() == 1 ? "that run" : "one of those runs") + " among the training runs.";
+      }
       return d.missing.empty()
                  ? "Something is missing that no effect in the library explains: the error on " + judged_on(d) +
                        " is " + floors(d.final_held_out) + "."

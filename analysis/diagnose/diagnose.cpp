@@ -375,6 +375,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   sort_best_first(found.candidates);
   const std::vector<Signal> inputs = d.torque_only_loads ? std::vector{Signal::torque} : std::vector<Signal>{};
   d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, inputs, options.materiality));
+  if (d.verdict == Verdict::unknown_effect) d.shown_by = trials.runs_that_alone_show_a_remainder(found.current);
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");

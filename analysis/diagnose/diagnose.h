@@ -57,7 +57,8 @@ struct Diagnosis {
   bool torque_only_loads = false;          ///< the measured torque loads the shaft as it was read, whatever its law
   bool torque_is_input = false;            ///< and has no law of the library: no model is compared with it
   bool judged_on_training = false;         ///< a single run: nothing could be held out
-  std::vector<Proposal> next;              ///< where effects tie: experiments that would tell them apart, best first
+  std::vector<std::string> shown_by;  ///< held-out runs that alone show what is left: of no training run anything is
+  std::vector<Proposal> next;         ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
 
   /// What is known of an effect that the diagnosis names by its number.

@@ -332,17 +332,29 @@ std::string FittedTrials::pushed_to_a_bound(const Fit& judged) const {
   return {};
 }
 
+/// The runs of which a model leaves a remainder.
+std::vector<const Record*> FittedTrials::unexplained(std::span<const Record> runs, const Model& model,
+                                                     const RotorPhases& phases) const {
+  std::vector<const Record*> left;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const RotorPhases known = phases.empty() ? RotorPhases{} : RotorPhases{phases[i]};
+    if (criterion_.remainder(loss_on(runs.subspan(i, 1), model, known))) left.push_back(&runs[i]);
+  }
+  return left;
+}
+
 bool FittedTrials::explains_most_runs(const Trial& trial) {
-  std::size_t explained = 0;
-  const auto count = [&](std::span<const Record> runs, const RotorPhases& phases) {
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      const RotorPhases known = phases.empty() ? RotorPhases{} : RotorPhases{phases[i]};
-      if (!criterion_.remainder(loss_on(runs.subspan(i, 1), trial.model(), known))) ++explained;
-    }
-  };
-  count(data_.train, trial.fit.phases);
-  count(data_.held_out, trial.held_out_phases);
-  return 3 * explained >= 2 * (data_.train.size() + data_.held_out.size());
+  const std::size_t left = unexplained(data_.train, trial.model(), trial.fit.phases).size() +
+                           unexplained(data_.held_out, trial.model(), trial.held_out_phases).size();
+  return 3 * left <= data_.train.size() + data_.held_out.size();
+}
+
+std::vector<std::string> FittedTrials::runs_that_alone_show_a_remainder(const Trial& trial) const {
+  std::vector<std::string> names;
+  if (!unexplained(data_.train, trial.model(), trial.fit.phases).empty()) return names;
+  for (const Record* run : unexplained(data_.held_out, trial.model(), trial.held_out_phases))
+    names.push_back(run->name);
+  return names;
 }
 
 }  // namespace emtb

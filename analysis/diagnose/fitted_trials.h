@@ -41,6 +41,10 @@ class FittedTrials final : public Trials {
   /// K_b by itself. @return none where nothing is told, or the fit is no better
   std::optional<Trial> with_told_pins_free(const Trial& found);
 
+  /// The held-out runs of which something is left, where nothing is left of any training run: what is missing acts in
+  /// them alone, and no fit has seen it.
+  std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
+
   /// The effects that were last refused for a value that they cannot have, and why.
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
 
@@ -53,6 +57,8 @@ class FittedTrials final : public Trials {
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
   Quality quality_in_training(const Fit& fit) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;
+  std::vector<const Record*> unexplained(std::span<const Record> runs, const Model& model,
+                                         const RotorPhases& phases) const;
 
   const Dataset& data_;
   const Model& given_;

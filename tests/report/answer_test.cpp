@@ -84,6 +84,14 @@ TEST(Answer, ALoneRunSaysThatItJudgedItself) {
   EXPECT_THAT(answer_text(d, files), AllOf(HasSubstr("judged on itself"), HasSubstr("the run itself")));
 }
 
+TEST(Answer, WhatOnlyAHeldOutRunShowsIsToBeTrainedOn) {
+  Diagnosis d = answer(Verdict::unknown_effect);
+  d.shown_by = {"b.csv@1:2"};
+  EXPECT_THAT(answer_text(d, files),
+              AllOf(HasSubstr("remain without a name, and only b.csv@1:2 shows it: no training run does\n"),
+                    HasSubstr("\nnext     emtb diagnose 'my motor.yaml' a.csv b.csv@1:2 --map names.yaml\n")));
+}
+
 TEST(NextCommand, IsToBeTypedAsItStands) {
   EXPECT_EQ(next_command(answer(Verdict::found, {friction()}), files),
             "emtb add coulomb_friction 'my motor.yaml' a.csv --held-out b.csv@1:2 --map names.yaml --out "
