@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "analysis/numerics/even_series.h"
@@ -14,8 +15,10 @@
 namespace emtb {
 namespace {
 
-/// Of a sample: as recorded, read just after the write, and a row later.
-constexpr std::array shares{0.0, -1e-3, 1.0};
+/// Of a sample: as recorded, read just after the write, and a row later; then amid a row.
+constexpr std::size_t whole = 3;
+constexpr std::array shares{0.0,    -1e-3, 1.0,  -0.875, -0.75, -0.625, -0.5, -0.375, -0.25,
+                            -0.125, 0.125, 0.25, 0.375,  0.5,   0.625,  0.75, 0.875};
 using Costs = std::array<double, shares.size()>;
 
 /// What the driver's model leaves of the changes of a voltage, from reading to reading.
@@ -57,6 +60,20 @@ Costs costs_of(const Run& run, const Model& model) {
   return costs;
 }
 
+/// The share at which a parabola through the costs of a share amid a row and both of its neighbours is lowest.
+double lowest_between(const Costs& costs, std::size_t place) {
+  const double step = 0.125, at = shares[place];
+  const auto cost_at = [&](double share) -> std::optional<double> {
+    const auto found = std::ranges::find(shares, share);
+    if (found == shares.end()) return std::nullopt;
+    return costs[static_cast<std::size_t>(found - shares.begin())];
+  };
+  const auto before = cost_at(at - step), after = cost_at(at + step);
+  if (!before || !after) return at;
+  const double bend = *before - 2 * costs[place] + *after;
+  return bend > 0 ? at + std::clamp(0.5 * (*before - *after) / bend, -0.5, 0.5) * step : at;
+}
+
 /// What the changes of a current leave that do not go with those of a voltage, `rows` rows later.
 double unlike(std::span<const double> current, std::span<const double> voltage, std::size_t rows) {
   double ii = 0, iv = 0, vv = 0;
@@ -85,20 +102,26 @@ bool drives_the_motor(const Run& run, const Model& model) {
 }
 
 double reference_acts_after(std::span<const Run> runs, const Model& model) {
-  constexpr double clear = 20;  // of the sum of squares: a nuisance is free, but not for a crumb
-  constexpr double much = 0.9;  // of it is left at most: a driver that is slow is not read late
+  constexpr double clear = 20;    // of the sum of squares: a nuisance is free, but not for a crumb
+  constexpr double much = 0.9;    // of it is left at most: a driver that is slow is not read late
+  constexpr double little = 0.2;  // of what noise does not explain is left amid a row: a lag looks like an edge there,
+                                  // but leaves more
   Costs costs{};
+  double noise = 0;
   const Run* first = nullptr;
   for (const Run& run : runs) {
     if (!drives_the_motor(run, model) || run.at(Signal::u_ref).t.size() < 10) continue;
     if (first == nullptr) first = &run;
     const Costs of_run = costs_of(run, model);
     for (std::size_t i = 0; i < shares.size(); ++i) costs[i] += of_run[i];
+    noise += static_cast<double>(run.at(Signal::u_ref).t.size() - 1);
   }
   if (first == nullptr) return 0;
-  const auto least = std::ranges::min_element(costs);
+  auto least = std::min_element(costs.begin(), costs.begin() + whole);
+  if (const auto amid = std::ranges::min_element(costs); *amid - noise < little * (*least - noise)) least = amid;
   if (*least > costs[0] - clear || *least > much * costs[0]) return 0;
-  const double share = shares[static_cast<std::size_t>(least - costs.begin())];
+  const auto place = static_cast<std::size_t>(least - costs.begin());
+  const double share = place < whole ? shares[place] : lowest_between(costs, place);
   return share * mean_interval(first->at(Signal::u_ref).t);
 }
 

@@ -9,8 +9,10 @@ namespace emtb {
 
 /// [s] When the reference of a row acts, relative to the readings of that row, as a fast reading of the terminals tells
 /// by itself: a row is read before its reference is written (0, also where nothing tells it), after (negative, as good
-/// as nothing), or the reference acts a row later (a sample). Half a sample of difference between the voltage that is
-/// thought to drive a motor and the one that does would show as a late speed, and as another resistance.
+/// as nothing), or the reference acts a row later (a sample). Where the driver moves slowly enough to tell and nearly
+/// nothing is left then, amid a row: one of the two instruments is late by less. Half a sample of difference between
+/// the voltage that is thought to drive a motor and the one that does would show as a late speed, and as another
+/// resistance.
 ///
 /// Judged by what the driver's model leaves of the changes from reading to reading: what is slow cancels.
 /// @param runs of one file or set, logged alike
