@@ -11,7 +11,7 @@ constexpr std::size_t enough =
 
 }  // namespace
 
-double resolution(std::span<const std::span<const double>> pieces) {
+double resolution(std::span<const std::span<const double>> pieces, bool may_be_set) {
   std::size_t count = 0;
   std::size_t changes = 0;
   for (const auto& piece : pieces) {
@@ -19,7 +19,8 @@ double resolution(std::span<const std::span<const double>> pieces) {
     for (std::size_t i = 1; i < piece.size(); ++i) changes += piece[i] != piece[i - 1] ? 1 : 0;
   }
   const std::size_t of_a_slow_meter = std::clamp<std::size_t>(count / 2, 6, 16);
-  if (changes < std::max(of_a_slow_meter, count / 100)) return 0;
+  const bool rarely = changes < std::max(of_a_slow_meter, count / 100);
+  if (rarely && (may_be_set || changes < of_a_slow_meter)) return 0;
 
   std::vector<double> values;
   const std::size_t stride = count / enough + 1;
@@ -55,6 +56,7 @@ double resolution(std::span<const std::span<const double>> pieces) {
   off = std::sqrt(off / static_cast<double>(values.size()));
   constexpr double exactly = 1e-3, nearly = 0.15;  // of a step; on no grid: 0.29
   if (off < exactly) return step;
+  if (rarely) return 0;
   const bool gapless = steps == static_cast<double>(gaps.size());
   return off < nearly && values.size() >= (gapless ? 5U : 8U) ? step : 0;
 }

@@ -11,8 +11,9 @@ namespace emtb {
 /// A 12-bit converter leaves a few thousand distinct values, evenly spaced but for the rounding of the text they were
 /// written in. Taken as evident where at least five distinct values (eight, if some steps are missing between them) lie
 /// within 0.15 steps rms of the grid, or four within a thousandth, as a slow meter's few readings do; and where the
-/// values keep changing: the levels of a staircase are evenly spaced too, but rarely change.
-/// @param pieces the same channel in each run of a session
-double resolution(std::span<const std::span<const double>> pieces);
+/// values keep changing: the levels of a staircase are evenly spaced too, but rarely change. So do the readings of a
+/// coarse instrument without noise: where nobody sets them, values that lie on the grid to a thousandth are enough.
+/// @param pieces the same channel in each run of a session @param may_be_set by a command, to levels of its own
+double resolution(std::span<const std::span<const double>> pieces, bool may_be_set);
 
 }  // namespace emtb

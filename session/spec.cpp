@@ -105,6 +105,15 @@ bool begins_within(const Series& series, bool sparse, std::size_t k, double t0) 
   return t0 <= 0 || (series.window == 0 && !sparse) || window_start(series, k) >= t0 - rounding;
 }
 
+/// A reference is set, and so may be what drives a motor: a voltage, or a current where there is none.
+bool may_be_set(const Session& session, Signal signal) {
+  const auto has = [&](Signal other) {
+    return std::ranges::any_of(session.runs, [&](const Run& run) { return run.has(other); });
+  };
+  return signal == Signal::u_ref || signal == Signal::e_a || signal == Signal::i_f || signal == Signal::armature_open ||
+         (signal == Signal::i_a && !has(Signal::u_ref) && !has(Signal::e_a));
+}
+
 void estimate_resolutions(Session& session) {
   for (const Signal signal : all_signals()) {
     std::vector<Series*> series;
@@ -115,7 +124,7 @@ void estimate_resolutions(Session& session) {
       pieces.emplace_back(series.back()->value);
     }
     if (series.empty() || std::ranges::any_of(series, [](const Series* s) { return s->lsb > 0; })) continue;
-    const double lsb = resolution(pieces);
+    const double lsb = resolution(pieces, may_be_set(session, signal));
     for (Series* s : series) s->lsb = lsb;
   }
 }

@@ -85,7 +85,8 @@ std::vector<Stretch> open_armature(const Run& run) {
 double lsb_of(const Series& series) {
   if (series.lsb > 0) return series.lsb;
   const std::array pieces{std::span<const double>(series.value)};
-  return resolution(pieces);
+  constexpr bool may_be_set = true;  // a series by itself does not say
+  return resolution(pieces, may_be_set);
 }
 
 double averaging_window(const Run& run, Signal signal) {

@@ -10,9 +10,9 @@
 namespace emtb {
 namespace {
 
-double resolution_of(const std::vector<double>& values) {
+double resolution_of(const std::vector<double>& values, bool may_be_set = true) {
   const std::span<const double> piece(values);
-  return resolution({&piece, 1});
+  return resolution({&piece, 1}, may_be_set);
 }
 
 /// A converter of that step behind a noisy signal that runs over `range`, printed with so many significant digits.
@@ -62,10 +62,21 @@ TEST(Resolution, TheLevelsOfAStaircaseAreNoGrid) {
   EXPECT_EQ(resolution_of(values), 0);
 }
 
+TEST(Resolution, OfACoarseInstrumentWithoutNoiseIsToldByTheFewChangesOfWhatNobodySets) {
+  std::vector<double> current;  // two inrushes in a file of 8 digits: 0 to 5 steps and back, then nothing for long
+  for (int inrush = 0; inrush < 2; ++inrush) {
+    for (const int level : {0, 4, 5, 4, 3, 2, 1, 0, -4, -5, -4, -3, -2, -1}) {
+      current.insert(current.end(), level == 0 ? 1000 : 30, std::round(17.9262137e6 * level) / 1e6);
+    }
+  }
+  EXPECT_NEAR(resolution_of(current, false), 17.9262137, 1e-4);
+  EXPECT_EQ(resolution_of(current, true), 0);
+}
+
 TEST(Resolution, IsUnknownForAConstantAndForNothing) {
   EXPECT_EQ(resolution_of(std::vector<double>(1000, 3.0)), 0);
   EXPECT_EQ(resolution_of({}), 0);
-  EXPECT_EQ(resolution({}), 0);
+  EXPECT_EQ(resolution({}, true), 0);
 }
 
 }  // namespace
