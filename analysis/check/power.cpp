@@ -17,7 +17,9 @@ std::optional<Signal> turned(const MotionWindows& w, const MotorBalance& b) {
   if (!w.voltage) {
     return negative(b.inertia) && b.back_power < 0 ? std::optional(Signal::i_a) : std::nullopt;
   }
-  if (against) return b.power_in < 0 && b.back_power > 0 ? w.voltage : w.speed;
+  if (against && b.power_in < 0 && b.back_power > 0) return w.voltage;
+  // A load that drives the motor backwards, as a weight that is let down, turns no sign of the balances.
+  if (against) return negative(b.inertia) || negative(b.back_emf) ? w.speed : std::nullopt;
   // A weak current may have an offset larger than itself, so the power alone does not do.
   const bool backwards = (b.power_in < 0 && b.back_power < 0) || negative(b.inertia);
   const bool by_balance = negative(b.resistance) && !positive(b.inertia) && (b.power_in < 0 || b.back_power < 0);

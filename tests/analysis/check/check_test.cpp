@@ -105,6 +105,25 @@ TEST_F(Check, PowerTellsWhichSignalIsTurned) {
   }
 }
 
+TEST_F(Check, AWeightThatIsLetDownTurnsNoSign) {
+  // The voltage holds back what pulls the shaft backwards: the more it holds, the slower.
+  Run run;
+  run.name = "hoist";
+  synthetic::Noise noise(3);
+  constexpr double R = 5, K = 0.5, J = 0.02, load = 1, interval = 0.01;
+  Series &e_a = run.signals[Signal::e_a], &i_a = run.signals[Signal::i_a], &omega = run.signals[Signal::omega];
+  double speed = 0;
+  for (int k = 0; k < 1500; ++k) {
+    const double t = interval * k, e = t < 1 ? 10 : 4 + 2 * std::sin(1.1 * t), i = (e - K * speed) / R;
+    for (Series* s : {&e_a, &i_a, &omega}) s->t.push_back(t);
+    e_a.value.push_back(e + noise(0.02));
+    i_a.value.push_back(i + noise(0.01));
+    omega.value.push_back(speed + noise(0.05));
+    if (t >= 1) speed += interval * (K * i - load) / J;
+  }
+  EXPECT_THAT(check(std::vector{run}), Not(Contains(is_a(Flaw::sign))));
+}
+
 TEST_F(Check, ASensorThatFreezesIsHeldAndACoarseOneIsNot) {
   auto runs = servo_runs();
   ASSERT_TRUE(planted::hold(runs[0], Signal::omega, 200));
