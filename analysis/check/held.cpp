@@ -21,8 +21,9 @@ double mean_of(const Series& y, double from, double to) {
 }
 
 /// Whether another signal goes somewhere else during a stretch: a third of its range between its thirds. A third of
-/// this one's has to be several of its steps for that to tell anything.
+/// this one's has to be several of its steps for that to tell anything. A brake takes one torque at any speed.
 bool others_move(const Run& run, Signal held_signal, double from, double to) {
+  if (held_signal == Signal::torque) return false;
   constexpr double several = 5;
   const Series& own = run.at(held_signal);
   std::vector<double> sorted = own.value;  // but for the peaks, as of a current that starts the motor
@@ -127,6 +128,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   if (signal == Signal::e_a) undriven = own;
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<Stretch> found;
+  constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
   for (const Stretch& s : all) {
     if (angle) {
       if (angle_held(run, series, s, step, far)) found.push_back(s);
@@ -138,7 +140,10 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
-    bool without_noise = own.noisy && is_long(s, own);
+    // A voltage under a reference that stays is where it should be, however quiet.
+    const bool stays = signal == Signal::e_a && !drives.change(series.t[std::min(s.begin + edge, s.end - 1)],
+                                                               series.t[std::max(s.begin, s.end - 1 - edge)]);
+    bool without_noise = !stays && own.noisy && is_long(s, own);
     if (without_noise) {
       if (!undriven) undriven = undriven_restlessness(run, signal, rest);
       without_noise = undriven->noisy && is_long(s, *undriven);
