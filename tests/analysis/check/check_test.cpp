@@ -106,7 +106,7 @@ TEST_F(Check, PowerTellsWhichSignalIsTurned) {
 }
 
 TEST_F(Check, ABrakesTorqueAndAVoltageUnderAReferenceThatStaysMayStay) {
-  // A coarse gauge shows one step while the reference is reversed; the driver rests at its limit, and is quiet there.
+  // A coarse gauge shows one step while the reference is reversed, and the driver is quiet at its limit.
   Run run;
   run.name = "reversed";
   synthetic::Noise noise(3);
@@ -115,14 +115,14 @@ TEST_F(Check, ABrakesTorqueAndAVoltageUnderAReferenceThatStaysMayStay) {
   double speed = 0;
   for (int k = 0; k < 2000; ++k) {
     const double t = 1e-3 * k;
-    const bool limit = k % 500 >= 450;
+    const bool limit = k % 1000 >= 750;
     const double u = limit ? -6 : 3 + noise(0.05);
     speed += 0.004 * ((limit ? -150 : 75) - speed);
     for (Series* s : {&u_ref, &e_a, &omega, &torque}) s->t.push_back(t);
     u_ref.value.push_back(u);
     e_a.value.push_back(0.0129 * std::round((limit ? -15.7 : 2.6 * u + noise(0.02)) / 0.0129));
     omega.value.push_back(speed + noise(0.5));
-    torque.value.push_back(speed > 0 ? 24.5 : -24.5);
+    torque.value.push_back(speed > 0 ? 0.5 * std::round(std::min(49.0, 100 * t)) : -24.5);
   }
   EXPECT_THAT(check(std::vector{run}), Not(Contains(is_a(Flaw::held))));
 }
