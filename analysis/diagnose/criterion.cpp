@@ -8,10 +8,6 @@ bool MaterialityCriterion::material(const Loss& without, const Loss& with) const
   return emtb::material(without, with, rule_);
 }
 
-bool MaterialityCriterion::stands_out(const Loss& without, const Loss& with) const {
-  return emtb::stands_out(without, with, rule_);
-}
-
 bool MaterialityCriterion::worth_a_step(const Loss& without, const Loss& with) const {
   return emtb::worth_a_step(without, with, rule_);
 }

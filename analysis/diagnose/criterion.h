@@ -13,11 +13,8 @@ class Criterion {
   /// Does going from `without` to `with` remove something that counts, and make the whole no worse?
   virtual bool material(const Loss& without, const Loss& with) const = 0;
 
-  /// The same, and explain as much of some signal as is left of it: enough to be named in the end?
-  virtual bool stands_out(const Loss& without, const Loss& with) const { return material(without, with); }
-
-  /// Is it material, to go on from there: what it gains may show only beside what comes after it, when less is left to
-  /// hide it.
+  /// The same, to go on from there: what it gains may show only beside what comes after it, when less is left to hide
+  /// it.
   virtual bool worth_a_step(const Loss& without, const Loss& with) const { return material(without, with); }
 
   /// Is what it removes more than a law that removed all the rest may be off by?
@@ -51,7 +48,6 @@ class MaterialityCriterion final : public Criterion {
   explicit MaterialityCriterion(const Materiality& rule) : rule_(rule) {}
 
   bool material(const Loss& without, const Loss& with) const override;
-  bool stands_out(const Loss& without, const Loss& with) const override;
   bool worth_a_step(const Loss& without, const Loss& with) const override;
   bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with) const override;
   bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const override;

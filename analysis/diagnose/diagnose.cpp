@@ -185,11 +185,6 @@ class WholeSearch {
     return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
   }
 
-  /// What is named of it in the end.
-  Finding in_the_end(Finding found, const Loss& as_given) {
-    return Search(trials_, criterion_, std::move(found), as_given, progress_).with_what_stands_out();
-  }
-
   /// The same model, fitted to data that have changed.
   Trial again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
 
@@ -363,7 +358,6 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   first = std::move(road.first);
   Finding found = std::move(road.found);
   if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
-  found = search.in_the_end(std::move(found), first.held_out);
   drop_what_is_not_told(found, trials, criterion, *prepared);
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();

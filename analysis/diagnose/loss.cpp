@@ -115,10 +115,6 @@ bool material(const Loss& without, const Loss& with, const Materiality& rule) {
   return gain(*without.quality, *with.quality) > rule.nats && takes_share(without, rule.share, without, with, rule);
 }
 
-bool stands_out(const Loss& without, const Loss& with, const Materiality& rule) {
-  return material(without, with, rule) && takes_share(without, rule.beside, without, with, rule);
-}
-
 bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with, const Materiality& rule) {
   const auto at_first = as_given.mean_squares(), before = without.mean_squares();
   return std::ranges::any_of(Loss::difference(without, with), [&](const auto& entry) {

@@ -78,8 +78,6 @@ struct Materiality {
   double share = 0.10;  ///< of the excess mean square (RMSE^2/sigma^2 - 1) that must go
   double least = 0.10;  ///< of the mean square itself: a twentieth of the signal's error. Less is a name for what the
                         ///< law of another effect, the steps of a meter or the colour of the noise leaves
-  double beside = 0.5;  ///< the same share, of an effect that is named in the end: it explains as much of some signal
-                        ///< as is left of it. Less is what the model's error happens to look like
   double distinct = 0.02;  ///< the same, between two models of which each explains what the other does
   double errors = 2;       ///< standard errors of the gain under noise alone. An effect of z standard errors gains z^2,
                            ///< which noise scatters by 2 z: this asks for z > 4
@@ -105,9 +103,6 @@ bool worth_a_step(const Loss& without, const Loss& with, const Materiality& rule
 
 /// The same, and make the whole likelier; where that was not asked for, the error smaller?
 bool material(const Loss& without, const Loss& with, const Materiality& rule = {});
-
-/// Is what goes from `without` to `with` material, and in some signal as much as is left there?
-bool stands_out(const Loss& without, const Loss& with, const Materiality& rule = {});
 
 /// Does going from `without` to `with` remove something material from some signal, counted as a share of what was too
 /// much `before`?

@@ -42,13 +42,7 @@ Search::Search(Trials& trials, const Criterion& criterion, Finding found, Loss a
 
 Finding Search::without_superfluous() {
   if (auto fitted = trials_.fit_to_the_end(found_.current.model())) found_.current = std::move(*fitted);
-  prune(Need::to_go_on);
-  if (rivals_are_stale_) renew_rivals();
-  return std::move(found_);
-}
-
-Finding Search::with_what_stands_out() {
-  prune(Need::to_be_named);
+  prune();
   if (rivals_are_stale_) renew_rivals();
   return std::move(found_);
 }
@@ -69,7 +63,7 @@ void Search::settle() {
   constexpr int most = 3;  // passes: two suffice but where models take turns
   for (int pass = 0; pass < most; ++pass) {
     swap();
-    prune(Need::to_go_on);
+    prune();
     const std::size_t before = found_.effects.size();
     forward();
     if (found_.effects.size() == before) return;
@@ -366,12 +360,12 @@ bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t membe
 }
 
 /// What the others have made superfluous goes.
-void Search::prune(Need need) {
+void Search::prune() {
   for (std::size_t i = 0; i < found_.effects.size();) {
     tell(0.85, "pruning");
     const std::size_t effect = found_.effects[i];
     std::optional<Trial> without;
-    if (needed(effect, found_.current.model()) || !superfluous(effect, need, without)) {
+    if (needed(effect, found_.current.model()) || !superfluous(effect, without)) {
       ++i;
       continue;
     }
@@ -385,16 +379,12 @@ void Search::prune(Need need) {
   }
 }
 
-bool Search::counts(Need need, const Loss& without, const Loss& with) const {
-  return need == Need::to_be_named ? criterion_.stands_out(without, with) : criterion_.material(without, with);
-}
-
 /// Does the model do without an effect? @param without its fit without
-bool Search::superfluous(std::size_t effect, Need need, std::optional<Trial>& without) {
+bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
   const Trial& current = found_.current;
   without = fit_without(effect);
   const auto worse_without = [&] {
-    return !without || (counts(need, without->held_out, current.held_out) &&
+    return !without || (criterion_.material(without->held_out, current.held_out) &&
                         criterion_.beyond_the_laws(as_given_, without->held_out, current.held_out));
   };
   bool stays = worse_without();

@@ -67,9 +67,6 @@ class Search {
   /// What was found, fitted again, without what has become superfluous.
   Finding without_superfluous();
 
-  /// What was found, without what explains less of each signal than is left of it.
-  Finding with_what_stands_out();
-
  private:
   /// A fitted model, the scores of what is absent from it, and the refits of the best of them.
   struct Round {
@@ -78,8 +75,6 @@ class Search {
     std::vector<Addition> refits;
     std::optional<std::vector<Addition>> all_refits = {};  ///< of all effects, once they were asked for
   };
-  /// For what an effect has to be needed: half of the truth, with which a search goes on, may do little by itself.
-  enum class Need { to_go_on, to_be_named };
   /// What is found where cogging is taken first, and after it what removes most.
   struct Chain {
     std::vector<std::size_t> effects;
@@ -101,14 +96,13 @@ class Search {
   void try_rivals_of(std::size_t place);
   bool try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits);
   void try_all_in_the_place_of_each();
-  void prune(Need need);
+  void prune();
   void renew_rivals();
   Round& round_of_current();
   Round* round_without(std::size_t place);
   const std::vector<Addition>& all_refits_of(Round& round);
   bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
-  bool counts(Need need, const Loss& without, const Loss& with) const;
-  bool superfluous(std::size_t effect, Need need, std::optional<Trial>& without);
+  bool superfluous(std::size_t effect, std::optional<Trial>& without);
 
   Round* round(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted);
   const Round& first_round();
