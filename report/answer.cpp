@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
+#include <string_view>
 
 #include "model/catalogue.h"
 #include "report/gauge_words.h"
@@ -131,14 +133,18 @@ std::string one_of_the_tied(const Diagnosis& d) {
   return {};
 }
 
-/// The same with one held-out session, that of a run, among the training sessions.
-NamedFiles trained_on_too(NamedFiles f, const std::string& run) {
-  const auto session = std::ranges::find_if(
-      f.held_out, [&](const std::string& spec) { return run.starts_with(spec.substr(0, spec.find_first_of("#@"))); });
-  if (session == f.held_out.end()) return f;
-  f.sessions.push_back(*session);
-  f.held_out.erase(session);
-  return f;
+/// The same with one held-out session, that of a run, among the training sessions; none where no session is its.
+std::optional<NamedFiles> trained_on_too(NamedFiles f, const std::string& run) {
+  for (const std::string_view less : {"", "@", "#@"}) {  // its run and span, its run, or its file
+    const auto session = std::ranges::find_if(f.held_out, [&](const std::string& spec) {
+      return less.empty() ? run == spec : run.starts_with(spec.substr(0, spec.find_first_of(less)));
+    });
+    if (session == f.held_out.end()) continue;
+    f.sessions.push_back(*session);
+    f.held_out.erase(session);
+    return f;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -160,7 +166,9 @@ std::string next_command(const Diagnosis& d, const NamedFiles& f) {
       }
       return "emtb effects" + one_of_the_tied(d);
     case Verdict::unknown_effect:
-      if (!d.shown_by.empty()) return "emtb diagnose" + as_arguments(trained_on_too(f, d.shown_by.front()));
+      if (!d.shown_by.empty()) {
+        if (const auto more = trained_on_too(f, d.shown_by.front())) return "emtb diagnose" + as_arguments(*more);
+      }
       return "emtb report" + as_arguments(f) + " --out " + shell_quoted(stem(f.model) + ".html");
     case Verdict::nothing_missing:
       if (!f.out.empty()) break;

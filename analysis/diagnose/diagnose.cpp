@@ -250,8 +250,7 @@ struct Road {
 
 /// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
 /// lacked may have looked like another timing, or another start. The first answer stands where it still does better. By
-/// how little an instrument is behind the others only
-/// the answer tells.
+/// how little an instrument is behind the others only the answer tells.
 Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial first) {
   // Starts bend the fit and the fit the starts.
   for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {

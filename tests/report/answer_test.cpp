@@ -90,6 +90,12 @@ TEST(Answer, WhatOnlyAHeldOutRunShowsIsToBeTrainedOn) {
   EXPECT_THAT(answer_text(d, files),
               AllOf(HasSubstr("remain without a name, and only b.csv@1:2 shows it: no training run does\n"),
                     HasSubstr("\nnext     emtb diagnose 'my motor.yaml' a.csv b.csv@1:2 --map names.yaml\n")));
+  d.shown_by = {"a.csv#high"};
+  EXPECT_EQ(next_command(d, {.model = "m.yaml", .sessions = {"a.csv#one"}, .held_out = {"a.csv#low", "a.csv#high"}}),
+            "emtb diagnose m.yaml 'a.csv#one' 'a.csv#high' --held-out 'a.csv#low'");
+  EXPECT_THAT(next_command(d, {.model = "m.yaml", .sessions = {"b.csv"}, .held_out = {"c.csv"}}),
+              StartsWith("emtb report "))
+      << "a run that is in none of the files";
 }
 
 TEST(NextCommand, IsToBeTypedAsItStands) {
