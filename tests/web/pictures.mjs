@@ -1,7 +1,7 @@
 // The pictures of docs/page.md: every view, as it stands in the middle of the story.
 import os from "node:os";
 import path from "node:path";
-import {Bench, benchFile, emtb, goTo, newPage, open, recordStory, root, runAll, servePage, test, until} from "./harness.mjs";
+import {Bench, benchFile, emtb, goTo, newPage, open, recordStory, root, runAll, serveHump, servePage, test, until} from "./harness.mjs";
 
 const out = process.env.EMTB_PICTURES;
 let served, bench;
@@ -57,6 +57,13 @@ test("pictures", async () => {
   await page.locator(".figure canvas").nth(1).waitFor();
   await until("some seconds of innovation", async () => JSON.parse(emtb("--socket", bench.socket, "status", "--json", "-")).run?.t > 22).catch(() => undefined);
   await shot(page, "estimates");
+
+  const law = await newPage(small);
+  await open(law, (await serveHump()).url, "diagnose");
+  await law.locator("#diagnose").click();
+  await law.locator("#discovered").waitFor({timeout: 200_000});
+  await law.evaluate(() => globalThis.scrollTo(0, 0));
+  await shot(law, "law");
 
   const phone = await newPage({viewport: {width: 360, height: 740}, hasTouch: true});
   await open(phone, served.url, "bench");

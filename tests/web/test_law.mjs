@@ -1,18 +1,5 @@
 // A motor with friction that no effect of the library is: what is left is told with a law, and the law is added.
-import fs from "node:fs";
-import path from "node:path";
-import {axe, emtb, expect, folder, newPage, number, open, root, runAll, servePage, test, until} from "./harness.mjs";
-
-/// A session of a motor that drags most around 70 rad/s.
-function humped(profile) {
-  const linear = fs.readFileSync(path.join(root, "config/models/fh2.yaml"), "utf8");
-  const hump = '{torque: "-a*tanh(omega/2)*exp(-((abs(omega) - 70)/15)^2)", parameters: {a: {value: 0.05, min: 0, max: 1, unit: N m}}}';
-  if (!/^effects: \{\}$/m.test(linear)) throw new Error("the shipped model has effects");
-  const truth = path.join(folder, "truth.yaml"), session = path.join(folder, `${profile}.csv`);
-  fs.writeFileSync(truth, linear.replace(/^effects: \{\}$/m, `effects:\n  hump: ${hump}`));
-  emtb("simulate", truth, profile, "--rate", "50", "--out", session);
-  return session;
-}
+import {axe, expect, newPage, number, open, runAll, serveHump, test, until} from "./harness.mjs";
 
 let page;
 const errorHeldOut = () => number(page, "#error-held-out");
@@ -37,8 +24,7 @@ test("adding the law makes the error fall; undo brings it back", async () => {
 test("nothing broke in the page meanwhile", async () => expect(page.wrong.length === 0, page.wrong.join("\n")));
 
 await runAll(async () => {
-  const [ramp, random, mid, low] = ["fh2_ramp", "fh2_random", "fh2_step_mid", "fh2_step_low"].map(humped);
-  const served = await servePage([path.join(root, "config/models/fh2.yaml"), ramp, random, "--held-out", mid, low]);
+  const served = await serveHump();
   page = await newPage();
   await open(page, served.url, "diagnose");
 });
