@@ -102,7 +102,9 @@ std::string how_sure(const Diagnosis& d) {
       return verdict + "these runs do not tell them apart" + judged;
     case Verdict::unknown_effect:
       return verdict + error_cell(d.final_held_out) + " noise floors remain without a name" +
-             (d.shown_by.empty() ? "" : ", and only " + joined(d.shown_by) + " shows it: no training run does") +
+             (d.shown_by.empty() ? ""
+                                 : ", and only " + joined(d.shown_by) + (d.shown_by.size() == 1 ? " shows" : " show") +
+                                       " it: no training run does") +
              judged;
     case Verdict::nothing_missing:
       return verdict + "what is left is noise, or too little to matter" + judged;

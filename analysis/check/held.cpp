@@ -128,7 +128,6 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   if (signal == Signal::e_a) undriven = own;
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<Stretch> found;
-  constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
   for (const Stretch& s : all) {
     if (angle) {
       if (angle_held(run, series, s, step, far)) found.push_back(s);
@@ -140,10 +139,12 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
-    // A voltage under a reference that stays is where it should be, however quiet.
-    const bool stays = signal == Signal::e_a && !drives.change(series.t[std::min(s.begin + edge, s.end - 1)],
-                                                               series.t[std::max(s.begin, s.end - 1 - edge)]);
-    bool without_noise = !stays && own.noisy && is_long(s, own);
+    bool without_noise = own.noisy && is_long(s, own);
+    if (without_noise && signal == Signal::e_a) {
+      constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
+      // Under a reference that stays a voltage is where it should be, however quiet.
+      without_noise = drives.change(series.t[s.begin + edge], series.t[s.end - 1 - edge]);
+    }
     if (without_noise) {
       if (!undriven) undriven = undriven_restlessness(run, signal, rest);
       without_noise = undriven->noisy && is_long(s, *undriven);

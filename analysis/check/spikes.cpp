@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "analysis/check/readings.h"
 #include "analysis/numerics/statistics.h"
@@ -82,7 +85,8 @@ DataFindings spikes(const Run& run) {
   DataFindings findings;
   constexpr double far = 10;  // times the usual
   const std::vector<Off> all = all_off(run);
-  const Turning shaft(run);
+  std::optional<Turning> shaft;
+  if (run.has(Signal::torque)) shaft.emplace(run);
   for (const Off& own : all) {
     const auto& [signal, t, sizes, usual] = own;
     const Series& series = run.at(signal);
@@ -107,7 +111,7 @@ DataFindings spikes(const Run& run) {
       std::ranges::sort(near);
       // Not where readings near by lie as far off: a signal that is rough there.
       if (sizes[k] < 3 * near[near.size() * 9 / 10] || drives.change(series.t[k], series.t[k])) continue;
-      if (another_sees_it(series.t[k]) || (signal == Signal::torque && shaft.stands(series.t[k]))) continue;
+      if (another_sees_it(series.t[k]) || (signal == Signal::torque && shaft->stands(series.t[k]))) continue;
       found.push_back(k);
       energy += sizes[k] * sizes[k];
     }

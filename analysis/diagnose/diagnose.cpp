@@ -185,6 +185,15 @@ class WholeSearch {
     return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
   }
 
+  /// A search anew, in data whose timing or starts have changed; what was found before stands where it still does
+  /// better.
+  Finding anew_from(Trial& first, Finding before) {
+    Finding anew = from(first);
+    Finding kept = again(std::move(before), first.held_out);
+    if (criterion_.material(anew.current.held_out, kept.current.held_out)) return kept;
+    return anew;
+  }
+
   /// The same model, fitted to data that have changed.
   Trial again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
 
@@ -251,7 +260,7 @@ struct Road {
 /// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
 /// lacked may have looked like another timing, or another start. The first answer stands where it still does better. By
 /// how little an instrument is behind the others only the answer tells.
-Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial first) {
+Road search_from(Dataset& data, WholeSearch& search, Trial first) {
   // Starts bend the fit and the fit the starts.
   for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {
     first = search.again(first);
@@ -261,9 +270,7 @@ Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion,
   TimingChange change = settle_timing(data, found.current.model());
   if (change == TimingChange::other || other_starts) {
     first = search.again(first);
-    Finding anew = search.from(first);
-    Finding kept = search.again(std::move(found), first.held_out);
-    found = std::move(criterion.material(anew.current.held_out, kept.current.held_out) ? kept : anew);
+    found = search.anew_from(first, std::move(found));
     change = settle_timing(data, found.current.model());
   }
   if (change != TimingChange::none) {
@@ -278,12 +285,12 @@ Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion,
 Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   const TimingChange change = settle_timing(data, as_recorded.model());
-  if (change == TimingChange::none) return search_from(data, search, criterion, as_recorded);
-  if (change == TimingChange::slight) return search_from(data, search, criterion, search.again(as_recorded));
-  Road told = search_from(data, search, criterion, search.again(as_recorded));
+  if (change == TimingChange::none) return search_from(data, search, as_recorded);
+  if (change == TimingChange::slight) return search_from(data, search, search.again(as_recorded));
+  Road told = search_from(data, search, search.again(as_recorded));
   if (told.found.effects.empty() || !criterion.remainder(told.found.current.held_out)) return told;
   set(data, recorded);
-  Road plain = search_from(data, search, criterion, search.again(as_recorded));
+  Road plain = search_from(data, search, search.again(as_recorded));
   Road& best = likelier(plain.found.current.held_out, told.found.current.held_out) ? plain : told;
   set(data, best.circumstances);
   return std::move(best);

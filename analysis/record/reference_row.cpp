@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "analysis/numerics/even_series.h"
@@ -15,11 +14,11 @@
 namespace emtb {
 namespace {
 
-/// Of a sample: as recorded, read just after the write, and a row later; then amid a row.
+/// Of a sample: as recorded, read just after the write, and a row later; then eighths of a row, from a row before on.
 constexpr std::size_t whole = 3;
-constexpr std::array shares{0.0,    -1e-3, 1.0,  -0.875, -0.75, -0.625, -0.5, -0.375, -0.25,
-                            -0.125, 0.125, 0.25, 0.375,  0.5,   0.625,  0.75, 0.875};
-using Costs = std::array<double, shares.size()>;
+constexpr double eighth = 0.125;
+constexpr std::array shares{0.0,    -1e-3, 1.0,   -1.0, -0.875, -0.75, -0.625, -0.5, -0.375, -0.25,
+                            -0.125, 0.0,   0.125, 0.25, 0.375,  0.5,   0.625,  0.75, 0.875,  1.0};
 
 /// What the driver's model leaves of the changes of a voltage, from reading to reading.
 std::vector<double> unforeseen_changes(std::span<const double> measured, std::span<const double> expected) {
@@ -35,8 +34,9 @@ double robust_scatter(std::vector<double> changes) {
   return robust_sigma(std::move(changes));
 }
 
-/// The sum of squares of the changes that are not foreseen, for each share, in units of their scatter.
-Costs costs_of(const Run& run, const Model& model) {
+/// Adds the sum of squares of the changes that are not foreseen, for each of the first shares, in units of their
+/// scatter.
+void add_costs(const Run& run, const Model& model, std::vector<double>& to) {
   const Series &reference = run.at(Signal::u_ref), &terminals = run.at(Signal::e_a);
   Excitation x;
   x.t = reference.t;
@@ -45,8 +45,8 @@ Costs costs_of(const Run& run, const Model& model) {
   x.initial.e_driver = measured.front();
   const std::vector<double> values = model.values();
   double scatter = infinity;
-  Costs costs{};
-  for (std::size_t i = 0; i < shares.size(); ++i) {
+  std::vector<double> costs(to.size(), 0);
+  for (std::size_t i = 0; i < costs.size(); ++i) {
     x.acts_after = shares[i] * mean_interval(x.t);
     Trajectory<double> driver;
     simulate<double>(model.structure(), values, x, driver);
@@ -56,22 +56,20 @@ Costs costs_of(const Run& run, const Model& model) {
   }
   const double least = std::max(terminals.lsb / std::sqrt(6.0), 1e-9);  // two steps; [V] of what is written in full
   scatter = std::max(scatter, least);
-  for (double& cost : costs) cost /= scatter * scatter;
+  for (std::size_t i = 0; i < costs.size(); ++i) to[i] += costs[i] / (scatter * scatter);
+}
+
+/// The same of all runs, for so many of the shares.
+std::vector<double> costs_of(std::span<const Run* const> runs, const Model& model, std::size_t count) {
+  std::vector<double> costs(count, 0);
+  for (const Run* run : runs) add_costs(*run, model, costs);
   return costs;
 }
 
 /// The share at which a parabola through the costs of a share amid a row and both of its neighbours is lowest.
-double lowest_between(const Costs& costs, std::size_t place) {
-  const double step = 0.125, at = shares[place];
-  const auto cost_at = [&](double share) -> std::optional<double> {
-    const auto found = std::ranges::find(shares, share);
-    if (found == shares.end()) return std::nullopt;
-    return costs[static_cast<std::size_t>(found - shares.begin())];
-  };
-  const auto before = cost_at(at - step), after = cost_at(at + step);
-  if (!before || !after) return at;
-  const double bend = *before - 2 * costs[place] + *after;
-  return bend > 0 ? at + std::clamp(0.5 * (*before - *after) / bend, -0.5, 0.5) * step : at;
+double lowest_about(std::span<const double> costs, std::size_t place) {
+  const double before = costs[place - 1], after = costs[place + 1], bend = before - 2 * costs[place] + after;
+  return shares[place] + (bend > 0 ? eighth * std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0);
 }
 
 /// What the changes of a current leave that do not go with those of a voltage, `rows` rows later.
@@ -106,23 +104,28 @@ double reference_acts_after(std::span<const Run> runs, const Model& model) {
   constexpr double much = 0.9;    // of it is left at most: a driver that is slow is not read late
   constexpr double little = 0.2;  // of what noise does not explain is left amid a row: a lag looks like an edge there,
                                   // but leaves more
-  Costs costs{};
+  std::vector<const Run*> telling;
   double noise = 0;
-  const Run* first = nullptr;
   for (const Run& run : runs) {
     if (!drives_the_motor(run, model) || run.at(Signal::u_ref).t.size() < 10) continue;
-    if (first == nullptr) first = &run;
-    const Costs of_run = costs_of(run, model);
-    for (std::size_t i = 0; i < shares.size(); ++i) costs[i] += of_run[i];
+    telling.push_back(&run);
     noise += static_cast<double>(run.at(Signal::u_ref).t.size() - 1);
   }
-  if (first == nullptr) return 0;
-  auto least = std::min_element(costs.begin(), costs.begin() + whole);
-  if (const auto amid = std::ranges::min_element(costs); *amid - noise < little * (*least - noise)) least = amid;
-  if (*least > costs[0] - clear || *least > much * costs[0]) return 0;
-  const auto place = static_cast<std::size_t>(least - costs.begin());
-  const double share = place < whole ? shares[place] : lowest_between(costs, place);
-  return share * mean_interval(first->at(Signal::u_ref).t);
+  if (telling.empty()) return 0;
+  const double interval = mean_interval(telling.front()->at(Signal::u_ref).t);
+  const auto tells = [&](const std::vector<double>& costs, double cost) {
+    return cost <= costs[0] - clear && cost <= much * costs[0];
+  };
+  std::vector<double> costs = costs_of(telling, model, whole);
+  const auto best = std::ranges::min_element(costs);
+  if (*best - noise > clear) {  // something is left that edges amid a row may explain
+    const std::vector<double> all = costs_of(telling, model, shares.size());
+    const double least = std::ranges::min(std::span(all).first(whole));
+    const auto amid = std::min_element(all.begin() + whole + 1, all.end() - 1);
+    if (*amid - noise < little * (least - noise) && tells(all, *amid))
+      return interval * lowest_about(all, static_cast<std::size_t>(amid - all.begin()));
+  }
+  return tells(costs, *best) ? interval * shares[static_cast<std::size_t>(best - costs.begin())] : 0;
 }
 
 int rows_voltage_is_late(std::span<const Run> runs, const Model& model) {

@@ -107,21 +107,18 @@ export async function recordStory(runs) {
   return sessions;
 }
 
-/// A session of a motor that drags most around 70 rad/s.
-function humped(profile) {
-  const linear = fs.readFileSync(path.join(root, "config/models/fh2.yaml"), "utf8");
+/// `emtb page` over four sessions of a motor that drags most around 70 rad/s.
+export function serveHump() {
+  const model = path.join(root, "config/models/fh2.yaml"), truth = path.join(folder, "truth.yaml"), linear = fs.readFileSync(model, "utf8");
   const hump = '{torque: "-a*tanh(omega/2)*exp(-((abs(omega) - 70)/15)^2)", parameters: {a: {value: 0.05, min: 0, max: 1, unit: N m}}}';
   if (!/^effects: \{\}$/m.test(linear)) throw new Error("the shipped model has effects");
-  const truth = path.join(folder, "truth.yaml"), session = path.join(folder, `${profile}.csv`);
   fs.writeFileSync(truth, linear.replace(/^effects: \{\}$/m, `effects:\n  hump: ${hump}`));
-  emtb("simulate", truth, profile, "--rate", "50", "--out", session);
-  return session;
-}
-
-/// `emtb page` over four such sessions.
-export function serveHump() {
-  const [ramp, random, mid, low] = ["fh2_ramp", "fh2_random", "fh2_step_mid", "fh2_step_low"].map(humped);
-  return servePage([path.join(root, "config/models/fh2.yaml"), ramp, random, "--held-out", mid, low]);
+  const [ramp, random, mid, low] = ["fh2_ramp", "fh2_random", "fh2_step_mid", "fh2_step_low"].map((profile) => {
+    const session = path.join(folder, `${profile}.csv`);
+    emtb("simulate", truth, profile, "--rate", "50", "--out", session);
+    return session;
+  });
+  return servePage([model, ramp, random, "--held-out", mid, low]);
 }
 
 let browser;
