@@ -101,7 +101,7 @@ function(emtb_for_processors room source entry)
     set_target_properties(${objects} PROPERTIES UNITY_BUILD OFF)
     target_compile_definitions(${objects} PRIVATE EMTB_PROCESSOR=${processor})
     # Unique symbols, which GCC makes of what an inline function keeps, cannot be made local.
-    target_compile_options(${objects} PRIVATE ${EMTB_OPTIONS_${processor}} $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
+    target_compile_options(${objects} PRIVATE $<$<CONFIG:Release>:-O3> ${EMTB_OPTIONS_${processor}} $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
     target_include_directories(${objects} PRIVATE $<TARGET_PROPERTY:emtb_${room},INCLUDE_DIRECTORIES>)
     emtb_warnings(${objects})
     set(local ${CMAKE_CURRENT_BINARY_DIR}/${stem}_${processor}.o)

@@ -37,6 +37,13 @@ std::size_t effect_index(std::string_view id) {
   return static_cast<std::size_t>(found - infos.begin());
 }
 
+bool is_steady(std::size_t effect) {
+  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
+    return std::array<bool, sizeof...(Effect)>{Steady<Effect>...};
+  }(static_cast<AllEffects*>(nullptr));
+  return table[effect];
+}
+
 std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen) {
   using Starts = std::vector<StartValues> (*)(const Ranges&);
   static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {

@@ -89,6 +89,14 @@ std::vector<std::size_t> watched_effects();
 /// The first parameter of a watched effect where this makes up a share of what the machine does.
 double size_at(std::size_t effect, double share, const Ranges& seen);
 
+/// An effect that adds the same to the equations in every step: its apply() takes no state.
+template <class Effect>
+concept Steady = requires(Parameters<double> p, Balance<double>& balance) {
+  Effect::apply(p, balance);
+};
+
+bool is_steady(std::size_t effect);
+
 /// How the effect of that place takes part in a step.
 template <class Scalar>
 ApplyEffect<Scalar> apply_of(std::size_t effect) {
@@ -96,7 +104,9 @@ ApplyEffect<Scalar> apply_of(std::size_t effect) {
   static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
     return std::array<Apply, sizeof...(Effect)>{
         [](Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
-          if constexpr (Effect::info.memory > 0) {
+          if constexpr (Steady<Effect>) {
+            Effect::apply(p, balance);
+          } else if constexpr (Effect::info.memory > 0) {
             Effect::apply(p, memory, x, balance);
           } else {
             Effect::apply(p, x, balance);

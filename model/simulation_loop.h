@@ -55,13 +55,31 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   const double even = (x.t.back() - x.t.front()) / static_cast<double>(std::max<std::size_t>(1, n - 1));
   double longest_step = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
   if (variation.half_steps) longest_step = 0.5 * std::min(even, longest_step);
+  const double one_step = longest_step * (1 + 1e-6);
+  // Over a whole interval in one step: nearly all of any run.
+  const auto advance_at_once = [&](std::size_t k, std::size_t row, double interval) {
+    in.u_ref = value_at(x.u_ref, row);
+    in.i_a = value_at(x.i_a, row);
+    const auto middle = [&](std::span<const double> values) {
+      return values.empty() ? 0.0 : 0.5 * (values[k] + values[k + 1]);
+    };
+    in.e_a_mean = x.e_a_held ? value_at(x.e_a, row) : middle(x.e_a) + value_at(x.e_a_bulge, k);
+    in.e_a_end = value_at(x.e_a, x.e_a_held ? row : k + 1);
+    in.load = middle(x.load);
+    in.omega = middle(x.omega);
+    in.omega_end = value_at(x.omega, k + 1);
+    if (!angle.empty()) {
+      in.angle_middle = middle(angle);
+      in.angle_end = angle[k + 1];
+    }
+    machine.step(in, x.t[k], interval);
+  };
   // Over a part of the interval from k on, under the held inputs of a row.
   const auto advance = [&](std::size_t k, std::size_t row, double from, double until, double interval) {
     in.u_ref = value_at(x.u_ref, row);
     in.i_a = value_at(x.i_a, row);
     const double length = (until - from) * interval;
-    const bool whole = length <= longest_step * (1 + 1e-6);
-    const int steps = whole ? 1 : static_cast<int>(std::ceil(length / longest_step - 1e-6));
+    const int steps = length <= one_step ? 1 : static_cast<int>(std::ceil(length / longest_step - 1e-6));
     const double h = length / steps;
     for (int s = 0; s < steps; ++s) {
       const double begin = from + (until - from) * s / steps, end = from + (until - from) * (s + 1) / steps;
@@ -86,9 +104,28 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     return value_at(x.u_ref, row) != value_at(x.u_ref, other) || value_at(x.i_a, row) != value_at(x.i_a, other) ||
            (x.e_a_held && value_at(x.e_a, row) != value_at(x.e_a, other));
   };
+  const auto interval_from = [&](std::size_t k) {
+    const double interval = x.t[k + 1] - x.t[k];
+    return std::abs(interval - even) < 1e-9 * even ? even : interval;
+  };
+  // On from k, as long as nothing but the sums of the step takes time. @return where that ends
+  const bool all_plain = acts_after == 0 && !x.reads_circuit_late && !x.e_a_held && x.armature_open.empty();
+  const auto go_on_plainly = [&](std::size_t k) {
+    for (; k + 1 < n; ++k) {
+      const double interval = interval_from(k);
+      if (interval > one_step) break;
+      machine.step_plainly(value_at(x.u_ref, k), value_at(x.e_a, k) + 2 * value_at(x.e_a_bulge, k),
+                           value_at(x.e_a, k + 1), x.t[k], interval);
+      read(k + 1);
+    }
+    return k;
+  };
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    double interval = x.t[k + 1] - x.t[k];
-    if (std::abs(interval - even) < 1e-9 * even) interval = even;
+    if (all_plain && machine.is_plain()) {
+      k = go_on_plainly(k);
+      if (k + 1 == n) break;
+    }
+    const double interval = interval_from(k);
     if (!x.temperature.empty()) in.temperature = x.temperature[k];
     if (!x.angle_pull.empty()) in.angle_pull = x.angle_pull[k];
     in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
@@ -98,6 +135,17 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
                                : 0;
     const bool asked = x.reads_circuit_late;
     const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
+    if (acts == 0 && interval <= one_step) {
+      advance_at_once(k, early ? k + 1 : k, interval);
+      const bool moves = asked && (early || late || machine.driver_moved_for() > 0);
+      if (moves) {
+        move.from = 0;
+        move.until = std::max(0.0, machine.driver_moved_for() / interval);
+        move.after = machine.current_taken_by(machine.omega - speed_before);
+      }
+      read(k + 1, moves);
+      continue;
+    }
     if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
     if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
     const Scalar speed_at_edge = asked ? machine.omega : Scalar(0.0);

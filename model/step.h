@@ -13,6 +13,7 @@
 #include "model/machine/driver.h"
 #include "model/machine/equations.h"
 #include "model/machine/late_reading.h"
+#include "model/machine/linear_step.h"
 #include "model/machine/reaction.h"
 #include "model/machine/rotor_angle.h"
 #include "model/machine/shaft.h"
@@ -35,7 +36,7 @@ namespace emtb {
 ///  - what the effects contribute at the extrapolated middle of the step.
 ///
 /// Divisions and the exponential depend on R_a, L_a, K_b, K_m, B, J and h only; they are kept until one of these
-/// changes.
+/// changes. Effects that add the same in every step are asked once.
 template <class Scalar>
 class Machine : public Motion<Scalar> {
  public:
@@ -64,20 +65,21 @@ class Machine : public Motion<Scalar> {
       parameter += term.parameter_count;
     }
     driver_.reset(equations_.terms);
-    reset_motor_terms();
-    is_free_ = structure.effects.empty() && structure.terms.empty() && structure.measured_voltage &&
-               !structure.measured_load && structure.input != Signal::i_a;
+    is_steady_ = driver_.steady() && motor_.steady() && load_.steady() && structure.terms.empty();
   }
 
   /// Goes on with other parameters, in place of those it was made with.
   void follow(std::span<const Scalar> p) {
     equations_.p = p;
-    free_h_ = 0;
+    driver_.forget();
+    is_gathered_ = false;
   }
 
   /// Puts the machine into its state at the start of a run, and takes the first readings.
   void start(const InitialState& initial, const StepInput& in) {
     field_on_ = initial.field_on;
+    is_gathered_ = false;
+    reset_motor_terms();
     late_.start();
     omega = omega_before = Scalar(initial.omega);
     angle_.start(initial.theta, shortest_period(), in);
@@ -100,36 +102,30 @@ class Machine : public Motion<Scalar> {
 
   /// Advances from t to t + h.
   void step(const StepInput& in, double t, double h) {
-    if (is_free_ && !in.armature_open) return step_freely(in, t, h);
-    if (!structure_.effects.empty() || !structure_.terms.empty()) look_at_middle(in, t, h);
+    if (!is_steady_) look_at_middle(in, t, h);
 
-    Ramp<Scalar> e = drive(in, t, h);
-    const double driven = value_of(e.mean());
-    if (structure_.measured_voltage) e = {Scalar(2 * in.e_a_mean - in.e_a_end), Scalar(in.e_a_end)};
+    const Ramp<Scalar> driven = drive(in.u_ref, t, h);
     gather_motor_terms(in);
-    const Circuit circuit = close_circuit(in, h, driven, e);
-
-    // Both voltages across R and L, but for what the speed at the end takes; then the speed; then the current.
-    const Scalar v0 = e.start - armature_.k_b() * omega;
-    const Scalar mean_current = circuit == Circuit::closed ? armature_.mean_current(v0, e.end, i_a)
-                                                           : Scalar(circuit == Circuit::driven ? in.i_a : 0.0);
-    const Scalar omega_end = shaft_.speed_after(omega, torque_on_shaft(in, mean_current, circuit, e), h);
-
-    i_a_before = i_a;
-    if (circuit == Circuit::closed) {
-      i_a = reacts_ && !armature_.inductive() ? reacting_current(e.end, omega_end)
-                                              : armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
+    if (is_linear_ && !in.armature_open) {
+      step_linearly(driven, 2 * in.e_a_mean - in.e_a_end, in.e_a_end, h);
     } else {
-      i_a = mean_current;
+      step_in_general(in, driven, h);
     }
-    e_a_reading =
-        circuit == Circuit::blocked ? armature_.k_b() * omega_end : driver_.terminal_voltage(equations_.terms, i_a);
-    angle_.advance(in, h, 0.5 * h * (omega + omega_end));
-    omega_before = omega;
-    omega = omega_end;
-
+    angle_.advance(in, h, 0.5 * h * (omega_before + omega));
     look_at_load(in, t + h);
     read_sensors(t + h, h, in);
+  }
+
+  /// Is the step linear but for dry friction, and are the readings the state itself? Not told before the first step.
+  bool is_plain() const { return is_linear_ && is_gathered_ && sensors_.empty(); }
+
+  /// The step of such a machine with a closed armature, which takes little more time than its sums.
+  /// @param start, end [V] of a measured voltage
+  void step_plainly(double u_ref, double start, double end, double t, double h) {
+    step_linearly(drive(u_ref, t, h), start, end, h);
+    angle_.turn(0.5 * h * (omega_before + omega));
+    omega_reading = omega;
+    i_a_reading = i_a;
   }
 
   using Motion<Scalar>::i_a;
@@ -163,25 +159,53 @@ class Machine : public Motion<Scalar> {
     blocked  ///< the driver takes no current back
   };
 
-  /// The linear motor under a measured voltage: what the step says in general, multiplied out.
-  void step_freely(const StepInput& in, double t, double h) {
-    drive(in, t, h);
-    if (h != free_h_) {
-      solve_for(h, true);
-      free_ = shaft_.free(armature_);
-      current_by_voltage_ = armature_.end().v1;
-      current_by_omega_ = -(current_by_voltage_ * armature_.k_b());
-      free_h_ = h;
-    }
-    const double start = 2 * in.e_a_mean - in.e_a_end;
-    const Scalar omega_end = free_.omega * omega + free_.start * start + free_.end * in.e_a_end;
+  /// The state at the end of a step.
+  /// @param driven what the driver does
+  void step_in_general(const StepInput& in, const Ramp<Scalar>& driven, double h) {
+    Ramp<Scalar> e = driven;
+    if (structure_.measured_voltage) e = {Scalar(2 * in.e_a_mean - in.e_a_end), Scalar(in.e_a_end)};
+    const Circuit circuit = close_circuit(in, h, value_of(driven.mean()), e);
+
+    // Both voltages across R and L, but for what the speed at the end takes; then the speed; then the current.
+    const Scalar v0 = e.start - armature_.k_b() * omega;
+    const Scalar mean_current = circuit == Circuit::closed ? armature_.mean_current(v0, e.end, i_a)
+                                                           : Scalar(circuit == Circuit::driven ? in.i_a : 0.0);
+    const ShaftTorque<Scalar> torque = torque_on_shaft(in, mean_current, circuit, e);
+    const Scalar omega_end =
+        is_there_.bristle ? shaft_.speed_on_bristles(omega, torque, h) : shaft_.speed_after(omega, torque);
+
     i_a_before = i_a;
-    i_a = current_by_voltage_ * in.e_a_end + current_by_omega_ * omega_end;
-    e_a_reading = driver_.terminal_voltage(equations_.terms, i_a);
-    angle_.advance(in, h, 0.5 * h * (omega + omega_end));
+    if (circuit == Circuit::closed) {
+      i_a = is_there_.reaction && !armature_.inductive()
+                ? reacting_current(e.end, omega_end)
+                : armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
+    } else {
+      i_a = mean_current;
+    }
+    e_a_reading =
+        circuit == Circuit::blocked ? armature_.k_b() * omega_end : driver_.terminal_voltage(equations_.terms, i_a);
     omega_before = omega;
     omega = omega_end;
-    read_sensors(t + h, h, in);
+  }
+
+  /// The same where it is linear, multiplied out.
+  /// @param start, end [V] of a measured voltage
+  void step_linearly(const Ramp<Scalar>& driven, double start, double end, double h) {
+    if (h != linear_h_) {
+      solve_for(h, true);
+      linear_ = LinearStep<Scalar>(armature_, shaft_, equations_.terms);
+      linear_h_ = h;
+    }
+    omega_before = omega;
+    i_a_before = i_a;
+    if (structure_.measured_voltage) {
+      omega = linear_.omega_end(omega_before, i_a_before, start, end);
+      i_a = linear_.i_a_end(omega_before, i_a_before, start, end, omega);
+    } else {
+      omega = linear_.omega_end(omega_before, i_a_before, driven.start, driven.end);
+      i_a = linear_.i_a_end(omega_before, i_a_before, driven.start, driven.end, omega);
+    }
+    e_a_reading = driver_.terminal_voltage(equations_.terms, i_a);
   }
 
   Scalar first_current(const InitialState& initial, const StepInput& in) const {
@@ -222,9 +246,9 @@ class Machine : public Motion<Scalar> {
   }
 
   /// Driver: u_ref -> e_a. What follows takes the voltage as linear over the step, with the right mean and end.
-  Ramp<Scalar> drive(const StepInput& in, double t, double h) {
+  Ramp<Scalar> drive(double u_ref, double t, double h) {
     if (structure_.input != Signal::u_ref) return {driver_.voltage(), driver_.voltage()};
-    const Scalar mean = driver_.follow(in.u_ref, t, h, equations_);
+    const Scalar mean = driver_.follow(u_ref, t, h, equations_);
     return {2.0 * mean - driver_.voltage(), driver_.voltage()};
   }
 
@@ -241,14 +265,33 @@ class Machine : public Motion<Scalar> {
     equations_.terms.gear_friction = equations_.terms.brake = equations_.terms.bristle = Scalar(0.0);
   }
 
-  /// What the effects add to the equations of the motor and its load.
+  /// What the effects add to the equations of the motor and its load: once, where that stays.
   void gather_motor_terms(const StepInput& in) {
-    if (motor_.empty() && load_.empty() && !user_.any_other()) return;
+    Balance<Scalar>& terms = equations_.terms;
+    if (is_gathered_) {  // but for what the last step made of it
+      terms.load_torque = steady_load_;
+      if (is_there_.reaction) terms.flux = full_flux_;
+      return;
+    }
     reset_motor_terms();
     motor_.apply(equations_.middle, equations_);
     user_.apply(equations_);
     if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
+    const auto there = [](const Scalar& term) { return any(differs(term, Scalar(0.0))); };
+    is_there_ = {.reaction = there(terms.reaction),
+                 .light_load_rise = there(terms.light_load_rise),
+                 .contact_drop = there(terms.contact_drop),
+                 .gear_friction = there(terms.gear_friction),
+                 .brake = there(terms.brake),
+                 .bristle = there(terms.bristle)};
+    steady_load_ = terms.load_torque;
+    full_flux_ = terms.flux;
+    is_gathered_ = is_steady_;
+    if (!is_gathered_) return;
+    solved_h_ = linear_h_ = 0;
+    is_linear_ =
+        is_there_ == Present{} && !terms.one_quadrant && !structure_.measured_load && structure_.input != Signal::i_a;
   }
 
   /// Armature circuit and air gap: the current is linear in the voltages across R and L at both ends of the step. What
@@ -259,10 +302,9 @@ class Machine : public Motion<Scalar> {
                             : structure_.input == Signal::i_a ? Circuit::driven
                                                               : Circuit::closed;
     const bool conducts = circuit == Circuit::closed;
-    reacts_ = any(differs(equations_.terms.reaction, Scalar(0.0)));
-    if (reacts_) weaken_flux(in, circuit, h, e);
+    if (is_there_.reaction) weaken_flux(in, circuit, h, e);
     solve_for(h, conducts);
-    if (conducts && !structure_.measured_voltage && any(differs(equations_.terms.light_load_rise, Scalar(0.0)))) {
+    if (conducts && !structure_.measured_voltage && is_there_.light_load_rise) {
       e += armature_.light_load_rise(e.mean() + user_.voltage(), *this, equations_.terms);
     }
     // A measured voltage is the motor's own while the driver blocks, give or take noise: what the driver would do
@@ -271,12 +313,12 @@ class Machine : public Motion<Scalar> {
     const Scalar source = follows_driver ? Scalar(driven) : e.mean();
     if (conducts && equations_.terms.one_quadrant &&
         value_of(armature_.stopping_voltage(source + user_.voltage(), *this)) <= 0) {
-      if (reacts_) equations_.terms.flux = full_flux_;
+      equations_.terms.flux = full_flux_;
       solve_for(h, false);
       user_.set_voltage(Scalar(0.0));
       return Circuit::blocked;
     }
-    if (conducts && any(differs(equations_.terms.contact_drop, Scalar(0.0)))) {
+    if (conducts && is_there_.contact_drop) {
       contact_drop_ = armature_.contact_drop(e.mean() + user_.voltage(), *this, equations_.terms);
       e -= contact_drop_;
     }
@@ -290,7 +332,6 @@ class Machine : public Motion<Scalar> {
   /// Takes from the flux what the mean current of the step does; the brushes still drop what they did.
   void weaken_flux(const StepInput& in, Circuit circuit, double h, const Ramp<Scalar>& e) {
     Balance<Scalar>& terms = equations_.terms;
-    full_flux_ = terms.flux;
     if (circuit == Circuit::driven) terms.flux *= flux_left(terms, Scalar(in.i_a));
     if (circuit != Circuit::closed) return;
     if (h != solved_h_ || !solved_conducts_ || any(armature_.circuit_changed(resistance(), terms))) solve_for(h, true);
@@ -316,11 +357,13 @@ class Machine : public Motion<Scalar> {
   /// Prepares what a step multiplies by.
   void solve_for(double h, bool conducts) {
     const Scalar resistance = this->resistance();
-    const bool changed = any(armature_.changed(resistance, equations_.terms) | shaft_.changed(equations_.terms));
-    if (h == solved_h_ && conducts == solved_conducts_ && !changed) return;
+    if (h == solved_h_ && conducts == solved_conducts_) {
+      const bool stays = is_gathered_ && !is_there_.reaction;
+      if (stays || !any(armature_.changed(resistance, equations_.terms) | shaft_.changed(equations_.terms))) return;
+    }
     solved_h_ = h;
     solved_conducts_ = conducts;
-    free_h_ = 0;
+    linear_h_ = 0;
     armature_.solve(resistance, equations_, h, conducts);
     shaft_.solve(armature_, equations_.terms, h);
   }
@@ -332,13 +375,13 @@ class Machine : public Motion<Scalar> {
     ShaftTorque<Scalar> torque{armature_.k_m() * mean_current - terms.braking_torque, terms.dry_friction, Scalar(0.0),
                                terms.bristle};
     if (circuit == Circuit::closed) torque.pull += shaft_.late() * (e.end - e.start);
-    if (any(differs(terms.gear_friction, Scalar(0.0)))) {
+    if (is_there_.gear_friction) {
       torque.dry_friction += terms.gear_friction * abs(torque_in_gears(in, mean_current, circuit));
     }
     ShaftTorque<Scalar> foretold = torque;  // with the load as its effects say
     foretold.pull -= terms.load_torque;
     foretold.brake = terms.brake;
-    braked_ = any(differs(terms.brake, Scalar(0.0))) ? shaft_.braked(omega, foretold) : Scalar(0.0);
+    braked_ = is_there_.brake ? shaft_.braked(omega, foretold) : Scalar(0.0);
     if (!structure_.measured_load) return foretold;
     torque.take_load(in.load - terms.load_offset, terms.load_torque, omega);
     // While a brake holds, the gauge reads what pulls, and its noise would let go of a shaft that the brake holds.
@@ -360,6 +403,10 @@ class Machine : public Motion<Scalar> {
   /// off centre stands 0.25 rad further at 500 rad/s.
   void look_at_load(const StepInput& in, double t) {
     if (load_.empty()) return;
+    if (is_gathered_) {
+      equations_.terms.load_torque += braked_;
+      return;
+    }
     equations_.terms.load_torque = Scalar(0.0);
     load_.apply({.t = t,
                  .field_on = field_on_ + t,
@@ -421,8 +468,8 @@ class Machine : public Motion<Scalar> {
   EffectParts<Scalar> motor_, load_, sensors_;
   UserTerms<Scalar> user_;
   LateReading<Scalar> late_;
-  bool reacts_ = false;    ///< the armature's own field weakens the poles', over the last step
-  Scalar full_flux_{};     ///< [1] before it does
+  Scalar steady_load_{};   ///< [N m] of the load's effects, where they add the same in every step
+  Scalar full_flux_{};     ///< [1] before the armature's own field weakens it
   Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
   Scalar late_theta_{};    ///< [rad]
   bool is_late_ = false;   ///< speed and angle are read late
@@ -430,10 +477,18 @@ class Machine : public Motion<Scalar> {
   double field_on_ = 0;    ///< [s] for which the field had been on at the start
   double solved_h_ = 0;    ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
-  bool is_free_ = false;               ///< nothing but the base model under a measured voltage
-  typename Shaft<Scalar>::Free free_;  ///< that it then steps by,
-  Scalar current_by_voltage_{}, current_by_omega_{};
-  double free_h_ = 0;  ///< [s] for this step
+  bool is_steady_ = false;    ///< all effects but the sensors' add the same in every step
+  bool is_gathered_ = false;  ///< and were asked for it
+
+  /// Which terms of the equations there are: what is not there costs no time.
+  struct Present {
+    bool reaction = false, light_load_rise = false, contact_drop = false;
+    bool gear_friction = false, brake = false, bristle = false;
+    bool operator==(const Present&) const = default;
+  } is_there_;
+  bool is_linear_ = false;  ///< all of it but dry friction is linear and stays from step to step
+  LinearStep<Scalar> linear_;
+  double linear_h_ = 0;  ///< [s] that this is for
 };
 
 }  // namespace emtb

@@ -39,11 +39,17 @@ class Driver {
   void start(double u_ref, const InitialState& initial, Equations<Scalar>& equations) {
     changes_ = {{-infinity, u_ref}};
     arrived_ = 0;
+    forget();
     voltage_ = slewed_ = target_of(u_ref, equations);
     if (!initial.e_driver) return;
     voltage_ = Scalar(*initial.e_driver);
     slewed_ = voltage_ + equations.terms.lag * initial.e_driver_slope;
   }
+
+  bool steady() const { return effects_.steady(); }
+
+  /// Its effects have other parameters from now on.
+  void forget() { aims_for_.reset(); }
 
   /// Where it stands was read at its terminals, where its load takes a part of it.
   void stand_behind_terminals(const Balance<Scalar>& terms, const Scalar& i_a) {
@@ -106,8 +112,11 @@ class Driver {
     Scalar area(0.0), from(0.0);
     moved_for_ = 0;
     const auto drive = [&](double u, const Scalar& until) {
-      const Scalar target = target_of(u, equations);
-      const Slewed<Scalar> e = slew(slewed_, target, terms.rise, terms.fall, until - from);
+      if (!effects_.steady() || u != aims_for_) {
+        target_ = target_of(u, equations);
+        aims_for_ = u;
+      }
+      const Slewed<Scalar> e = slew(slewed_, target_, terms.rise, terms.fall, until - from);
       slewed_ = e.end;
       if (e.under_way > 0) moved_for_ = value_of(from) + e.under_way * value_of(until - from);
       area += e.mean * (until - from);
@@ -133,7 +142,9 @@ class Driver {
   const DriverModel& known_;
   EffectParts<Scalar> effects_;
   Scalar voltage_{};
-  Scalar slewed_{};  ///< [V] before the lag
+  Scalar slewed_{};                 ///< [V] before the lag
+  Scalar target_{};                 ///< [V] that it moves to,
+  std::optional<double> aims_for_;  ///< [V] at this reference; it is the same as long as that stays
   double moved_for_ = 0;
 
   struct Change {

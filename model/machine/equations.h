@@ -56,9 +56,13 @@ class EffectParts {
     const EffectInfo& info = effect_catalogue()[effect];
     parts_.push_back({apply_of<Scalar>(effect), parameter, info.parameter_count, memory_.size(), info.memory});
     memory_.resize(memory_.size() + info.memory);
+    steady_ = steady_ && is_steady(effect);
   }
 
   bool empty() const { return parts_.empty(); }
+
+  /// Do they add the same in every step?
+  bool steady() const { return steady_; }
 
   void apply(const State<Scalar>& x, Equations<Scalar>& equations) {
     for (const Part& part : parts_) {
@@ -74,6 +78,7 @@ class EffectParts {
   };
   std::vector<Part> parts_;
   std::vector<Scalar> memory_;
+  bool steady_ = true;
 };
 
 }  // namespace emtb

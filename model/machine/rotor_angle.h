@@ -34,6 +34,9 @@ class RotorAngle {
 
   Scalar at_end(const StepInput& in) const { return in.angle_end ? turned_ + *in.angle_end + behind_ + lead_ : theta_; }
 
+  /// @param way [rad] over the step, of which no measured angle is to know
+  void turn(const Scalar& way) { theta_ += way; }
+
   /// @param way [rad] over the step
   void advance(const StepInput& in, double h, const Scalar& way) {
     theta_ += way;

@@ -61,36 +61,19 @@ class Shaft {
     inverse_inertia_ = 1.0 / (fitted + 0.5 * terms.viscous + k_m * k_b * armature.mean().v1);
   }
 
-  /// The speed at the end of a step as a sum, where nothing but a closed armature acts on the shaft: by the speed at
-  /// its start, and by the voltage at its start and its end.
-  struct Free {
-    Scalar omega{}, start{}, end{};
-  };
-  Free free(const Armature<Scalar>& armature) const {
-    const Scalar at_start = armature.k_m() * armature.mean().v0;
-    return {inverse_inertia_ * (momentum_ - at_start * armature.k_b()), inverse_inertia_ * (at_start - late_),
-            inverse_inertia_ * (armature.k_m() * armature.mean().v1 + late_)};
-  }
+  const Scalar& momentum() const { return momentum_; }                ///< J'/h - B/2
+  const Scalar& inverse_inertia() const { return inverse_inertia_; }  ///< 1/(J'/h + B/2 + K_m K_b mean.v1)
 
   /// [N m/V] of a voltage that grows over the step.
   const Scalar& late() const { return late_; }
 
   /// [rad/s] at the end of the step.
-  Scalar speed_after(const Scalar& omega, const ShaftTorque<Scalar>& torque, double h) {
-    if (any(differs(torque.bristle, Scalar(0.0)))) return speed_on_bristles(omega, torque, h);
+  Scalar speed_after(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
     return soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction + torque.brake) * inverse_inertia_;
   }
 
-  /// [N m] What a brake of the load takes over the step: all that it can while the shaft slides. While it holds, what
-  /// the dry friction of the motor leaves it, which is nearer to what pulls.
-  Scalar braked(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
-    const Scalar left = soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction);
-    return clamped(left, -torque.brake, torque.brake);
-  }
-
- private:
-  /// Dry friction that gives before it slips: a spring, damped as much as it takes not to ring, up to the torque at
-  /// which it slips. Implicit.
+  /// The same under dry friction that gives before it slips: a spring, damped as much as it takes not to ring, up to
+  /// the torque at which it slips. Implicit.
   Scalar speed_on_bristles(const Scalar& omega, const ShaftTorque<Scalar>& torque, double h) {
     const Scalar& k = torque.bristle;
     const Scalar resists = k * h + 2.0 * pow(k * inertia_, 0.5);
@@ -106,11 +89,18 @@ class Shaft {
     return soft_threshold(pushed - slips, torque.brake) * inverse_inertia_;
   }
 
+  /// [N m] What a brake of the load takes over the step: all that it can while the shaft slides. While it holds, what
+  /// the dry friction of the motor leaves it, which is nearer to what pulls.
+  Scalar braked(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
+    const Scalar left = soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction);
+    return clamped(left, -torque.brake, torque.brake);
+  }
+
+ private:
   Scalar viscous_{}, inertia_{};  ///< that it is solved for
   Scalar late_{};
-  Scalar bent_{};             ///< [rad] of the bristles
-  Scalar momentum_{};         ///< J'/h - B/2; J' is J but for what the trapezoidal rule errs
-  Scalar inverse_inertia_{};  ///< 1/(J'/h + B/2 + K_m K_b mean.v1)
+  Scalar bent_{};                          ///< [rad] of the bristles
+  Scalar momentum_{}, inverse_inertia_{};  ///< J' is J but for what the trapezoidal rule errs
 };
 
 }  // namespace emtb

@@ -28,7 +28,7 @@ struct ArmatureReaction {
       .parameter_count = 2};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     std::tie(balance.reaction, balance.reaction_knee) = std::tie(p[0], p[1]);  // implicit: see flux_left()
   }
 

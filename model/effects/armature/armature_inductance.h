@@ -25,7 +25,7 @@ struct ArmatureInductance {
       .bench = {.voltage = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& L_a = p[0];
     balance.inductance += L_a;
   }

@@ -40,7 +40,7 @@ struct BrushDrop {
       .bench = {.voltage = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const auto& [V_b, i_lin] = std::tie(p[0], p[1]);
     balance.contact_drop += V_b;
     balance.contact_knee += i_lin;

@@ -29,7 +29,7 @@ struct DiscontinuousConduction {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const auto& [V_d, i_c] = std::tie(p[0], p[1]);
     balance.light_load_rise += V_d;
     balance.light_load_current += i_c;

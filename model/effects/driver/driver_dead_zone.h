@@ -26,7 +26,7 @@ struct DriverDeadZone {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& u_d = p[0];
     balance.u = soft_threshold(balance.u, u_d);
   }

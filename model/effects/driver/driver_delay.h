@@ -31,7 +31,7 @@ struct DriverDelay {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& t_d = p[0];
     balance.delay += t_d;
   }

@@ -28,7 +28,7 @@ struct DriverGainError {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const auto& [k, e_0] = std::tie(p[0], p[1]);
     balance.gain *= 1.0 + k;
     if (value_of(balance.u) > 0) balance.offset += e_0;

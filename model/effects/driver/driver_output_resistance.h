@@ -24,7 +24,7 @@ struct DriverOutputResistance {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& R_o = p[0];
     balance.output_resistance += R_o;
   }

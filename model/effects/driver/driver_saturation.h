@@ -23,7 +23,7 @@ struct DriverSaturation {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& e_max = p[0];
     if (value_of(balance.min) < 0) balance.min = -e_max;
     balance.max = e_max;

@@ -40,7 +40,7 @@ struct DriverSlew {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const auto& [rise, fall] = std::tie(p[0], p[1]);
     balance.rise = rise;
     balance.fall = fall;

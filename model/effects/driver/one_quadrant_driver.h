@@ -20,7 +20,7 @@ struct OneQuadrantDriver {
       .bench = {.driver = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar>, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar>, Balance<Scalar>& balance) {
     balance.one_quadrant = true;
   }
 };

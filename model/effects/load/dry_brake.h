@@ -26,7 +26,7 @@ struct DryBrake {
       .bench = {.torque_gauge = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& T_b = p[0];
     balance.brake += T_b;
   }

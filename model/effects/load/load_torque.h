@@ -27,7 +27,7 @@ struct LoadTorque {
       .changed = {"the load takes", "a brake left on?", "a brake released?"}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& T_L = p[0];
     balance.load_torque += T_L;
   }

@@ -27,7 +27,7 @@ struct CurrentOffset {
       .bench = {.current = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& i_0 = p[0];
     balance.i_a_reading += i_0;
   }

@@ -29,7 +29,7 @@ struct SpeedDelay {
       .reads = Signal::omega};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& t_d = p[0];
     balance.reading_delay += t_d;
   }

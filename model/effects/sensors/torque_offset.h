@@ -27,7 +27,7 @@ struct TorqueOffset {
       .bench = {.torque_gauge = true}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& T_0 = p[0];
     balance.torque_reading += T_0;
     balance.load_offset += T_0;

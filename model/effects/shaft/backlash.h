@@ -28,7 +28,7 @@ struct Backlash {
       .needs = "shaft_compliance"};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& gap = p[0];
     balance.gap += gap;
   }

@@ -30,7 +30,7 @@ struct CoulombFriction {
       .changed = {"the motor needs", "a brake left on, does something rub?", "a brake released?"}};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& T_c = p[0];
     balance.dry_friction += T_c;
   }

@@ -29,7 +29,7 @@ struct LoadDependentFriction {
       .opposes_motion = true};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& k_l = p[0];
     balance.gear_friction += k_l;
   }

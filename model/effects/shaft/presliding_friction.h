@@ -33,7 +33,7 @@ struct PreslidingFriction {
       .needs = "coulomb_friction"};
 
   template <class Scalar>
-  static void apply(Parameters<Scalar> p, const State<Scalar>&, Balance<Scalar>& balance) {
+  static void apply(Parameters<Scalar> p, Balance<Scalar>& balance) {
     const Scalar& sigma_0 = p[0];
     balance.bristle += sigma_0;
   }

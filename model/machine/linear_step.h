@@ -1,0 +1,60 @@
+#pragma once
+
+#include "model/dual.h"
+#include "model/machine/armature.h"
+#include "model/machine/shaft.h"
+
+namespace emtb {
+
+/// The step of model/step.h multiplied out, where all of it but dry friction is linear and stays from step to step:
+///
+///     ω(h) = S(a ω + b0 e(0) + b1 e(h) + c i - T, T_dry)           S: soft threshold; T by what the shaft resists with
+///     i(h) = v0 (e(0) - K_b ω) + v1 (e(h) - K_b ω(h)) + r i        v0 = c = r = 0 without an inductance
+template <class Scalar>
+class LinearStep {
+ public:
+  LinearStep() = default;
+  /// @param armature, shaft solved for the length of the step
+  LinearStep(const Armature<Scalar>& armature, const Shaft<Scalar>& shaft, const Balance<Scalar>& terms)
+      : inductive_(armature.inductive()) {
+    const Response<Scalar>&mean = armature.mean(), &end = armature.end();
+    const Scalar &k_b = armature.k_b(), &k_m = armature.k_m(), &by_torque = shaft.inverse_inertia();
+    omega_by_ = {by_torque * (shaft.momentum() - k_m * mean.v0 * k_b), by_torque * (k_m * mean.v0 - shaft.late()),
+                 by_torque * (k_m * mean.v1 + shaft.late()), by_torque * (k_m * mean.i)};
+    load_ = by_torque * (terms.load_torque + terms.braking_torque);
+    friction_ = by_torque * terms.dry_friction;
+    i_by_ = {-(end.v0 * k_b), end.v0, end.v1, end.i};
+    i_by_omega_end_ = -(end.v1 * k_b);
+  }
+
+  /// [rad/s] at the end of a step.
+  /// @param start, end [V] of the voltage, which is linear in between
+  template <class Voltage>
+  Scalar omega_end(const Scalar& omega, const Scalar& i_a, const Voltage& start, const Voltage& end) const {
+    Scalar pushed = omega_by_.start * start + omega_by_.end * end - load_;
+    if (inductive_) pushed += omega_by_.i_a * i_a;
+    return soft_threshold(pushed + omega_by_.omega * omega, friction_);  // what is waited for comes last
+  }
+
+  /// [A] at the end of a step.
+  template <class Voltage>
+  Scalar i_a_end(const Scalar& omega, const Scalar& i_a, const Voltage& start, const Voltage& end,
+                 const Scalar& omega_end) const {
+    Scalar current = i_by_.end * end;
+    if (inductive_) current += i_by_.start * start + i_by_.omega * omega + i_by_.i_a * i_a;
+    return current + i_by_omega_end_ * omega_end;
+  }
+
+ private:
+  /// What each at the start of a step, and the voltage at its end, add to what is there at the end.
+  struct By {
+    Scalar omega{}, start{}, end{}, i_a{};
+  };
+
+  bool inductive_ = false;
+  By omega_by_, i_by_;
+  Scalar i_by_omega_end_{};
+  Scalar load_{}, friction_{};  ///< [rad/s] that they take in a step
+};
+
+}  // namespace emtb
