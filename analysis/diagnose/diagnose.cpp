@@ -185,11 +185,13 @@ class WholeSearch {
     return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
   }
 
-  /// A search anew, in data whose timing or starts have changed; what was found before stands where it still does
-  /// better.
+  /// In data whose timing or starts have changed: what was found before, where it leaves nothing and no other effect
+  /// does as well in the place of one of it; otherwise a search anew, unless what was found still does better.
   Finding anew_from(Trial& first, Finding before) {
+    const std::vector<std::size_t> effects = before.effects;
+    Finding kept = Search(trials_, criterion_, std::move(before), first.held_out, progress_).held_against_others();
+    if (kept.effects == effects && !criterion_.anything_left(kept.current.held_out)) return kept;
     Finding anew = from(first);
-    Finding kept = again(std::move(before), first.held_out);
     if (criterion_.material(anew.current.held_out, kept.current.held_out)) return kept;
     return anew;
   }

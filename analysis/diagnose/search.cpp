@@ -47,6 +47,22 @@ Finding Search::without_superfluous() {
   return std::move(found_);
 }
 
+Finding Search::held_against_others() {
+  if (auto fitted = trials_.fit_to_the_end(found_.current.model())) found_.current = std::move(*fitted);
+  found_.rivals.clear();
+  for (Candidate& candidate : found_.candidates) candidate.held_out_error.reset();
+  swap();
+  prune();
+  if (rivals_are_stale_) renew_rivals();
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    if (needed(found_.effects[i], found_.current.model())) continue;
+    const Round* reduced = round_without(i);
+    if (reduced == nullptr) continue;
+    for (const Addition& a : reduced->refits) remember(a.score, a.trial.held_out.error());
+  }
+  return std::move(found_);
+}
+
 Finding Search::run() {
   forward();
   try_cogging_first();

@@ -67,6 +67,9 @@ class Search {
   /// What was found, fitted again, without what has become superfluous.
   Finding without_superfluous();
 
+  /// The same, with every other effect tried in the place of each.
+  Finding held_against_others();
+
  private:
   /// A fitted model, the scores of what is absent from it, and the refits of the best of them.
   struct Round {
