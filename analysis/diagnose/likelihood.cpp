@@ -4,7 +4,8 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
+
+#include "analysis/numerics/real_transform.h"
 
 namespace emtb {
 namespace {
@@ -31,11 +32,9 @@ void ResidualSpectrum::add(std::span<const double> residual, double interval) {
   constexpr double width = 1.25;  // of a bin: its ends as a ratio
   const std::size_t n = quick_size(residual.size());
   if (n < 4) return;
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  const std::vector<double> values(residual.begin(), residual.begin() + static_cast<std::ptrdiff_t>(n));
-  std::vector<std::complex<double>> transform;
-  fft.fwd(transform, values);
+  RealTransform transforms;
+  const std::span<const std::complex<double>> transform =
+      transforms.of({residual.begin(), residual.begin() + static_cast<std::ptrdiff_t>(n)});
   readings_ += static_cast<double>(n);
   const std::size_t last = n / 2;
   for (std::size_t from = 0; from <= last;) {

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <unsupported/Eigen/FFT>
 
 #include "analysis/numerics/parallel.h"
+#include "analysis/numerics/real_transform.h"
 #include "analysis/numerics/statistics.h"
 #include "analysis/numerics/wave_sums.h"
 
@@ -62,17 +62,14 @@ double squares_of(const TurningStretch& s) {
 }
 
 /// Power of one stretch in a spectrum of `size` bins, up to where it is of use.
-std::vector<double> power_of(const TurningStretch& s, double bin, std::size_t size) {
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+std::vector<double> power_of(const TurningStretch& s, double bin, std::size_t size, RealTransform& transform) {
   const double mean = mean_of(s.value), low = *std::ranges::min_element(s.angle);
   std::vector<double> bins(size, 0.0);
   for (std::size_t k = 0; k < s.value.size(); ++k) {
     const auto at = static_cast<std::size_t>((s.angle[k] - low) / bin);
     if (at < size) bins[at] += s.value[k] - mean;
   }
-  std::vector<std::complex<double>> transformed;
-  fft.fwd(transformed, bins);
+  const std::span<const std::complex<double>> transformed = transform.of(bins);
   std::vector<double> power(size / 2);
   for (std::size_t i = 0; i < power.size(); ++i) power[i] = std::norm(transformed[i]);
   return power;
@@ -89,7 +86,7 @@ double between(std::span<const double> power, double at) {
 
 /// A stretch of a tenth of the longest one's length tells its power at a tenth of the points; its transform is that
 /// much shorter, and the points between are smooth.
-Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest) {
+Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest, RealTransforms& transforms) {
   constexpr double smooth = 8;  // points of the spectrum in the width of a line: between them a cubic errs by 0.1 %
   const double bin = two_pi / highest / bins_per_period;
   double longest = 0;
@@ -106,7 +103,7 @@ Spectrum spectrum_of(std::span<const TurningStretch> stretches, double highest) 
     if (squares <= 0) return;
     std::size_t own = shortest_spectrum;
     while (static_cast<double>(own) * bin < smooth * reach_of(s) && own < size) own *= 2;
-    powers[k] = power_of(s, bin, own);
+    powers[k] = transforms.with_one([&](RealTransform& one) { return power_of(s, bin, own, one); });
     for (double& power : powers[k]) power /= squares;
   });
   for (const std::vector<double>& power : powers) {
@@ -213,8 +210,9 @@ double refined(std::span<const TurningStretch> stretches, double start, double r
 }
 
 /// The strongest order that stands out of its surroundings and is clear in at least half of the stretches.
-std::optional<Order> strongest(std::span<const TurningStretch> stretches, double lowest, double highest) {
-  const Spectrum spectrum = spectrum_of(stretches, highest);
+std::optional<Order> strongest(std::span<const TurningStretch> stretches, double lowest, double highest,
+                               RealTransforms& transforms) {
+  const Spectrum spectrum = spectrum_of(stretches, highest, transforms);
   const std::vector<double>& power = spectrum.power;
   const auto index = [&](double order) {
     return std::min(power.size() - 1, static_cast<std::size_t>(std::max(0.0, order / spectrum.step)));
@@ -287,8 +285,9 @@ std::vector<Order> strong_orders(std::span<const TurningStretch> all, std::size_
     if (turns_enough(s, lowest) && squares_of(s) > 0) stretches.push_back(s);
   }
   std::vector<Order> orders;
+  RealTransforms transforms;
   while (!stretches.empty() && orders.size() < at_most) {
-    const std::optional<Order> found = strongest(stretches, lowest, highest);
+    const std::optional<Order> found = strongest(stretches, lowest, highest, transforms);
     if (!found) break;
     orders.push_back(*found);
     // Out it goes, with its skirts and with what the sampling mirrors of it.

@@ -5,8 +5,8 @@
 #include <complex>
 #include <numbers>
 #include <numeric>
-#include <unsupported/Eigen/FFT>
 
+#include "analysis/numerics/real_transform.h"
 #include "analysis/numerics/statistics.h"
 
 namespace emtb {
@@ -23,8 +23,7 @@ constexpr std::size_t fewest_around = 5;      // lines whose median is a level
 /// The power of all series, segment by segment, which overlap by half.
 std::vector<double> power_of(std::span<const std::vector<double>> series, std::size_t size) {
   std::vector<double> power(size / 2, 0.0);
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  RealTransform transform;
   for (const std::vector<double>& x : series) {
     for (std::size_t from = 0; from == 0 || from + size / 2 < x.size(); from += size / 2) {
       std::vector<double> piece(size, 0.0);
@@ -34,8 +33,7 @@ std::vector<double> power_of(std::span<const std::vector<double>> series, std::s
             0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
         piece[k] = hann * x[from + k];
       }
-      std::vector<std::complex<double>> transformed;
-      fft.fwd(transformed, piece);
+      const std::span<const std::complex<double>> transformed = transform.of(piece);
       for (std::size_t i = 0; i < power.size(); ++i) power[i] += std::norm(transformed[i]);
     }
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/numerics/even_series.h"
+#include "analysis/numerics/parallel.h"
 #include "analysis/numerics/statistics.h"
 #include "analysis/record/inputs.h"
 #include "analysis/record/repeats.h"
@@ -34,9 +35,15 @@ double robust_scatter(std::vector<double> changes) {
   return robust_sigma(std::move(changes));
 }
 
-/// Adds the sum of squares of the changes that are not foreseen, for each of the first shares, in units of their
-/// scatter.
-void add_costs(const Run& run, const Model& model, std::vector<double>& to) {
+/// Keeps the voltage alone.
+struct Voltage final : Reader<double> {
+  explicit Voltage(std::size_t readings) : e_a(readings) {}
+  void read(std::size_t k, const SimulatedReadings<double>& y) override { e_a[k] = y.e_a; }
+  std::vector<double> e_a;
+};
+
+/// The sum of squares of the changes that are not foreseen, for each of the first shares, in units of their scatter.
+std::vector<double> costs_of(const Run& run, const Model& model, std::size_t count) {
   const Series &reference = run.at(Signal::u_ref), &terminals = run.at(Signal::e_a);
   Excitation x;
   x.t = reference.t;
@@ -45,10 +52,10 @@ void add_costs(const Run& run, const Model& model, std::vector<double>& to) {
   x.initial.e_driver = measured.front();
   const std::vector<double> values = model.values();
   double scatter = infinity;
-  std::vector<double> costs(to.size(), 0);
-  for (std::size_t i = 0; i < costs.size(); ++i) {
+  std::vector<double> costs(count, 0);
+  Voltage driver(x.t.size());
+  for (std::size_t i = 0; i < count; ++i) {
     x.acts_after = shares[i] * mean_interval(x.t);
-    Trajectory<double> driver;
     simulate<double>(model.structure(), values, x, driver);
     const std::vector<double> changes = unforeseen_changes(measured, driver.e_a);
     scatter = std::min(scatter, robust_scatter(changes));
@@ -56,14 +63,19 @@ void add_costs(const Run& run, const Model& model, std::vector<double>& to) {
   }
   const double least = std::max(terminals.lsb / std::sqrt(6.0), 1e-9);  // two steps; [V] of what is written in full
   scatter = std::max(scatter, least);
-  for (std::size_t i = 0; i < costs.size(); ++i) to[i] += costs[i] / (scatter * scatter);
+  for (double& cost : costs) cost /= scatter * scatter;
+  return costs;
 }
 
 /// The same of all runs, for so many of the shares.
 std::vector<double> costs_of(std::span<const Run* const> runs, const Model& model, std::size_t count) {
-  std::vector<double> costs(count, 0);
-  for (const Run* run : runs) add_costs(*run, model, costs);
-  return costs;
+  std::vector<std::vector<double>> each(runs.size());
+  parallel_for(runs.size(), [&](std::size_t k) { each[k] = costs_of(*runs[k], model, count); });
+  std::vector<double> sum(count, 0);
+  for (const std::vector<double>& costs : each) {
+    for (std::size_t i = 0; i < count; ++i) sum[i] += costs[i];
+  }
+  return sum;
 }
 
 /// The share at which a parabola through the costs of a share amid a row and both of its neighbours is lowest.
