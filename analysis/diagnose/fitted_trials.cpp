@@ -44,6 +44,22 @@ std::optional<Trial> attempt(const Fit& fit) {
   }
 }
 
+/// Is a limit told from the one that the driver is known to have? By itself and by what it is the inverse of: one that
+/// is never reached is as good as any other.
+bool told_from_known(const Parameter& found, double known) {
+  if (!found.std_error) return false;
+  const double error = 3 * *found.std_error, v = found.value;
+  return std::abs(v - known) > error && std::abs(1 / v - 1 / known) > error / (v * v);
+}
+
+/// The values at which an effect is absent from a model.
+StartValues absent_at(std::size_t effect, const Model& model) {
+  Ranges known;
+  known.rise = model.structure().driver.rise;
+  known.fall = model.structure().driver.fall;
+  return starts_of(effect, known).front();
+}
+
 /// Does a wave keep step with the angle? Where its order is so uncertain that it may be a turn ahead at the end of a
 /// run, it is any force that comes and goes.
 bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t effect) {
@@ -67,8 +83,13 @@ bool told_from_zero(const Fit& judged, std::size_t effect) {
     const Parameter& found = included[i];
     if (found.value == p.null) continue;  // it rests where the effect is absent
     const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
-    const double size = p.null == infinity || p.role == Role::limit ? found.value : found.value - p.null;
-    if (on_bound || (found.std_error && std::abs(size) > 3 * *found.std_error)) return true;
+    if (on_bound) return true;
+    if (p.role == Role::limit) {
+      if (told_from_known(found, absent_at(effect, judged.model)[i])) return true;
+      continue;
+    }
+    const double size = p.null == infinity ? found.value : found.value - p.null;
+    if (found.std_error && std::abs(size) > 3 * *found.std_error) return true;
   }
   return !any_amplitude;
 }
@@ -190,12 +211,13 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   if (best.empty()) return {};
   std::vector<Fit> begun(best.size());
   std::vector<double> gains(best.size()), drops(best.size());
+  const bool from_given_too = breadth == Breadth::all || criterion_.far_off(fitted.held_out);
   Quality before = *fitted.held_out.quality;
   before.held_out.clear();  // what is only begun is not tried on other runs
   // Models side by side: records are often fewer, or of very different lengths.
   each_on_a_core(best.size(), [&](std::size_t i) {
     begun[i] = begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
-    if (breadth == Breadth::all) {
+    if (from_given_too) {
       Fit anew = begun_anew(fitted, best[i]);
       if (anew.cost < begun[i].cost) begun[i] = std::move(anew);
     }

@@ -128,9 +128,20 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
   return best.has_value();
 }
 
-bool Search::add_best(const Round& of_current) {
+/// Where the model is far off and all that is promising leaves most of that, it may be a makeshift: the scores are
+/// those of a model that is bent, and what it lacks is perhaps not among them.
+bool Search::add_best(Round& of_current) {
   for (const Score& s : of_current.scores) remember(s, {});
-  if (add_best_of(of_current.refits)) return true;
+  std::vector<Addition> additions = of_current.refits;
+  const Loss& current = found_.current.held_out;
+  const bool mends =
+      std::ranges::any_of(additions, [&](const Addition& a) { return removes_most(current, a.trial.held_out); });
+  if (!additions.empty() && !mends && criterion_.far_off(current)) {
+    tell(0.3, "trying all effects");
+    const std::vector<Addition>& all = all_refits_of(of_current);
+    additions.insert(additions.end(), all.begin(), all.end());
+  }
+  if (add_best_of(std::move(additions))) return true;
   std::optional<Addition> whole = trials_.refit_at_whole_orders(of_current.fitted);
   return whole && add_best_of({std::move(*whole)});
 }
@@ -404,7 +415,9 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
                         criterion_.beyond_the_laws(as_given_, without->held_out, current.held_out));
   };
   bool stays = worse_without();
-  if (stays && without && !trials_.determined(current.model(), effect)) {  // a fit without it may have lost its way
+  // A fit without it may have lost its way: from a model that it bent before another explained what is there.
+  const bool may_be_lost = found_.effects.size() > 1 && without && criterion_.remainder(without->held_out);
+  if (stays && without && (may_be_lost || !trials_.determined(current.model(), effect))) {
     if (auto again = trials_.fit_from_elsewhere_too(without->model())) without = std::move(again);
     stays = worse_without();
   }
