@@ -128,20 +128,9 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
   return best.has_value();
 }
 
-/// Where the model is far off and all that is promising leaves most of that, it may be a makeshift: the scores are
-/// those of a model that is bent, and what it lacks is perhaps not among them.
-bool Search::add_best(Round& of_current) {
+bool Search::add_best(const Round& of_current) {
   for (const Score& s : of_current.scores) remember(s, {});
-  std::vector<Addition> additions = of_current.refits;
-  const Loss& current = found_.current.held_out;
-  const bool mends =
-      std::ranges::any_of(additions, [&](const Addition& a) { return removes_most(current, a.trial.held_out); });
-  if (!additions.empty() && !mends && criterion_.far_off(current)) {
-    tell(0.3, "trying all effects");
-    const std::vector<Addition>& all = all_refits_of(of_current);
-    additions.insert(additions.end(), all.begin(), all.end());
-  }
-  if (add_best_of(std::move(additions))) return true;
+  if (add_best_of(of_current.refits)) return true;
   std::optional<Addition> whole = trials_.refit_at_whole_orders(of_current.fitted);
   return whole && add_best_of({std::move(*whole)});
 }

@@ -86,7 +86,7 @@ class Search {
   };
 
   void forward();
-  bool add_best(Round& round);
+  bool add_best(const Round& round);
   bool add_best_of(std::vector<Addition> additions);
   bool add_pair(const Round& round);
   bool add_what_the_scores_passed_by(Round& round);

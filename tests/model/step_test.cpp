@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "model/step.h"
 #include "tests/model/plain_machine.h"
 #include "tests/model/reference.h"
 #include "tests/model/step_bench.h"
@@ -274,29 +275,62 @@ TEST(Step, IsTheOneThatItsEquationsSay) {
   }
 }
 
-/// A friction of zero changes nothing, but that the step is then made as it is in general.
-TEST(Step, TheLinearMotorStepsAsTheGeneralOne) {
-  const auto [structure, excitation] = [] {
-    ModelStructure s = with({});
-    Excitation x = holds(1e-3, {{0.2, 0.5}, {0.2, -3}, {0.2, 0}});
-    const std::vector<double> e = run(s, servo, x).e_a;
-    for (std::size_t k = 0; k < e.size(); ++k) {
-      x.e_a.push_back(e[k] * 1.01 + 0.1 * std::sin(0.01 * static_cast<double>(k)));
-      x.armature_open.push_back(k > 300 && k < 340 ? 1 : 0);
-    }
-    s.measured_voltage = true;
-    return std::pair(s, x);
-  }();
-  ModelStructure general = with({"coulomb_friction"});
-  general.measured_voltage = true;
-  const Trajectory<double> quick = run(structure, servo, excitation);
-  const Trajectory<double> slow = run(general, and_(servo, {0}), excitation);
-  for (std::size_t k = 0; k < quick.omega.size(); ++k) {
-    ASSERT_NEAR(quick.omega[k], slow.omega[k], 1e-10) << k;
-    ASSERT_NEAR(quick.i_a[k], slow.i_a[k], 1e-11) << k;
-    ASSERT_NEAR(quick.theta[k], slow.theta[k], 1e-10) << k;
-    ASSERT_NEAR(quick.e_a[k], slow.e_a[k], 1e-12) << k;
+/// An air drag of zero changes nothing, but that the step is then made as it is in general.
+void expect_linear_as_in_general(std::vector<std::string_view> effects, std::vector<double> values, bool voltage,
+                                 bool opens) {
+  Excitation x = holds(1e-3, {{0.2, 0.5}, {0.2, -3}, {0.2, 0}});
+  const std::vector<double> e = run(with({}), servo, x).e_a;
+  for (std::size_t k = 0; k < e.size(); ++k) {
+    if (voltage) x.e_a.push_back(e[k] * 1.01 + 0.1 * std::sin(0.01 * static_cast<double>(k)));
+    if (opens) x.armature_open.push_back(k > 300 && k < 340 ? 1 : 0);
   }
+  const auto simulated = [&] {
+    ModelStructure s = with(effects);
+    s.measured_voltage = voltage;
+    return run(s, and_(servo, values), x);
+  };
+  const Trajectory<double> linear = simulated();
+  effects.insert(effects.begin() + static_cast<std::ptrdiff_t>(effects.size() / 2), "windage");  // of the shaft
+  values.insert(values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), 0.0);
+  const Trajectory<double> general = simulated();
+  EXPECT_LT(largest_error(linear.omega, general.omega), 1e-10);
+  EXPECT_LT(largest_error(linear.i_a, general.i_a), 1e-11);
+  EXPECT_LT(largest_error(linear.theta, general.theta), 1e-10);
+  EXPECT_LT(largest_error(linear.e_a, general.e_a), 1e-12);
+  EXPECT_LT(largest_error(linear.torque, general.torque), 1e-12);
+}
+
+TEST(Step, ALinearOneIsTheGeneralOneMultipliedOut) {
+  for (const bool voltage : {false, true}) {
+    for (const bool opens : {false, true}) {
+      SCOPED_TRACE(testing::Message() << "voltage " << voltage << " opens " << opens);
+      expect_linear_as_in_general({}, {}, voltage, opens);
+      expect_linear_as_in_general({"coulomb_friction", "load_torque"}, {0.003, 0.004}, voltage, opens);
+      expect_linear_as_in_general({"armature_inductance", "load_torque"}, {2e-3, -0.002}, voltage, opens);
+      expect_linear_as_in_general({"driver_output_resistance", "driver_lag", "armature_inductance", "load_torque"},
+                                  {0.3, 0.01, 1e-3, 0.002}, voltage, opens);
+    }
+  }
+}
+
+TEST(Step, AMachineThatFollowsOtherParametersGoesOnWithThem) {
+  const ModelStructure s = with({"driver_gain_error", "coulomb_friction", "load_torque"});
+  const std::vector<double> before = and_(servo, {0.1, 0.2, 0.003, 0.001}),
+                            after = and_({2 * R, K, K, B, J}, {-0.1, 0.3, 0.006, 0.002});
+  Machine<double> followed(s, before), made(s, after);
+  StepInput in;
+  in.u_ref = 5;
+  followed.start({}, in);
+  followed.step(in, 0, 1e-3);
+  followed.follow(after);
+  made.start({}, in);
+  for (int k = 1; k < 3000; ++k) {
+    followed.step(in, 1e-3 * k, 1e-3);
+    made.step(in, 1e-3 * k, 1e-3);
+  }
+  EXPECT_NEAR(followed.omega, made.omega, 1e-9);
+  EXPECT_NEAR(followed.i_a, made.i_a, 1e-11);
+  EXPECT_NEAR(followed.e_a_reading, made.e_a_reading, 1e-12);
 }
 
 // ---- time

@@ -39,6 +39,20 @@ std::string said_of(std::string_view id, const std::vector<double>& values) {
   return implausible_value(data_of_the_servo().train, servo_with(id, values), effect_index(id));
 }
 
+/// Is a limit told, found so in a driver that is known to move at 200 V/s?
+bool told(double rise, double error) {
+  Fit fit{.model = servo_with("driver_slew", {rise, 200}), .cost = 1, .at_bound = {}, .phases = {}};
+  fit.model.driver = DriverModel{.gain = 4, .rise = 200, .fall = 200};
+  for (Parameter& p : fit.model.parameters_of(effect_index("driver_slew"))) p.std_error = error;
+  return told_from_zero(fit, effect_index("driver_slew"));
+}
+
+TEST(Plausibility, ALimitIsToldFromTheOneThatIsKnown) {
+  EXPECT_TRUE(told(150, 5));
+  EXPECT_FALSE(told(205, 5));
+  EXPECT_FALSE(told(1e6, 8e5)) << "nothing moves as fast";
+}
+
 TEST(Plausibility, KnowsTheMachineAndHowFarItWent) {
   const FittedMachine machine = machine_of(data_of_the_servo().train, servo_with("coulomb_friction", {0}));
   EXPECT_NEAR(machine.seen.voltage, 20, 0.5);
