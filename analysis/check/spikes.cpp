@@ -48,6 +48,27 @@ std::vector<Off> all_off(const Run& run) {
   return all;
 }
 
+/// How far the neighbours of a reading go by themselves.
+double neighbours_go(std::span<const double> x, std::size_t k) {
+  return std::max({std::abs(x[k + 1] - x[k - 1]), std::abs(x[k - 1] - x[k - 2]), std::abs(x[k + 2] - x[k + 1])});
+}
+
+constexpr double alone = 0.3;  // of how far a reading lies off: its neighbours go less
+
+/// [s] When the reference leaves its neighbours for one row, as a controller's does at the count of an encoder: what it
+/// drives follows, up to a delay later.
+std::vector<double> spikes_of_the_reference(const Run& run) {
+  std::vector<double> times;
+  if (!run.has(Signal::u_ref)) return times;
+  const Series& series = run.at(Signal::u_ref);
+  const std::vector<double>& x = series.value;
+  const std::vector<double> off = off_neighbours(x);
+  for (std::size_t k = 2; k + 2 < x.size(); ++k) {
+    if (off[k] != 0 && neighbours_go(x, k) < alone * std::abs(off[k])) times.push_back(series.t[k]);
+  }
+  return times;
+}
+
 /// How fast the shaft turns, reading by reading: its speed, or how far its angle goes in a few rows.
 struct Turning {
   std::span<const double> t;
@@ -83,8 +104,14 @@ struct Turning {
 
 DataFindings spikes(const Run& run) {
   DataFindings findings;
-  constexpr double far = 10;  // times the usual
+  constexpr double far = 10;       // times the usual
+  constexpr double longest = 0.1;  // [s] of a driver's delay
   const std::vector<Off> all = all_off(run);
+  const std::vector<double> sent = spikes_of_the_reference(run);
+  const auto was_sent = [&](double time) {
+    const auto next = std::ranges::upper_bound(sent, time);
+    return next != sent.begin() && time - *(next - 1) < longest;
+  };
   std::optional<Turning> shaft;
   if (run.has(Signal::torque)) shaft.emplace(run);
   for (const Off& own : all) {
@@ -102,9 +129,7 @@ DataFindings spikes(const Run& run) {
     for (std::size_t k = 2; k + 2 < x.size(); ++k) {
       const double least = std::max(far * usual, 4 * step);
       if (sizes[k] < least || sizes[k] == 0) continue;  // a signal that stands has neither noise nor steps
-      const double neighbours =
-          std::max({std::abs(x[k + 1] - x[k - 1]), std::abs(x[k - 1] - x[k - 2]), std::abs(x[k + 2] - x[k + 1])});
-      if (neighbours > 0.3 * sizes[k]) continue;
+      if (neighbours_go(x, k) > alone * sizes[k] || was_sent(series.t[k])) continue;
       const std::size_t from = k > around / 2 ? k - around / 2 : 0, to = std::min(from + around, x.size());
       std::vector<double> near(sizes.begin() + static_cast<std::ptrdiff_t>(from),
                                sizes.begin() + static_cast<std::ptrdiff_t>(to));

@@ -52,6 +52,26 @@ class CarriedNoise {
   double time_constant_ = 0;     ///< [s]
 };
 
+/// What an instrument rounds is off by the same for as long as the reading stands: no mean takes that away, as it does
+/// noise.
+void widen_by_rounding(InputNoise& left, const Record& record, Signal signal, const Noise& noise) {
+  const Observation* o = record.find(signal);
+  const auto floor = noise.find(signal);
+  if (o == nullptr || left.sigma.empty() || floor == noise.end() || floor->second.from != FloorSource::resolution)
+    return;
+  const std::vector<double>& t = record.excitation.t;
+  for (std::size_t from = 0; from < o->size();) {
+    std::size_t until = from + 1;
+    while (until < o->size() && o->value[until] == o->value[from]) ++until;
+    const std::size_t first = o->first[from], last = until < o->size() ? o->first[until] : t.size() - 1;
+    for (std::size_t k = first; k <= last; ++k) {
+      left.sigma[k] = std::max(left.sigma[k], floor->second.sigma);
+      left.correlated[k] = std::max(left.correlated[k], t[last] - t[first]);
+    }
+    from = until;
+  }
+}
+
 /// Where the angle is the integral of a speed: what noise makes it wander, and how far a simulated rotor trusts it.
 void trust_the_angle(Record& record, const Noise& noise) {
   constexpr double longest_memory = 0.99;  // of the noise, from one reading to the next
@@ -109,6 +129,8 @@ constexpr double jump = 6;
 Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
   Record record{std::move(run)};
   trust_the_angle(record, noise);
+  widen_by_rounding(record.voltage_noise, record, Signal::e_a, noise);
+  widen_by_rounding(record.load_noise, record, Signal::torque, noise);
   const std::vector<double> values = model.values();
   const CarriedNoise carried(record, values, model.input == Signal::i_a);
   const std::vector<double>& t = record.excitation.t;

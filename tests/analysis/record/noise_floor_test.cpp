@@ -235,6 +235,17 @@ TEST(Weigh, WidensTheVoltageWhereItsEdgesAreAndNowhereElse) {
   EXPECT_NEAR(omega->sigma[500], 0.1, 0.02);
 }
 
+TEST(Weigh, CarriesWhatAVoltmeterRoundsIntoTheSpeedForAsLongAsItsReadingStands) {
+  const auto sigma_of_speed = [](double step) {  // [V]
+    emtb::Run run = synthetic::record({}, {{1, 0.5}, {3, 2.3}, {3, 1.4}}, 1e-3, {.omega = 0.1, .i_a = 0.01});
+    for (double& e : run.signals[Signal::e_a].value) e = step * std::round(e / step);
+    run.signals[Signal::e_a].lsb = step;
+    return prepare(std::vector{run}, {}, servo_model()).train[0].find(Signal::omega)->sigma[3900];
+  };
+  EXPECT_NEAR(sigma_of_speed(0.2), 0.2 / std::sqrt(12.0) / 0.042, 0.4);
+  EXPECT_NEAR(sigma_of_speed(1e-3), 0.1, 0.02);
+}
+
 TEST(Weigh, CarriesTheNoiseOfTheGaugeIntoWhatTheModelPredicts) {
   // The truth has no gauge: an eddy brake of 4e-5 N m s/rad is what the gauge reads, and noise.
   synthetic::Truth braked;
