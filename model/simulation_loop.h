@@ -13,23 +13,97 @@ namespace emtb {
 /// The value of a row; 0 of a signal that is not there.
 inline double value_at(const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; }
 
-/// What drives a machine as a run begins.
-inline StepInput first_input(const Excitation& x, std::span<const double> angle) {
-  StepInput in{.u_ref = value_at(x.u_ref, 0),
-               .e_a_mean = value_at(x.e_a, 0),
-               .e_a_end = value_at(x.e_a, 0),
-               .i_a = value_at(x.i_a, 0),
-               .load = value_at(x.load, 0),
-               .omega = value_at(x.omega, 0),
-               .omega_end = value_at(x.omega, 0),
-               .angle_middle = {},
-               .angle_end = {},
-               .angle_pull = {},
-               .angle_integrated = x.angle_integrated};
-  if (!angle.empty()) in.angle_end = angle[0];
-  in.armature_open = !x.armature_open.empty() && x.armature_open[0] != 0;
-  return in;
-}
+/// What drives a machine, row by row.
+class DrivingRows {
+ public:
+  /// @param angle of the shaft; empty: as simulated
+  DrivingRows(const Excitation& x, std::span<const double> angle)
+      : x_(x),
+        angle_(angle),
+        even_((x.t.back() - x.t.front()) / static_cast<double>(std::max<std::size_t>(1, x.t.size() - 1))) {}
+
+  /// As a run begins.
+  StepInput first() const {
+    StepInput in{.u_ref = value_at(x_.u_ref, 0),
+                 .e_a_mean = value_at(x_.e_a, 0),
+                 .e_a_end = value_at(x_.e_a, 0),
+                 .i_a = value_at(x_.i_a, 0),
+                 .load = value_at(x_.load, 0),
+                 .omega = value_at(x_.omega, 0),
+                 .omega_end = value_at(x_.omega, 0),
+                 .angle_middle = {},
+                 .angle_end = {},
+                 .angle_pull = {},
+                 .angle_integrated = x_.angle_integrated};
+    if (!angle_.empty()) in.angle_end = angle_[0];
+    in.armature_open = !x_.armature_open.empty() && x_.armature_open[0] != 0;
+    return in;
+  }
+
+  /// [s] On average.
+  double even() const { return even_; }
+
+  /// [s] From k to the next. A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on
+  /// h alone is computed once.
+  double interval(std::size_t k) const {
+    const double interval = x_.t[k + 1] - x_.t[k];
+    return std::abs(interval - even_) < 1e-9 * even_ ? even_ : interval;
+  }
+
+  /// Does what is held differ between two rows?
+  bool change(std::size_t row, std::size_t other) const {
+    return value_at(x_.u_ref, row) != value_at(x_.u_ref, other) || value_at(x_.i_a, row) != value_at(x_.i_a, other) ||
+           (x_.e_a_held && value_at(x_.e_a, row) != value_at(x_.e_a, other));
+  }
+
+  /// What stays from k to the next row.
+  void enter(std::size_t k, StepInput& in) const {
+    if (!x_.temperature.empty()) in.temperature = x_.temperature[k];
+    if (!x_.angle_pull.empty()) in.angle_pull = x_.angle_pull[k];
+    in.armature_open = !x_.armature_open.empty() && x_.armature_open[k] != 0;
+  }
+
+  /// From k to the next, under the held inputs of a row.
+  void take(std::size_t k, std::size_t row, StepInput& in) const {
+    const auto middle = [&](std::span<const double> values) {
+      return values.empty() ? 0.0 : 0.5 * (values[k] + values[k + 1]);
+    };
+    in.u_ref = value_at(x_.u_ref, row);
+    in.i_a = value_at(x_.i_a, row);
+    in.e_a_mean = x_.e_a_held ? value_at(x_.e_a, row) : middle(x_.e_a) + value_at(x_.e_a_bulge, k);
+    in.e_a_end = value_at(x_.e_a, x_.e_a_held ? row : k + 1);
+    in.load = middle(x_.load);
+    in.omega = middle(x_.omega);
+    in.omega_end = value_at(x_.omega, k + 1);
+    if (angle_.empty()) return;
+    in.angle_middle = middle(angle_);
+    in.angle_end = angle_[k + 1];
+  }
+
+  /// The same of a part of the interval.
+  /// @param begin, end as shares of it
+  void take(std::size_t k, std::size_t row, double begin, double end, StepInput& in) const {
+    const auto part = [&](std::span<const double> values, double where) {
+      return values.empty() ? 0.0 : values[k] + (values[k + 1] - values[k]) * where;
+    };
+    const double middle = 0.5 * (begin + end);
+    in.u_ref = value_at(x_.u_ref, row);
+    in.i_a = value_at(x_.i_a, row);
+    in.e_a_mean = x_.e_a_held ? value_at(x_.e_a, row) : part(x_.e_a, middle) + value_at(x_.e_a_bulge, k);
+    in.e_a_end = x_.e_a_held ? value_at(x_.e_a, row) : part(x_.e_a, end);
+    in.load = part(x_.load, middle);
+    in.omega = part(x_.omega, middle);
+    in.omega_end = part(x_.omega, end);
+    if (angle_.empty()) return;
+    in.angle_middle = part(angle_, middle);
+    in.angle_end = part(angle_, end);
+  }
+
+ private:
+  const Excitation& x_;
+  std::span<const double> angle_;
+  double even_;  ///< [s]
+};
 
 /// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
 /// instantiated.
@@ -41,78 +115,37 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
   const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
-  const std::span<const double> angle = variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle;
+  const DrivingRows rows(x, variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle);
   DriverMove<Scalar> move;
   const auto read = [&](std::size_t k, bool moves = false) {
     SimulatedReadings<Scalar> y = machine.readings();
     if (moves) y.move = &move;
     reader.read(k, y);
   };
-  StepInput in = first_input(x, angle);
+  StepInput in = rows.first();
   machine.start(x.initial, in);
   read(0);
-  // A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on h alone is computed once.
-  const double even = (x.t.back() - x.t.front()) / static_cast<double>(std::max<std::size_t>(1, n - 1));
   double longest_step = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
-  if (variation.half_steps) longest_step = 0.5 * std::min(even, longest_step);
+  if (variation.half_steps) longest_step = 0.5 * std::min(rows.even(), longest_step);
   const double one_step = longest_step * (1 + 1e-6);
-  // Over a whole interval in one step: nearly all of any run.
-  const auto advance_at_once = [&](std::size_t k, std::size_t row, double interval) {
-    in.u_ref = value_at(x.u_ref, row);
-    in.i_a = value_at(x.i_a, row);
-    const auto middle = [&](std::span<const double> values) {
-      return values.empty() ? 0.0 : 0.5 * (values[k] + values[k + 1]);
-    };
-    in.e_a_mean = x.e_a_held ? value_at(x.e_a, row) : middle(x.e_a) + value_at(x.e_a_bulge, k);
-    in.e_a_end = value_at(x.e_a, x.e_a_held ? row : k + 1);
-    in.load = middle(x.load);
-    in.omega = middle(x.omega);
-    in.omega_end = value_at(x.omega, k + 1);
-    if (!angle.empty()) {
-      in.angle_middle = middle(angle);
-      in.angle_end = angle[k + 1];
-    }
-    machine.step(in, x.t[k], interval);
-  };
   // Over a part of the interval from k on, under the held inputs of a row.
   const auto advance = [&](std::size_t k, std::size_t row, double from, double until, double interval) {
-    in.u_ref = value_at(x.u_ref, row);
-    in.i_a = value_at(x.i_a, row);
     const double length = (until - from) * interval;
     const int steps = length <= one_step ? 1 : static_cast<int>(std::ceil(length / longest_step - 1e-6));
     const double h = length / steps;
     for (int s = 0; s < steps; ++s) {
       const double begin = from + (until - from) * s / steps, end = from + (until - from) * (s + 1) / steps;
-      const auto part = [&](std::span<const double> values, double where) {
-        return values.empty() ? 0.0 : values[k] + (values[k + 1] - values[k]) * where;
-      };
-      in.e_a_mean = x.e_a_held ? value_at(x.e_a, row) : part(x.e_a, 0.5 * (begin + end)) + value_at(x.e_a_bulge, k);
-      in.e_a_end = x.e_a_held ? value_at(x.e_a, row) : part(x.e_a, end);
-      in.load = part(x.load, 0.5 * (begin + end));
-      in.omega = part(x.omega, 0.5 * (begin + end));
-      in.omega_end = part(x.omega, end);
-      if (!angle.empty()) {
-        in.angle_middle = part(angle, 0.5 * (begin + end));
-        in.angle_end = part(angle, end);
-      }
+      rows.take(k, row, begin, end, in);
       machine.step(in, x.t[k] + begin * interval, h);
       if (machine.driver_moved_for() > 0) move.until = begin + machine.driver_moved_for() / interval;
     }
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
-  const auto changes = [&](std::size_t row, std::size_t other) {
-    return value_at(x.u_ref, row) != value_at(x.u_ref, other) || value_at(x.i_a, row) != value_at(x.i_a, other) ||
-           (x.e_a_held && value_at(x.e_a, row) != value_at(x.e_a, other));
-  };
-  const auto interval_from = [&](std::size_t k) {
-    const double interval = x.t[k + 1] - x.t[k];
-    return std::abs(interval - even) < 1e-9 * even ? even : interval;
-  };
   // On from k, as long as nothing but the sums of the step takes time. @return where that ends
   const bool all_plain = acts_after == 0 && !x.reads_circuit_late && !x.e_a_held && x.armature_open.empty();
   const auto go_on_plainly = [&](std::size_t k) {
     for (; k + 1 < n; ++k) {
-      const double interval = interval_from(k);
+      const double interval = rows.interval(k);
       if (interval > one_step) break;
       machine.step_plainly(value_at(x.u_ref, k), value_at(x.e_a, k) + 2 * value_at(x.e_a_bulge, k),
                            value_at(x.e_a, k + 1), x.t[k], interval);
@@ -125,32 +158,27 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
       k = go_on_plainly(k);
       if (k + 1 == n) break;
     }
-    const double interval = interval_from(k);
-    if (!x.temperature.empty()) in.temperature = x.temperature[k];
-    if (!x.angle_pull.empty()) in.angle_pull = x.angle_pull[k];
-    in.armature_open = !x.armature_open.empty() && x.armature_open[k] != 0;
-    const bool early = acts_after < 0 && changes(k, k + 1), late = acts_after >= 0 && k > 0 && changes(k - 1, k);
+    const double interval = rows.interval(k);
+    rows.enter(k, in);
+    const bool early = acts_after < 0 && rows.change(k, k + 1),
+               late = acts_after >= 0 && k > 0 && rows.change(k - 1, k);
     const double acts = early  ? std::max(0.0, 1 + acts_after / interval)
                         : late ? std::min(1.0, acts_after / interval)
                                : 0;
+    const std::size_t row = early ? k + 1 : k;  // after that
     const bool asked = x.reads_circuit_late;
     const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
-    if (acts == 0 && interval <= one_step) {
-      advance_at_once(k, early ? k + 1 : k, interval);
-      const bool moves = asked && (early || late || machine.driver_moved_for() > 0);
-      if (moves) {
-        move.from = 0;
-        move.until = std::max(0.0, machine.driver_moved_for() / interval);
-        move.after = machine.current_taken_by(machine.omega - speed_before);
-      }
-      read(k + 1, moves);
-      continue;
-    }
     if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
     if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
     const Scalar speed_at_edge = asked ? machine.omega : Scalar(0.0);
     move.from = move.until = acts;
-    if (acts < 1) advance(k, early ? k + 1 : k, acts, 1, interval);
+    if (acts == 0 && interval <= one_step) {  // nearly all of any run
+      rows.take(k, row, in);
+      machine.step(in, x.t[k], interval);
+      if (asked && machine.driver_moved_for() > 0) move.until = machine.driver_moved_for() / interval;
+    } else if (acts < 1) {
+      advance(k, row, acts, 1, interval);
+    }
     if (asked && acts < 1) move.after = machine.current_taken_by(machine.omega - speed_at_edge) * (1 / (1 - acts));
     read(k + 1, asked && (early || late || move.until > 0));
   }

@@ -53,22 +53,23 @@ class CarriedNoise {
 };
 
 /// What an instrument rounds is off by the same for as long as the reading stands: no mean takes that away, as it does
-/// noise.
+/// noise, which lets no reading stand for long.
 void widen_by_rounding(InputNoise& left, const Record& record, Signal signal, const Noise& noise) {
   const Observation* o = record.find(signal);
   const auto floor = noise.find(signal);
   if (o == nullptr || left.sigma.empty() || floor == noise.end() || floor->second.from != FloorSource::resolution)
     return;
+  constexpr std::size_t stands = 16;  // readings
   const std::vector<double>& t = record.excitation.t;
-  for (std::size_t from = 0; from < o->size();) {
-    std::size_t until = from + 1;
+  for (std::size_t from = 0, until = 0; from < o->size(); from = until) {
+    until = from + 1;
     while (until < o->size() && o->value[until] == o->value[from]) ++until;
+    if (until - from < stands) continue;
     const std::size_t first = o->first[from], last = until < o->size() ? o->first[until] : t.size() - 1;
     for (std::size_t k = first; k <= last; ++k) {
       left.sigma[k] = std::max(left.sigma[k], floor->second.sigma);
       left.correlated[k] = std::max(left.correlated[k], t[last] - t[first]);
     }
-    from = until;
   }
 }
 

@@ -8,8 +8,10 @@ namespace emtb {
 
 /// The step of model/step.h multiplied out, where all of it but dry friction is linear and stays from step to step:
 ///
-///     ω(h) = S(a ω + b0 e(0) + b1 e(h) + c i - T, T_dry)           S: soft threshold; T by what the shaft resists with
-///     i(h) = v0 (e(0) - K_b ω) + v1 (e(h) - K_b ω(h)) + r i        v0 = c = r = 0 without an inductance
+///     ω(h) = S(a ω + b0 e(0) + b1 e(h) + c i - t, t_dry)
+///     i(h) = v0 (e(0) - K_b ω) + v1 (e(h) - K_b ω(h)) + r i
+///
+/// S is the soft threshold, t what a torque changes the speed by in a step; v0 = c = r = 0 without an inductance.
 template <class Scalar>
 class LinearStep {
  public:

@@ -80,7 +80,7 @@ TEST(DiagnoseGauge, HoldsNothingWhereTheCurrentIsMeasured) {
 
 TEST(DiagnoseGauge, FreesWhatAnEffectLetsTheDataTell) {
   // Without the driver's block, the shaft seems to be braked by nothing: B is held there, and another brake would stand
-  // in for it. A shaft that coasts tells it.
+  // in for it. A shaft that coasts tells it, but for the scale of all torques, which nothing tells.
   blind::Bench bench = blind::fast_bench();
   bench.plant.driver.one_quadrant = true;
   std::erase_if(bench.channels, [](const simulated::DaqChannel& c) { return c.signal != Signal::omega; });
@@ -88,7 +88,11 @@ TEST(DiagnoseGauge, FreesWhatAnEffectLetsTheDataTell) {
   bench.held_out = {step("between", 2, 1, 3, 12)};
   const Diagnosis d = diagnose(record(bench, bench.train, 1), record(bench, bench.held_out, 101), bench.model);
   EXPECT_THAT(named(d), ElementsAre("one_quadrant_driver"));
-  EXPECT_FALSE(d.final.base[base::B].pinned);
+  EXPECT_EQ(held(d).size(), 1U);
+  const auto& motor = bench.plant.motor;
+  const auto value = [&](std::size_t place) { return d.final.base[place].value; };
+  EXPECT_NEAR(value(base::R_a) * value(base::B) / (motor.R_a * motor.B), 1, 0.1);
+  EXPECT_NEAR(value(base::J) / value(base::B) / (motor.J / motor.B), 1, 0.1);
 }
 
 }  // namespace
