@@ -1,3 +1,5 @@
+#include "model/step.h"
+
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <numbers>
 #include <vector>
 
-#include "model/step.h"
 #include "tests/model/plain_machine.h"
 #include "tests/model/reference.h"
 #include "tests/model/step_bench.h"
