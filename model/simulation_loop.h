@@ -65,41 +65,39 @@ class DrivingRows {
 
   /// From k to the next, under the held inputs of a row.
   void take(std::size_t k, std::size_t row, StepInput& in) const {
-    const auto middle = [&](std::span<const double> values) {
-      return values.empty() ? 0.0 : 0.5 * (values[k] + values[k + 1]);
-    };
-    in.u_ref = value_at(x_.u_ref, row);
-    in.i_a = value_at(x_.i_a, row);
-    in.e_a_mean = x_.e_a_held ? value_at(x_.e_a, row) : middle(x_.e_a) + value_at(x_.e_a_bulge, k);
-    in.e_a_end = value_at(x_.e_a, x_.e_a_held ? row : k + 1);
-    in.load = middle(x_.load);
-    in.omega = middle(x_.omega);
-    in.omega_end = value_at(x_.omega, k + 1);
-    if (angle_.empty()) return;
-    in.angle_middle = middle(angle_);
-    in.angle_end = angle_[k + 1];
+    take(
+        k, row, in, [k](std::span<const double> values) { return 0.5 * (values[k] + values[k + 1]); },
+        [k](std::span<const double> values) { return values[k + 1]; });
   }
 
   /// The same of a part of the interval.
   /// @param begin, end as shares of it
   void take(std::size_t k, std::size_t row, double begin, double end, StepInput& in) const {
-    const auto part = [&](std::span<const double> values, double where) {
-      return values.empty() ? 0.0 : values[k] + (values[k + 1] - values[k]) * where;
+    const auto at = [k](double share) {
+      return [k, share](std::span<const double> values) { return values[k] + (values[k + 1] - values[k]) * share; };
     };
-    const double middle = 0.5 * (begin + end);
-    in.u_ref = value_at(x_.u_ref, row);
-    in.i_a = value_at(x_.i_a, row);
-    in.e_a_mean = x_.e_a_held ? value_at(x_.e_a, row) : part(x_.e_a, middle) + value_at(x_.e_a_bulge, k);
-    in.e_a_end = x_.e_a_held ? value_at(x_.e_a, row) : part(x_.e_a, end);
-    in.load = part(x_.load, middle);
-    in.omega = part(x_.omega, middle);
-    in.omega_end = part(x_.omega, end);
-    if (angle_.empty()) return;
-    in.angle_middle = part(angle_, middle);
-    in.angle_end = part(angle_, end);
+    take(k, row, in, at(0.5 * (begin + end)), at(end));
   }
 
  private:
+  /// @param middle, end what they tell of a signal that is there
+  template <class Middle, class End>
+  void take(std::size_t k, std::size_t row, StepInput& in, const Middle& middle, const End& end) const {
+    const auto of = [](std::span<const double> values, const auto& part) {
+      return values.empty() ? 0.0 : part(values);
+    };
+    in.u_ref = value_at(x_.u_ref, row);
+    in.i_a = value_at(x_.i_a, row);
+    in.e_a_mean = x_.e_a_held ? value_at(x_.e_a, row) : of(x_.e_a, middle) + value_at(x_.e_a_bulge, k);
+    in.e_a_end = x_.e_a_held ? value_at(x_.e_a, row) : of(x_.e_a, end);
+    in.load = of(x_.load, middle);
+    in.omega = of(x_.omega, middle);
+    in.omega_end = of(x_.omega, end);
+    if (angle_.empty()) return;
+    in.angle_middle = middle(angle_);
+    in.angle_end = end(angle_);
+  }
+
   const Excitation& x_;
   std::span<const double> angle_;
   double even_;  ///< [s]

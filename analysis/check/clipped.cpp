@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/check/readings.h"
+#include "analysis/numerics/equal_readings.h"
 
 namespace emtb {
 namespace {
@@ -50,7 +51,7 @@ bool had_slowed(const Approach& a, double value, double step) {
 }
 
 /// Whether a stretch at the extreme cuts off a rise.
-bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double step, double noise) {
+bool cuts_off(std::span<const double> x, const EqualReadings& s, double sign, double step, double noise) {
   // Pieces so long that each rises clear of the noise; the reading just before the stretch may be cut already.
   for (const std::size_t piece : {1, 2, 4, 8, 16}) {
     if (s.begin < 3 * piece + 2) break;
@@ -69,7 +70,7 @@ bool cuts_off(std::span<const double> x, const Stretch& s, double sign, double s
 
 /// Does a signal pass this stretch as the top of a wave? A parabola stays within a step of its top for 2/5 as long
 /// again on either side; what is cut off rises and falls there as fast as ever.
-bool tops_a_wave(std::span<const double> x, const Stretch& s, double sign, double step) {
+bool tops_a_wave(std::span<const double> x, const EqualReadings& s, double sign, double step) {
   constexpr double share = 1.0 / 3;  // of the stretch, on both sides together
   const auto near = [&](double reading) { return sign * (s.value - reading) <= 2 * step; };
   std::size_t before = 0, after = 0;
@@ -80,7 +81,7 @@ bool tops_a_wave(std::span<const double> x, const Stretch& s, double sign, doubl
 
 /// Does a stretch begin and end with a jump of what drives the motor? Then it is that which holds the signal there: a
 /// controller that raises the voltage as the motor speeds up keeps its current.
-bool made_by_input(const Run& run, const Series& series, Signal signal, const Stretch& s) {
+bool made_by_input(const Run& run, const Series& series, Signal signal, const EqualReadings& s) {
   constexpr double at_begin = 0.2, at_end = 0.05;  // of the input's largest value, from row to row
   const auto jumps = [&](double time, double share) {
     return std::ranges::any_of(std::array{Signal::u_ref, Signal::e_a}, [&](Signal input) {
@@ -107,7 +108,7 @@ Extreme at_extreme(const Run& run, Signal signal, double value, double sign, dou
   const Series& series = run.at(signal);
   const std::span<const double> x = series.value;
   Extreme e;
-  for (const Stretch& s : stretches(x)) {
+  for (const EqualReadings& s : equal_readings(x)) {
     if (s.value != value) continue;
     if (e.readings == 0) e.first = s.begin;
     e.readings += s.length();

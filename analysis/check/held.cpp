@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "analysis/check/readings.h"
+#include "analysis/numerics/equal_readings.h"
 
 namespace emtb {
 namespace {
@@ -46,7 +47,7 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
 
 /// Whether the reference goes on amid a stretch of the voltage that it sets, by what several of its steps are worth. It
 /// alone says where a voltage goes.
-bool reference_moves(const Run& run, const Stretch& s) {
+bool reference_moves(const Run& run, const EqualReadings& s) {
   constexpr std::size_t rows = 3;  // at the ends, which a driver may be late by
   constexpr double clear = 0.02, several = 3;
   const Series &e_a = run.at(Signal::e_a), &u_ref = run.at(Signal::u_ref);
@@ -71,7 +72,7 @@ double far_change(std::span<const double> x, double step) {
 }
 
 /// Whether the signal is elsewhere, by a far change, as soon as a stretch ends.
-bool jumps_after(std::span<const double> x, const Stretch& s, double far) {
+bool jumps_after(std::span<const double> x, const EqualReadings& s, double far) {
   return s.end < x.size() && std::abs(x[s.end] - s.value) > far;
 }
 
@@ -102,13 +103,13 @@ bool turns(const Run& run, double from, double to, double count) {
 }
 
 /// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.
-bool angle_held(const Run& run, const Series& series, const Stretch& s, double step, double far) {
+bool angle_held(const Run& run, const Series& series, const EqualReadings& s, double step, double far) {
   if (s.length() < 10) return false;
   return jumps_after(series.value, s, far) || turns(run, series.t[s.begin], series.t[s.end - 1], step);
 }
 
 /// Longer than a signal stays at one value by chance.
-bool is_long(const Stretch& s, const Restlessness& usual) {
+bool is_long(const EqualReadings& s, const Restlessness& usual) {
   return s.length() >= std::max<std::size_t>({20, 20 * usual.length, 3 * usual.rare});
 }
 
@@ -121,14 +122,14 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const bool angle = signal == Signal::theta;
   const Drives drives(run, signal);
   const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
-  const std::vector<Stretch> all = stretches(x);
+  const std::vector<EqualReadings> all = equal_readings(x);
   const Restlessness usual = angle ? Restlessness{} : restlessness(x, rest, step);
   const Restlessness own = angle ? usual : own_restlessness(run, signal, rest);
   std::optional<Restlessness> undriven;  // told where it is asked; of a voltage it is its own
   if (signal == Signal::e_a) undriven = own;
   const auto [low, high] = std::ranges::minmax(x);
-  std::vector<Stretch> found;
-  for (const Stretch& s : all) {
+  std::vector<EqualReadings> found;
+  for (const EqualReadings& s : all) {
     if (angle) {
       if (angle_held(run, series, s, step, far)) found.push_back(s);
       continue;
@@ -152,7 +153,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
     if (without_noise || jump || sent_elsewhere) found.push_back(s);
   }
   if (found.empty()) return;
-  const Stretch longest = *std::ranges::max_element(found, {}, &Stretch::length);
+  const EqualReadings longest = *std::ranges::max_element(found, {}, &EqualReadings::length);
   findings.push_back({run.name, signal, Flaw::held, series.t[longest.begin], series.t[longest.end - 1],
                       name_of(signal) + " stays at " + short_number(longest.value) + " " +
                           std::string(info(signal).unit) + " for " + std::to_string(longest.length()) +

@@ -4,18 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "analysis/numerics/equal_readings.h"
 #include "analysis/numerics/statistics.h"
 
 namespace emtb {
-
-std::vector<Stretch> stretches(std::span<const double> x) {
-  std::vector<Stretch> all;
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    if (k == 0 || x[k] != x[k - 1]) all.push_back({k, k, x[k]});
-    all.back().end = k + 1;
-  }
-  return all;
-}
 
 double step_of(const Series& series) {
   if (series.lsb > 0) return series.lsb;
@@ -39,7 +31,7 @@ double noise_of(std::span<const double> x, double rest) {
 Restlessness restlessness(std::span<const double> x, double rest, double step, std::optional<double> without) {
   std::vector<std::size_t> lengths;
   std::size_t readings = 0;
-  for (const Stretch& s : stretches(x)) {
+  for (const EqualReadings& s : equal_readings(x)) {
     if (std::abs(s.value) <= rest || s.value == without) continue;
     lengths.push_back(s.length());
     readings += s.length();

@@ -11,16 +11,6 @@
 
 namespace emtb {
 
-/// Readings that follow each other and have the same value.
-struct Stretch {
-  std::size_t begin = 0, end = 0;  ///< the readings begin ... end - 1
-  double value = 0;
-
-  std::size_t length() const { return end - begin; }
-};
-
-std::vector<Stretch> stretches(std::span<const double> x);
-
 /// The instrument's step: as stated, or the smallest change there is; 0 where nothing changes.
 double step_of(const Series& series);
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis/numerics/first_value.h"
-#include "model/simulation.h"
+#include "analysis/record/driver_voltage.h"
 
 namespace emtb {
 namespace {
@@ -41,14 +41,10 @@ void set_first_speed(InitialState& initial, const Observation& speed, const Run&
 
 /// [V] What the driver of the model makes of a reference in the end.
 double settled_driver(double u_ref, const Model& model) {
-  ModelStructure structure = model.structure();
-  structure.measured_voltage = structure.measured_load = false;
   Excitation x;
   x.t = {0};
   x.u_ref = {u_ref};
-  Trajectory<double> y;
-  simulate<double>(structure, model.values(), x, y);
-  return y.e_a.front();
+  return driver_voltage(model, model.values(), x).front();
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/orders.h"
 #include "analysis/numerics/scatter.h"
+#include "analysis/record/driver_voltage.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -108,7 +109,7 @@ std::vector<double> ripple_of(std::span<const double> x, std::span<const double>
 
 /// [V] By how much the driver's mean output from each time to the next exceeds that of both: it has corners in between,
 /// where a reference that it follows with a slope is reached, and a driver that follows at once jumps there.
-std::vector<double> bulge_of(const ModelStructure& driver, std::span<const double> parameters, const Excitation& x) {
+std::vector<double> bulge_of(const Model& model, std::span<const double> values, const Excitation& x) {
   constexpr int finer = 8;         // leaves 1/64 of a corner's bulge
   constexpr double across = 1e-6;  // of an interval: just beyond a jump
   const std::size_t n = x.t.size();
@@ -135,11 +136,10 @@ std::vector<double> bulge_of(const ModelStructure& driver, std::span<const doubl
   }
   fine.t.push_back(x.t.back());
   fine.u_ref.push_back(x.u_ref.back());
-  Trajectory<double> y;
-  simulate<double>(driver, parameters, fine, y);
+  const std::vector<double> driver = driver_voltage(model, values, fine);
   std::vector<double> bulge(n, 0.0);
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    const double* e = &y.e_a[k * places.size()];
+    const double* e = &driver[k * places.size()];
     double mean = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
       const double until = i + 1 < places.size() ? places[i + 1] : 1;
@@ -210,23 +210,17 @@ MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, cons
   const std::vector<double> measured = on_grid(e_a, x.t, run + ": e_a_V");
   const double interval = mean_interval(x.t);
   const auto longest = longest_reach(interval);
-  Trajectory<double> driver;
-  const std::vector<double> values = model.values();
-  ModelStructure structure = model.structure();
-  structure.measured_voltage = false;
-  simulate<double>(structure, values, x, driver);
-  const std::vector<double>& expected = driver.e_a;
+  const std::vector<double> values = model.values(), expected = driver_voltage(model, values, x);
   std::vector<double> added(measured.size());
   std::ranges::transform(measured, expected, added.begin(), std::minus{});
   const ColouredNoise noise = coloured_noise(added, e_a.lsb / std::sqrt(12.0));
   const auto half = trusted_reach(added, distance_to_corner(expected, 0.5 * noise.sigma, longest), noise);
   std::vector<double> quiet = moving_mean(added, half);
   for (std::size_t k = 0; k < quiet.size(); ++k) quiet[k] += expected[k];
-  structure.measured_load = false;
   MeasuredVoltage voltage;
   voltage.value = std::move(quiet);
   voltage.noise = noise_of_means(noise, half, interval);
-  voltage.bulge = bulge_of(structure, values, x);
+  voltage.bulge = bulge_of(model, values, x);
   return voltage;
 }
 

@@ -8,9 +8,9 @@
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/statistics.h"
+#include "analysis/record/driver_voltage.h"
 #include "analysis/record/inputs.h"
 #include "analysis/record/repeats.h"
-#include "model/simulation.h"
 
 namespace emtb {
 namespace {
@@ -35,13 +35,6 @@ double robust_scatter(std::vector<double> changes) {
   return robust_sigma(std::move(changes));
 }
 
-/// Keeps the voltage alone.
-struct Voltage final : Reader<double> {
-  explicit Voltage(std::size_t readings) : e_a(readings) {}
-  void read(std::size_t k, const SimulatedReadings<double>& y) override { e_a[k] = y.e_a; }
-  std::vector<double> e_a;
-};
-
 /// The sum of squares of the changes that are not foreseen, for each of the first shares, in units of their scatter.
 std::vector<double> costs_of(const Run& run, const Model& model, std::size_t count) {
   const Series &reference = run.at(Signal::u_ref), &terminals = run.at(Signal::e_a);
@@ -53,11 +46,9 @@ std::vector<double> costs_of(const Run& run, const Model& model, std::size_t cou
   const std::vector<double> values = model.values();
   double scatter = infinity;
   std::vector<double> costs(count, 0);
-  Voltage driver(x.t.size());
   for (std::size_t i = 0; i < count; ++i) {
     x.acts_after = shares[i] * mean_interval(x.t);
-    simulate<double>(model.structure(), values, x, driver);
-    const std::vector<double> changes = unforeseen_changes(measured, driver.e_a);
+    const std::vector<double> changes = unforeseen_changes(measured, driver_voltage(model, values, x));
     scatter = std::min(scatter, robust_scatter(changes));
     for (const double change : changes) costs[i] += change * change;
   }

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/simulation.h"
+#include "analysis/numerics/equal_readings.h"
+#include "analysis/record/driver_voltage.h"
 
 namespace emtb {
 namespace {
@@ -61,11 +62,9 @@ void widen_by_rounding(InputNoise& left, const Record& record, Signal signal, co
     return;
   constexpr std::size_t stands = 16;  // readings
   const std::vector<double>& t = record.excitation.t;
-  for (std::size_t from = 0, until = 0; from < o->size(); from = until) {
-    until = from + 1;
-    while (until < o->size() && o->value[until] == o->value[from]) ++until;
-    if (until - from < stands) continue;
-    const std::size_t first = o->first[from], last = until < o->size() ? o->first[until] : t.size() - 1;
+  for (const EqualReadings& same : equal_readings(o->value)) {
+    if (same.length() < stands) continue;
+    const std::size_t first = o->first[same.begin], last = same.end < o->size() ? o->first[same.end] : t.size() - 1;
     for (std::size_t k = first; k <= last; ++k) {
       left.sigma[k] = std::max(left.sigma[k], floor->second.sigma);
       left.correlated[k] = std::max(left.correlated[k], t[last] - t[first]);
@@ -101,16 +100,6 @@ void trust_the_angle(Record& record, const Noise& noise) {
   }
 }
 
-/// [V] What the driver of the model puts out, at each grid point; empty where it does not begin with a reference.
-std::vector<double> driver_output(const ObservedRun& run, const Model& model, std::span<const double> values) {
-  if (run.excitation.u_ref.empty()) return {};
-  ModelStructure structure = model.structure();
-  structure.measured_voltage = false;
-  Trajectory<double> driver;
-  simulate<double>(structure, values, run.excitation, driver);
-  return driver.e_a;
-}
-
 /// Of the change from row to row: when within its row a voltage is read is not known, with an even chance.
 constexpr double by_timing = 0.29;
 
@@ -135,7 +124,9 @@ Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
   const std::vector<double> values = model.values();
   const CarriedNoise carried(record, values, model.input == Signal::i_a);
   const std::vector<double>& t = record.excitation.t;
-  const std::vector<double> driver = driver_output(record, model, values);
+  const bool begins_with_a_reference = !record.excitation.u_ref.empty();
+  const std::vector<double> driver =
+      begins_with_a_reference ? driver_voltage(model, values, record.excitation) : std::vector<double>{};
   for (Observation& o : record.observations) {
     const NoiseFloor& floor = noise.at(o.signal);
     o.autocorrelation = floor.autocorrelation;

@@ -21,7 +21,6 @@ class UserTerms {
   }
 
   bool any_voltage() const { return !voltages_.empty(); }
-  bool any_other() const { return !others_.empty(); }
 
   /// Torques and factors on the flux act in the middle of the step.
   void apply(Equations<Scalar>& equations) {
