@@ -288,15 +288,15 @@ std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted) {
 
 void widen_by_held_damping(std::span<const Record> records, const Model& given, Model& fitted) {
   const Parameter& B = fitted.at(base::B);
-  if (!B.pinned || B.value != 0) return;
+  if (!B.pinned) return;
   const Slopes slopes = slopes_of(records, fitted, base::B);
-  // Nothing to three times of what the file says, by 95 %: a guess is right within a factor of three.
-  constexpr double three_times = 3 / 1.96;
-  const double believed = three_times * given.at(base::B).value / slopes.own_size;
-  const double variance = 1 / (1 / (believed * believed) + std::max(0.0, slopes.information));
+  constexpr double two_sided = 1.96;  // errors to 95 %
+  constexpr double a_guess = 3;       // is right within that factor
+  const double farthest = std::max(B.value, a_guess * given.at(base::B).value - B.value);
+  const double error_of_B = farthest / two_sided / slopes.own_size;
   for (std::size_t k = 0; k < slopes.places.size(); ++k) {
     std::optional<double>& error = fitted.at(slopes.places[k]).std_error;
-    if (error) error = std::hypot(*error, slopes.slope[k] * slopes.size[k] * std::sqrt(variance));
+    if (error) error = std::hypot(*error, slopes.slope[k] * slopes.size[k] * error_of_B);
   }
 }
 

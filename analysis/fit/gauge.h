@@ -71,8 +71,8 @@ std::optional<Model> with_told_pins_free(std::span<const Record> records, const 
 /// The pins of a fitted model, and what goes with each.
 std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted);
 
-/// The standard errors of what goes with a B that is held at nothing, widened by what B may really be, as the model
-/// file has it, from nothing to three times as much: K_b stands for both, and is known no better than B is.
+/// The standard errors of what goes with a B that is held, widened by what B may really be, from nothing to three times
+/// of what the model file has: K_b stands for both, say, and is known no better than B is.
 /// @param given with the value of B that the file says
 void widen_by_held_damping(std::span<const Record> records, const Model& given, Model& fitted);
 

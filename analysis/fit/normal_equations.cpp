@@ -15,13 +15,22 @@ bool wanted(Signal signal, const CalibrationOptions& options) {
   return options.outputs.empty() || std::ranges::find(options.outputs, signal) != options.outputs.end();
 }
 
-void add_blocks(const Record& record, const Residuals& r, double length, std::map<long, Eigen::VectorXd>& blocks) {
+void add_blocks(const Record& record, const Residuals& r, double length, std::map<long, Block>& blocks) {
   for_each_piece(record, r, length, [&](long piece, Eigen::Index begin, Eigen::Index rows) {
-    const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), r.value.segment(begin, rows));
-    auto& sum = blocks[piece];
-    if (sum.size() == 0) sum.setZero(g.size());
-    sum += g;
+    const Eigen::MatrixXd sensitivity = r.sensitivity.middleRows(begin, rows);
+    blocks[piece] += {gram(sensitivity), transposed_product(sensitivity, r.value.segment(begin, rows))};
   });
+}
+
+/// An error that is the same throughout a stretch moves Sᵀr by the sum of its rows of S; were it another in each
+/// reading, their squares would add up.
+void add_rounding(const Observation& o, const Residuals& r, Eigen::MatrixXd& scatter) {
+  for (const EqualReadings& same : o.rounded) {
+    const Eigen::MatrixXd rows =
+        r.sensitivity.middleRows(static_cast<Eigen::Index>(same.begin), static_cast<Eigen::Index>(same.length()));
+    const Eigen::VectorXd sum = rows.colwise().sum();
+    scatter += sum * sum.transpose() - gram(rows);
+  }
 }
 
 std::vector<char> wanted_of(const Record& record, const CalibrationOptions& options) {
@@ -54,39 +63,42 @@ NormalEquations nothing_of(Eigen::Index parameters) {
   n.sts.setZero(parameters, parameters);
   n.str.setZero(parameters);
   n.str_of_step.setZero(parameters);
+  n.rounding.setZero(parameters, parameters);
   return n;
 }
 
-/// The gradients of blocks of one piece, of two, four ...
-BlockGradients block_gradients_of(const std::map<long, Eigen::VectorXd>& pieces) {
-  BlockGradients gradients;
-  for (std::size_t doubled = 0; doubled < gradients.size(); ++doubled) {
-    std::vector<Eigen::VectorXd>& blocks = gradients[doubled];
+/// Blocks of one piece, of two, four ...
+Blocks blocks_of(const std::map<long, Block>& pieces) {
+  Blocks blocks;
+  for (std::size_t doubled = 0; doubled < blocks.size(); ++doubled) {
     long last = -1;
-    for (const auto& [piece, gradient] : pieces) {
+    for (const auto& [piece, part] : pieces) {
       const long block = piece >> doubled;
-      if (block == last) {
-        blocks.back() += gradient;
-      } else {
-        blocks.push_back(gradient);
-      }
+      if (block != last) blocks[doubled].emplace_back();
+      blocks[doubled].back() += part;
       last = block;
     }
   }
-  return gradients;
+  return blocks;
 }
 
 }  // namespace
+
+Block& Block::operator+=(const Block& other) {
+  if (str.size() == 0) return *this = other;
+  sts += other.sts;
+  str += other.str;
+  return *this;
+}
 
 NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
   sts += other.sts;
   str += other.str;
   str_of_step += other.str_of_step;
+  rounding += other.rounding;
   rtr += other.rtr;
-  for (std::size_t b = 0; b < block_gradients.size(); ++b) {
-    block_gradients[b].insert(block_gradients[b].end(), other.block_gradients[b].begin(),
-                              other.block_gradients[b].end());
-  }
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    blocks[b].insert(blocks[b].end(), other.blocks[b].begin(), other.blocks[b].end());
   return *this;
 }
 
@@ -159,7 +171,7 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
     n.sts += seen.prior.sts;
     n.str += seen.prior.str;
   }
-  std::map<long, Eigen::VectorXd> blocks;
+  std::map<long, Block> blocks;
   for (std::size_t s = 0; s < seen.residuals.size(); ++s) {
     const Residuals& r = seen.residuals[s];
     if (!wanted(r.signal, options_)) continue;
@@ -169,11 +181,12 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
     n.str += transposed_product(r.sensitivity, r.value);
     if (!to_judge) continue;
     add_blocks(record, r, shortest_piece_, blocks);
+    add_rounding(record.observations[s], r, n.rounding);
     if (!in_steps) continue;
     constexpr double second_order = 4.0 / 3;  // half steps show three quarters of the error
     n.str_of_step += second_order * transposed_product(r.sensitivity, finer[s].value - r.value);
   }
-  n.block_gradients = block_gradients_of(blocks);
+  n.blocks = blocks_of(blocks);
   return n;
 }
 

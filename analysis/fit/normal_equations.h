@@ -15,17 +15,27 @@
 
 namespace emtb {
 
-/// The gradients of blocks of a run: of the shortest pieces (shortest_piece()), of two of them, four, eight. Which of
-/// them are independent hangs on how long the model's error remembers.
-using BlockGradients = std::array<std::vector<Eigen::VectorXd>, 4>;
+/// What a piece of a run says: its part of SᵀS and of Sᵀr.
+struct Block {
+  Eigen::MatrixXd sts;
+  Eigen::VectorXd str;
 
-/// The normal equations of one model on all records: SᵀS, Sᵀr, rᵀr, and for judging what they say the gradient of each
+  Block& operator+=(const Block& other);
+};
+
+/// The blocks of a run: the shortest pieces (shortest_piece()), two of them, four, eight, sixteen. Which of them are
+/// independent hangs on how long the model's error remembers.
+using Blocks = std::array<std::vector<Block>, 5>;
+
+/// The normal equations of one model on all records: SᵀS, Sᵀr, rᵀr, and for judging what they say the part of each
 /// block, and by how much Sᵀr would change were the simulation exact.
 struct NormalEquations {
   Eigen::MatrixXd sts;
   Eigen::VectorXd str;
   double rtr = 0;
-  BlockGradients block_gradients;
+  Blocks blocks;
+  Eigen::MatrixXd
+      rounding;  ///< what errors that last for whole stretches (Observation::rounded) add to the scatter of Sᵀr
   Eigen::VectorXd str_of_step;
 
   NormalEquations& operator+=(const NormalEquations& other);

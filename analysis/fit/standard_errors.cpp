@@ -67,9 +67,9 @@ Eigen::VectorXd inflation_of(const NormalEquations& n) {
   for (Eigen::Index i = 0; i < inflation.size(); ++i) {
     if (!(n.sts(i, i) > 0)) continue;
     inflation[i] = 1;
-    for (const auto& gradients : n.block_gradients) {
+    for (const std::vector<Block>& blocks : n.blocks) {
       double scatter = 0;
-      for (const Eigen::VectorXd& g : gradients) scatter += g[i] * g[i];
+      for (const Block& block : blocks) scatter += block.str[i] * block.str[i];
       inflation[i] = std::max(inflation[i], scatter / n.sts(i, i));
     }
   }
@@ -87,17 +87,28 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& sts) {
   return product(root, root.transpose());
 }
 
-/// (SᵀS)⁻¹ (Σ g_b g_bᵀ) (SᵀS)⁻¹ of the gradients of blocks, of some of the parameters.
-Eigen::MatrixXd sandwich_of(const Eigen::MatrixXd& inverse, const std::vector<Eigen::VectorXd>& gradients,
-                            const std::vector<Eigen::Index>& parameters) {
-  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
-  for (const Eigen::VectorXd& g : gradients) {
-    const Eigen::VectorXd part = g(parameters);
-    meat.noalias() += part * part.transpose();
+/// Student's 97.5 % quantile over that of a normal distribution: what few blocks add (Cornish and Fisher's expansion).
+double few_blocks(double freedom) {
+  constexpr double z = 1.96, z2 = z * z;
+  return 1 + (z2 + 1) / (4 * freedom) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * freedom * freedom);
+}
+
+/// The jackknife's: by how much the optimum moves where a block is left out.
+Eigen::MatrixXd jackknife_of(const Eigen::MatrixXd& sts, const std::vector<Block>& blocks,
+                             const std::vector<Eigen::Index>& parameters) {
+  constexpr double left_out = 0.75;  // of a block: it may be the only one that tells a parameter
+  Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(sts.rows(), sts.cols());
+  const Eigen::VectorXd scale = sts.diagonal().cwiseSqrt().cwiseInverse();
+  for (const Block& block : blocks) {
+    const Eigen::MatrixXd others = sts - left_out * block.sts(parameters, parameters);
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * others * scale.asDiagonal();
+    const Eigen::VectorXd g = scale.asDiagonal() * block.str(parameters);
+    const Eigen::VectorXd moved = scale.asDiagonal() * solve_normal(scaled, Eigen::MatrixXd(g));
+    variance.noalias() += moved * moved.transpose();
   }
-  const double blocks = static_cast<double>(gradients.size());
-  meat *= blocks / std::max(1.0, blocks - static_cast<double>(parameters.size()));
-  return product(product(inverse, meat), inverse);
+  const double n = static_cast<double>(blocks.size());
+  const double factor = n > 1 ? few_blocks(n - 1) : 1;
+  return (n - 1) / n * factor * factor * variance;
 }
 
 }  // namespace
@@ -115,15 +126,18 @@ void judge_optimum(Calibration& result, const FitProblem& problem, std::span<con
   const Eigen::MatrixXd inverse = inverse_of(n.sts(inner, inner));
   Eigen::MatrixXd sandwich = inverse;
   Eigen::VectorXd variances = inverse.diagonal();
-  for (const auto& gradients : n.block_gradients) {
-    constexpr double enough = 10;  // blocks more than parameters, or their scatter tells nothing
-    const bool shortest = &gradients == &n.block_gradients.front();
+  constexpr std::size_t enough = 6;  // blocks, or their scatter tells nothing
+  for (const std::vector<Block>& blocks : n.blocks) {
+    const bool shortest = &blocks == &n.blocks.front();
     if (!shortest && problem.quick_errors()) break;
-    if (!shortest && static_cast<double>(gradients.size()) < enough + static_cast<double>(inner.size())) break;
-    const Eigen::MatrixXd of_these = sandwich_of(inverse, gradients, inner);
+    if (!shortest && blocks.size() < enough) break;
+    const Eigen::MatrixXd of_these = jackknife_of(n.sts(inner, inner), blocks, inner);
     if (shortest) sandwich = of_these;
     variances = variances.cwiseMax(of_these.diagonal());
   }
+  const Eigen::MatrixXd rounded =
+      inverse + product(product(inverse, Eigen::MatrixXd(n.rounding(inner, inner))), inverse);
+  variances = variances.cwiseMax(rounded.diagonal());
   const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
   result.covariance(inner, inner) = sandwich;
   for (std::size_t k = 0; k < inner.size(); ++k) {

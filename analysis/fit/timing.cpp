@@ -95,7 +95,8 @@ class TimingSearch {
     for (std::size_t c = 0; c < signals.size(); ++c) {
       held[c] = 1;
       std::vector<double> without = cost.least(held);
-      if (cost.at(without) - cost.at(late) < clear || late[c] < least_late) {
+      if (late[c] < least_late || cost.at(without) - cost.at(late) < clear ||
+          news_of(with(timing, signals, late), with(timing, signals, without)) < clear) {
         late = std::move(without);
       } else {
         held[c] = 0;
@@ -108,7 +109,44 @@ class TimingSearch {
     return found;
   }
 
+  /// Half the sum of squares that one timing has less than another, of what each residual adds to the one before it:
+  /// where residuals remember, to leave a little less of them for a while says little.
+  double news_of(const Timing& better, const Timing& worse) {
+    std::vector<Residuals> left = residuals(better), more = residuals(worse);
+    leave_to_parameters(left);
+    leave_to_parameters(more);
+    double gained = 0;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      const Eigen::VectorXd& r = left[i].value;
+      const auto n = r.size() - 1;
+      if (n < 1) continue;
+      const double memory = std::clamp(r.head(n).dot(r.tail(n)) / std::max(r.squaredNorm(), 1e-300), 0.0, 0.99);
+      const auto news = [&](const Eigen::VectorXd& of) { return (of.tail(n) - memory * of.head(n)).squaredNorm(); };
+      const double expected = std::max(news(r) / static_cast<double>(n), 1 - memory * memory);
+      gained += 0.5 * (news(more[i].value) - news(r)) / expected;
+    }
+    return gained;
+  }
+
  private:
+  static Timing with(Timing timing, const std::vector<Signal>& signals, const std::vector<double>& late) {
+    for (std::size_t c = 0; c < signals.size(); ++c) timing.late[signals[c]] = late[c];
+    return timing;
+  }
+
+  /// Takes away what the parameters would take.
+  void leave_to_parameters(std::vector<Residuals>& all) const {
+    if (sts_.rows() == 0) return;
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(sts_.rows());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (known_[i].informed()) gradient += transposed_product(known_[i].sensitivity, all[i].value);
+    }
+    const Eigen::VectorXd step = solve_normal(sts_, gradient);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (known_[i].informed()) all[i].value -= product(known_[i].sensitivity, Eigen::MatrixXd(step));
+    }
+  }
+
   CostOfLateness cost_of_lateness(Timing timing, const std::vector<Signal>& signals) {
     const Eigen::VectorXd none = Eigen::VectorXd::Zero(sts_.rows());
     std::vector<CostOfLateness::OfSignal> sums(signals.size());
@@ -194,6 +232,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
       }
     }
   }
+  if (search.news_of(best, {}) < clear) best = {};
   best = with_late(best);
   // Edges in the middle of a row are rare, and an instrument that is behind looks like them: with it in its place, a
   // row is read before it is written, or after, unless the readings speak against both.
@@ -202,14 +241,16 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   constexpr double good_to = 0.1;  // what parameters take is a straight line of them, and they have far to go
   double most = search.cost(best) * (1 + good_to) + clear;
   Timing usual = best;
-  for (const double share : {0.0, just_before}) {
-    if (share >= 0 && late_is_told) continue;
-    const Timing at_once = with_late({share * interval, held});
-    if (const double cost = search.cost(at_once); cost < most) {
+  const auto rather = [&](const Timing& at_a_row) {
+    const Timing timing = with_late(at_a_row);
+    if (const double cost = search.cost(timing); cost < most) {
       most = cost;
-      usual = at_once;
+      usual = timing;
     }
-  }
+  };
+  if (held) rather({});  // straight from reading to reading
+  if (!late_is_told) rather({0, held});
+  rather({just_before * interval, held});
   return usual;
 }
 

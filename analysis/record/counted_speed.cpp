@@ -1,6 +1,7 @@
 #include "analysis/record/counted_speed.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -62,11 +63,22 @@ std::optional<double> common_step(std::span<const std::vector<double>> all) {
   return std::nullopt;
 }
 
-/// Is a step a whole part of a turn?
-bool divides_a_turn(double step) {
-  constexpr double least = 8, most = 2e5, close = 0.01;
+/// By how much a turn is off a whole number of steps; a half where no encoder has so many.
+double off_a_turn(double step) {
+  constexpr double least = 8, most = 2e5;
   const double a_turn = 2 * std::numbers::pi / step;
-  return a_turn > least && a_turn < most && std::abs(a_turn - std::round(a_turn)) < close;
+  return a_turn > least && a_turn < most ? std::abs(a_turn - std::round(a_turn)) : 0.5;
+}
+
+/// May a speed have been rounded to a number of at most two digits, in a unit that parts a turn as an encoder does?
+bool a_round_number(double speed) {
+  constexpr double rpm = 2 * std::numbers::pi / 60, turns = 2 * std::numbers::pi, degrees = std::numbers::pi / 180;
+  constexpr double close = 1e-3;
+  return std::ranges::any_of(std::array{rpm, turns, degrees}, [&](double unit) {
+    const double in_unit = speed / unit;
+    const double digits = in_unit / std::pow(10, std::floor(std::log10(in_unit)) - 1);  // 10 to 100
+    return std::abs(digits - std::round(digits)) < close * digits;
+  });
 }
 
 /// What a third difference of the summed counts is beyond a smooth motion, over a lag: root of its mean square.
@@ -158,7 +170,12 @@ std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<c
     std::vector<std::vector<double>> all;
     for (const Series& speed : speeds) all.push_back(advances(speed, measured_time));
     const std::optional<double> step = common_step(all);
-    if (step && (adds_up(speeds, *step) || (divides_a_turn(*step) && only_counts(speeds, *step))))
+    if (!step) continue;
+    constexpr double no_chance = 1e-3,
+                     close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times
+    const double off = off_a_turn(*step);
+    const bool no_other_way = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
+    if (no_other_way || adds_up(speeds, *step) || (off < close && only_counts(speeds, *step)))
       return CountedSpeed{*step, measured_time};
   }
   return std::nullopt;

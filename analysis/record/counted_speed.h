@@ -17,8 +17,10 @@ struct CountedSpeed {
 /// Whether the speeds of runs are differences of counts; none where an instrument measured them.
 ///
 /// All of its values times the time between them are whole multiples of a step. A coarse converter does as much, so
-/// that one of two more has to speak for counts: the step is a whole part of a turn, or the counts add up. Of a
-/// counter the sum over any time is right to a count, whereas noise that hops between two codes adds up like a walk.
+/// that one of three more has to speak for counts: a turn is a whole number of steps to a thousandth, and the speed is
+/// no round number of rpm, say; it is so to a hundredth, and there is no more noise than whole counts make; the counts
+/// add up. Of a counter the sum over any time is right to a count, whereas noise that hops between two codes adds up
+/// like a walk.
 /// @param others that were logged alike
 std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<const Run> others = {});
 

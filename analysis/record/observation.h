@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "analysis/numerics/equal_readings.h"
 #include "hal/signal.h"
 #include "session/session.h"
 
@@ -48,6 +49,7 @@ struct Observation {
   std::vector<std::size_t> weight_from;  ///< where the weights of each reading begin
   std::vector<double> counted;     ///< variance that an encoder's whole counts leave in each reading; empty: not known
   double counted_correlation = 0;  ///< of these errors, from one reading to the next
+  std::vector<EqualReadings> rounded;  ///< long stretches in which what the instrument rounds off is the same error
 
   std::size_t size() const { return value.size(); }
 

@@ -55,18 +55,23 @@ class CarriedNoise {
 
 /// What an instrument rounds is off by the same for as long as the reading stands: no mean takes that away, as it does
 /// noise, which lets no reading stand for long.
-void widen_by_rounding(InputNoise& left, const Record& record, Signal signal, const Noise& noise) {
-  const Observation* o = record.find(signal);
-  const auto floor = noise.find(signal);
-  if (o == nullptr || left.sigma.empty() || floor == noise.end() || floor->second.from != FloorSource::resolution)
-    return;
+std::vector<EqualReadings> rounded(const Observation& o, const NoiseFloor& floor) {
   constexpr std::size_t stands = 16;  // readings
+  if (floor.from != FloorSource::resolution && floor.from != FloorSource::counts) return {};
+  std::vector<EqualReadings> all = equal_readings(o.value);
+  std::erase_if(all, [](const EqualReadings& same) { return same.length() < stands; });
+  return all;
+}
+
+/// The noise of what drives a model, with what is rounded off it.
+void widen_by_rounding(InputNoise& left, const Record& record, Signal signal) {
+  const Observation* o = record.find(signal);
+  if (o == nullptr || left.sigma.empty()) return;
   const std::vector<double>& t = record.excitation.t;
-  for (const EqualReadings& same : equal_readings(o->value)) {
-    if (same.length() < stands) continue;
+  for (const EqualReadings& same : o->rounded) {
     const std::size_t first = o->first[same.begin], last = same.end < o->size() ? o->first[same.end] : t.size() - 1;
     for (std::size_t k = first; k <= last; ++k) {
-      left.sigma[k] = std::max(left.sigma[k], floor->second.sigma);
+      left.sigma[k] = std::max(left.sigma[k], o->sigma[same.begin]);
       left.correlated[k] = std::max(left.correlated[k], t[last] - t[first]);
     }
   }
@@ -119,8 +124,12 @@ constexpr double jump = 6;
 Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
   Record record{std::move(run)};
   trust_the_angle(record, noise);
-  widen_by_rounding(record.voltage_noise, record, Signal::e_a, noise);
-  widen_by_rounding(record.load_noise, record, Signal::torque, noise);
+  for (Observation& o : record.observations) {
+    o.sigma.assign(o.size(), noise.at(o.signal).sigma);
+    o.rounded = rounded(o, noise.at(o.signal));
+  }
+  widen_by_rounding(record.voltage_noise, record, Signal::e_a);
+  widen_by_rounding(record.load_noise, record, Signal::torque);
   const std::vector<double> values = model.values();
   const CarriedNoise carried(record, values, model.input == Signal::i_a);
   const std::vector<double>& t = record.excitation.t;
@@ -130,7 +139,6 @@ Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
   for (Observation& o : record.observations) {
     const NoiseFloor& floor = noise.at(o.signal);
     o.autocorrelation = floor.autocorrelation;
-    o.sigma.assign(o.size(), floor.sigma);
     for (std::size_t i = 0; i < o.size(); ++i) {
       double widened =
           floor.from == FloorSource::counts && !o.counted.empty() ? o.counted[i] : floor.sigma * floor.sigma;

@@ -256,6 +256,39 @@ TEST(Calibrate, ErrorsGrowWhereResidualsAreCorrelated) {
   EXPECT_NEAR(error_of_K_b(0.95) / error_of_K_b(0), std::sqrt(1.95 / 0.05), 2);
 }
 
+/// In how many of 40 recordings of 20 s the 95 % interval of B holds the truth.
+template <class Spoil>
+int covered(const Spoil& spoil) {
+  const Model model = with_noise(servo_model());
+  int count = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    emtb::Run run = record({}, synthetic::steps, 2e-3, quiet, seed);
+    spoil(run, seed);
+    const Parameter B = calibrate(prepared({run}, model), model).model.at(3);
+    count += B.std_error && std::abs(B.value - Truth{}.B) < 1.96 * *B.std_error ? 1 : 0;
+  }
+  return count;
+}
+
+TEST(Calibrate, ErrorsHoldWhereResidualsRememberForAGoodPartOfTheRecording) {
+  const auto slow_current = [](emtb::Run& run, unsigned seed) {
+    std::vector<double>& i_a = run.signals[Signal::i_a].value;
+    const std::vector<double> slow = synthetic::coloured(i_a.size(), 0.998, seed);
+    for (std::size_t k = 0; k < i_a.size(); ++k) i_a[k] += 0.03 * slow[k];
+  };
+  EXPECT_GE(covered(slow_current), 34);
+}
+
+TEST(Calibrate, ErrorsHoldThatARoundedReadingIsOffByTheSameForAsLongAsItStands) {
+  const Model model = with_noise(servo_model());
+  std::vector<Record> records = prepared({record({}, synthetic::steps, 1e-3, quiet)}, model);
+  const Parameter noisy = calibrate(records, model).model.at(3);
+  for (Observation& o : records.front().observations) {
+    for (std::size_t k = 0; k + 100 <= o.size(); k += 100) o.rounded.push_back({k, k + 100, o.value[k]});
+  }
+  EXPECT_NEAR(*calibrate(records, model).model.at(3).std_error / *noisy.std_error, std::sqrt(100), 3);
+}
+
 TEST(Calibrate, NamesWhatTheSpeedAloneCannotDetermine) {
   Model model = with_noise(servo_model());
   model.tie.clear();

@@ -168,6 +168,21 @@ TEST(Gauge, AConstantIsKnownNoBetterThanTheDampingThatIsHeldBesideIt) {
   EXPECT_LT(std::abs(fitted.base[base::K_b].value - Truth{}.K_b), z * *fitted.base[base::K_b].std_error);
 }
 
+TEST(Gauge, ADampingThatIsHeldAboveNothingMayBeNothing) {
+  constexpr double held_at = 2, z = 1.96;  // of the truth
+  Model given = with_noise(servo_model());
+  const auto records = prepared(speed_only(), given);
+  given.base[base::B].value = held_at * Truth{}.B;
+  given.base[base::B].fixed = given.base[base::B].pinned = true;
+  given.base[base::R_a].fixed = given.base[base::R_a].pinned = true;
+  Model without = given;
+  without.base[base::B].value = 0;
+  Model fitted = calibrate(records, given).model;
+  const double moved = std::abs(calibrate(records, without).model.base[base::K_b].value - fitted.base[base::K_b].value);
+  widen_by_held_damping(records, given, fitted);
+  EXPECT_GT(z * *fitted.base[base::K_b].std_error, 0.9 * moved);
+}
+
 TEST(Gauge, APinIsFreeAgainWhereTheDataTellIt) {
   Model model = with_noise(servo_model());
   model.base[base::R_a].fixed = model.base[base::R_a].pinned = true;

@@ -160,6 +160,19 @@ TEST(TimingOfRows, IsNotToldByASignalThatTheModelDoesNotFollow) {
   EXPECT_FALSE(fitted(std::move(run), false).timing.late.contains(Signal::omega));
 }
 
+TEST(TimingOfRows, IsNotToldByNoiseThatRemembers) {
+  int told = 0;
+  constexpr unsigned seeds = 12;
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
+    emtb::Run run = logged({.read_after = false}, seed);
+    std::vector<double>& i_a = run.signals[Signal::i_a].value;
+    const std::vector<double> noise = synthetic::coloured(i_a.size(), 0.9, seed);
+    for (std::size_t k = 0; k < i_a.size(); ++k) i_a[k] += 0.2 * noise[k];
+    told += fitted(std::move(run), false).timing.late.contains(Signal::i_a) ? 1 : 0;
+  }
+  EXPECT_LE(told, 1) << "of " << seeds;
+}
+
 TEST(TimingOfRows, ACurrentThatIsReadLateHasFollowedTheDriversSlopeUntilThen) {
   // Rows of 10 ms, slopes of 4 to 16 ms: the current is where the voltage has come to by the time of its reading, not
   // on a straight line from row to row.

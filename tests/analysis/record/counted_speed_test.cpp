@@ -83,6 +83,28 @@ TEST(CountedSpeed, OfAnAxisWhoseStepIsNoPartOfATurnIsToldBecauseItsCountsAddUp) 
   EXPECT_NEAR(found->step, 4.2017e-3, 1e-9);
 }
 
+/// A shaft that never keeps a speed for long, read to so many rad/s, without noise.
+Run restless(double interval, double lsb) {
+  Series omega;
+  double speed = 0;
+  for (int k = 0; k < 600; ++k) {
+    speed += 0.4 * (200 * std::sin(2.1 * (k / 3)) - speed);
+    omega.t.push_back(interval * k);
+    omega.value.push_back(lsb * std::round(speed / lsb));
+  }
+  return {.name = "restless", .signals = {{Signal::omega, omega}}};
+}
+
+TEST(CountedSpeed, OfAShaftThatNeverKeepsASpeedIsToldByATurnOfWholeSteps) {
+  const auto found = look_at(restless(0.05, per_line / 306 / 0.05));
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, per_line / 306, 1e-9);
+}
+
+TEST(CountedSpeed, IsNotThatOfSpeedsThatWereRoundedToWholeRevolutionsPerMinute) {
+  for (const double rpm : {1.0, 2.0, 0.5}) EXPECT_FALSE(look_at(restless(0.05, rpm * per_line / 60))) << rpm;
+}
+
 TEST(CountedSpeed, IsNotThatOfATachogeneratorBehindACoarseConverter) {
   for (const double noise : {0.1, 0.3, 1.0, 5.0}) EXPECT_FALSE(look_at(converted(0.23, noise))) << noise << " LSB";
 }

@@ -273,5 +273,20 @@ TEST(PrepareRun, RefusesAHoleInWhatDrivesTheModel) {
   EXPECT_THAT(complaint_of_preparing(run), AllOf(HasSubstr("e_a_V has no reading near t = 0.8"), HasSubstr("@T0:T1")));
 }
 
+TEST(Weighing, KnowsWhereAReadingThatStandsIsRounded) {
+  constexpr double lsb = 0.2;  // A
+  emtb::Run run = synthetic::record({}, {{0.2, 0}, {4, 2}, {4, -3}}, 1e-2, {.omega = 0.1, .i_a = 0.01, .e_a = 0.02});
+  for (const bool coarse : {false, true}) {
+    if (coarse) {
+      run.signals[Signal::i_a].lsb = lsb;
+      for (double& i : run.signals[Signal::i_a].value) i = lsb * std::round(i / lsb);
+    }
+    const Dataset data = prepare(std::vector{run}, {}, synthetic::servo_model());
+    const std::vector<EqualReadings>& rounded = data.train.front().find(Signal::i_a)->rounded;
+    EXPECT_EQ(rounded.empty(), !coarse);
+    for (const EqualReadings& same : rounded) EXPECT_GE(same.length(), 16U);
+  }
+}
+
 }  // namespace
 }  // namespace emtb
