@@ -159,7 +159,7 @@ class WholeSearch {
 
   /// @param first the model as given, once fitted; fitted again where the torque is left out
   Finding from(Trial& first) {
-    if (!only_drives_) return search(first);
+    if (!only_drives_) return search_and_settle(first);
     if (torque_left_out_) return search(without_effects_of_the_load(first));
     std::optional<Finding> law = law_beside(first.model(), first);
     if (!law) {
@@ -199,6 +199,11 @@ class WholeSearch {
   /// The same model, fitted to data that have changed.
   Trial again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
 
+  /// What a search asks once it has found an effect that removes most: do the runs tell another timing or other starts
+  /// beside it? It gives the model as given, fitted to what has changed, and the search begins anew from there.
+  using Resettle = std::function<std::optional<Trial>(const Model& with_the_effect)>;
+  void set_resettle(Resettle resettle) { resettle_ = std::move(resettle); }
+
   bool torque_only_loads() const { return only_drives_; }
   bool torque_left_out() const { return torque_left_out_; }
 
@@ -206,6 +211,14 @@ class WholeSearch {
   Finding search(const Trial& start, const Loss& as_given) {
     return Search(trials_, criterion_, start, as_given, options_.longest_list, progress_).run();
   }
+
+  Finding search_and_settle(const Trial& first) {
+    Search search(trials_, criterion_, first, first.held_out, options_.longest_list, progress_);
+    const Trial* with_an_effect = resettle_ ? search.first_step() : nullptr;
+    const std::optional<Trial> anew = with_an_effect ? resettle_(with_an_effect->model()) : std::nullopt;
+    return anew ? this->search(*anew) : search.run();
+  }
+
   Finding search(const Trial& start) { return search(start, start.held_out); }
 
   static bool is_torque(Signal signal) { return signal == Signal::torque; }
@@ -227,6 +240,7 @@ class WholeSearch {
   const Criterion& criterion_;
   const DiagnoseOptions& options_;
   Search::Progress progress_;
+  Resettle resettle_;
   bool only_drives_ = false, torque_left_out_ = false;
 };
 
@@ -267,7 +281,18 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
   for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {
     first = search.again(first);
   }
+  search.set_resettle([&](const Model& with_the_effect) -> std::optional<Trial> {
+    const Circumstances before = circumstances_of(data);
+    const bool other_starts = settle_starts(data, with_the_effect);
+    if (settle_timing(data, with_the_effect) != TimingChange::other && !other_starts) {
+      set(data, before);
+      return std::nullopt;
+    }
+    first = search.again(first);
+    return first;
+  });
   Finding found = search.from(first);
+  search.set_resettle({});
   const bool other_starts = settle_starts(data, found.current.model());
   TimingChange change = settle_timing(data, found.current.model());
   if (change == TimingChange::other || other_starts) {
@@ -283,17 +308,20 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
 }
 
 /// The timing that a model tells which lacks something may be what it lacks, and so hide it: the runs are searched as
-/// they were recorded, too, where something is left, and the likelier answer stands.
+/// they were recorded, too, where something is left; that answer stands where it leaves clearly less. What it finds to
+/// be late by less than a row is then no matter of logging.
 Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   const TimingChange change = settle_timing(data, as_recorded.model());
   if (change == TimingChange::none) return search_from(data, search, as_recorded);
   if (change == TimingChange::slight) return search_from(data, search, search.again(as_recorded));
   Road told = search_from(data, search, search.again(as_recorded));
-  if (told.found.effects.empty() || !criterion.remainder(told.found.current.held_out)) return told;
-  set(data, recorded);
+  if (!criterion.remainder(told.found.current.held_out)) return told;
+  Circumstances in_itself = recorded;
+  in_itself.timing.late_in_itself = true;
+  set(data, in_itself);
   Road plain = search_from(data, search, search.again(as_recorded));
-  Road& best = likelier(plain.found.current.held_out, told.found.current.held_out) ? plain : told;
+  Road& best = criterion.material(told.found.current.held_out, plain.found.current.held_out) ? plain : told;
   set(data, best.circumstances);
   return std::move(best);
 }

@@ -73,6 +73,11 @@ Finding Search::run() {
   return std::move(found_);
 }
 
+const Trial* Search::first_step() {
+  const bool added = add_best(round_of_current());
+  return added && removes_most(as_given_, found_.current.held_out) ? &found_.current : nullptr;
+}
+
 /// Until no effect more, fewer or in the place of another makes the model better; each pass may open what the one
 /// before it closed.
 void Search::settle() {

@@ -64,6 +64,9 @@ class Search {
 
   Finding run();
 
+  /// The first effect added, which run() goes on from. @return the model with it; none where it does not remove most
+  const Trial* first_step();
+
   /// What was found, fitted again, without what has become superfluous.
   Finding without_superfluous();
 

@@ -143,6 +143,7 @@ constexpr Ranges seen{.reference = 6,
                       .speed = 150,
                       .duration = 20,
                       .sample = 0.001,
+                      .logging = 0.00125,
                       .heat = 200,
                       .inertia = 3.4e-3,
                       .response = 0.2,
@@ -179,7 +180,7 @@ TEST(Catalogue, APlayIsTriedOnTheScaleOfTheTwistThatHidesIt) {
 TEST(Catalogue, LagsAndDelaysAreTriedFromARowToBeyondTheResponse) {
   const std::vector<double> times = seen.edge_times();
   EXPECT_EQ(times.front(), 0);
-  EXPECT_DOUBLE_EQ(times[1], seen.logging());
+  EXPECT_DOUBLE_EQ(times[1], seen.logging);
   EXPECT_DOUBLE_EQ(times.back(), 3 * seen.response);
   Ranges brief = seen;
   brief.duration = 0.5;

@@ -5,7 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <map>
+
 #include "analysis/diagnose/diagnose.h"
+#include "tests/analysis/diagnose/answers.h"
+#include "tests/analysis/synthetic.h"
 #include "tests/blind/recording.h"
 
 namespace emtb::timing_tests {
@@ -64,6 +69,43 @@ TEST_F(LoggedTiming, OfRowsReadAfterTheyWereWrittenIsNoEffect) {
   EXPECT_THAT(d.missing, IsEmpty());
   EXPECT_LT(d.data->timing.acts_after, 0);
   EXPECT_LE(d.final_held_out, 1.1);
+}
+
+/// A motor behind a driver that follows at once, logged every 20 ms; its tachogenerator lags by less than a row.
+/// Between two rows all is exponential.
+emtb::Run behind_a_lag(double tau, unsigned seed) {
+  constexpr std::size_t rows = 400, hold = 9;
+  constexpr double row = 0.02, R_a = 1.2, K = 0.042, B = 1.2e-5, J = 2e-4;
+  const double damping = B + K * K / R_a, tau_m = J / damping;
+  synthetic::Noise noise(seed);
+  emtb::Run run;
+  run.name = "lag";
+  double omega = 0, read = 0, e_a = 0;
+  for (std::size_t k = 0; k < rows; ++k) {
+    const double u_ref = 8 * std::sin(2.4 * static_cast<double>(seed + k / hold));
+    const std::map<Signal, double> row_of{{Signal::u_ref, u_ref},
+                                          {Signal::omega, read + noise(0.1)},
+                                          {Signal::i_a, (e_a - K * omega) / R_a + noise(0.01)}};
+    for (const auto& [signal, value] : row_of) {
+      run.signals[signal].t.push_back(row * static_cast<double>(k));
+      run.signals[signal].value.push_back(value);
+    }
+    e_a = u_ref;  // once the row is read
+    const double settled = K / R_a * e_a / damping, decays = (omega - settled) * tau_m / (tau_m - tau);
+    read = settled + decays * std::exp(-row / tau_m) + (read - settled - decays) * std::exp(-row / tau);
+    omega = settled + (omega - settled) * std::exp(-row / tau_m);
+  }
+  return run;
+}
+
+TEST(TimingOfALog, DoesNotStandInForALagOfLessThanARowWhoseShapeItDoesNotHave) {
+  constexpr double tau = 0.016;  // [s] of a row of 0.02
+  Model model = synthetic::servo_model();
+  model.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
+  const Diagnosis d =
+      diagnose(std::vector{behind_a_lag(tau, 1), behind_a_lag(tau, 2)}, std::vector{behind_a_lag(tau, 3)}, model);
+  EXPECT_THAT(answers::named(d), testing::ElementsAre("tacho_lag")) << answers::report(d);
+  EXPECT_NEAR(answers::fitted(d, "tau"), tau, 0.05 * tau);
 }
 
 }  // namespace
