@@ -6,11 +6,12 @@
 #include <memory>
 
 #include "analysis/diagnose/bench_parts.h"
+#include "analysis/diagnose/explained_floor.h"
 #include "analysis/diagnose/fitted_trials.h"
-#include "analysis/diagnose/load_law.h"
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
-#include "analysis/fit/starts.h"
+#include "analysis/diagnose/roads.h"
+#include "analysis/diagnose/whole_search.h"
 #include "analysis/fit/timing.h"
 #include "analysis/fit/timing_errors.h"
 #include "hal/error.h"
@@ -145,187 +146,6 @@ void sort_best_first(std::vector<Candidate>& candidates) {
   });
 }
 
-/// The search. A measured torque of which the model as given says nothing has its law asked first; where it has none
-/// it is an input, and from there on no model is compared with it.
-class WholeSearch {
- public:
-  WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Model& given,
-              const DiagnoseOptions& options, Search::Progress progress)
-      : data_(data), trials_(trials), criterion_(criterion), options_(options), progress_(std::move(progress)) {
-    const bool has_a_load = std::ranges::any_of(
-        given.effects, [&](const IncludedEffect& e) { return concerns_the_load(given.about(e.effect)); });
-    only_drives_ = !options.explain_torque && !has_a_load && torque_loads_the_shaft(data);
-  }
-
-  /// @param first the model as given, once fitted; fitted again where the torque is left out
-  Finding from(Trial& first) {
-    if (!only_drives_) return search_and_settle(first);
-    if (torque_left_out_) return search(without_effects_of_the_load(first));
-    std::optional<Finding> law = law_beside(first.model(), first);
-    if (!law) {
-      Readings torque = leave_out(data_, is_torque);
-      const Trial without_torque = again(first);
-      Finding motion = search(without_effects_of_the_load(without_torque));
-      put_back(data_, std::move(torque));
-      // At rest a brake holds what friction leaves of the motor's torque.
-      if (!motion.effects.empty()) law = law_beside(motion.current.model(), first);
-      if (!law) {
-        leave_out(data_, is_torque);
-        torque_left_out_ = true;
-        first = without_torque;
-        return motion;
-      }
-    }
-    Finding found = search(without_effects_of_the_load(law->current), first.held_out);
-    return with_law(std::move(*law), std::move(found));
-  }
-
-  /// What was found, in data whose timing has changed slightly: without what stood in for that.
-  Finding again(Finding found, const Loss& as_given) {
-    return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
-  }
-
-  /// In data whose timing or starts have changed: what was found before, where it leaves nothing and no other effect
-  /// does as well in the place of one of it; otherwise a search anew, unless what was found still does better.
-  Finding anew_from(Trial& first, Finding before) {
-    const std::vector<std::size_t> effects = before.effects;
-    Finding kept = Search(trials_, criterion_, std::move(before), first.held_out, progress_).held_against_others();
-    if (kept.effects == effects && !criterion_.anything_left(kept.current.held_out)) return kept;
-    Finding anew = from(first);
-    if (criterion_.material(anew.current.held_out, kept.current.held_out)) return kept;
-    return anew;
-  }
-
-  /// The same model, fitted to data that have changed.
-  Trial again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
-
-  /// What a search asks once it has found an effect that removes most: do the runs tell another timing or other starts
-  /// beside it? It gives the model as given, fitted to what has changed, and the search begins anew from there.
-  using Resettle = std::function<std::optional<Trial>(const Model& with_the_effect)>;
-  void set_resettle(Resettle resettle) { resettle_ = std::move(resettle); }
-
-  bool torque_only_loads() const { return only_drives_; }
-  bool torque_left_out() const { return torque_left_out_; }
-
- private:
-  Finding search(const Trial& start, const Loss& as_given) {
-    return Search(trials_, criterion_, start, as_given, options_.longest_list, progress_).run();
-  }
-
-  Finding search_and_settle(const Trial& first) {
-    Search search(trials_, criterion_, first, first.held_out, options_.longest_list, progress_);
-    const Trial* with_an_effect = resettle_ ? search.first_step() : nullptr;
-    const std::optional<Trial> anew = with_an_effect ? resettle_(with_an_effect->model()) : std::nullopt;
-    return anew ? this->search(*anew) : search.run();
-  }
-
-  Finding search(const Trial& start) { return search(start, start.held_out); }
-
-  static bool is_torque(Signal signal) { return signal == Signal::torque; }
-
-  /// The law of the measured torque, from its reading alone, with a model held fast; put on the first one.
-  std::optional<Finding> law_beside(const Model& fitted, const Trial& first) {
-    Readings others = leave_out(data_, std::not_fn(is_torque));
-    const std::optional<Trial> start = trials_.fit(with_only_the_load_open(fitted, first.model()), nullptr);
-    std::optional<Finding> law;
-    if (start) law = search(*start);
-    put_back(data_, std::move(others));
-    if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out))
-      return std::nullopt;
-    return put_on(*law, first, trials_, criterion_);
-  }
-
-  Dataset& data_;
-  FittedTrials& trials_;
-  const Criterion& criterion_;
-  const DiagnoseOptions& options_;
-  Search::Progress progress_;
-  Resettle resettle_;
-  bool only_drives_ = false, torque_left_out_ = false;
-};
-
-/// How the runs were logged and begin, as it is set.
-struct Circumstances {
-  Timing timing;
-  std::vector<InitialState> starts;
-};
-
-Circumstances circumstances_of(const Dataset& data) {
-  Circumstances as_set{data.timing, {}};
-  for (const auto* records : {&data.train, &data.held_out}) {
-    for (const Record& record : *records) as_set.starts.push_back(record.excitation.initial);
-  }
-  return as_set;
-}
-
-void set(Dataset& data, const Circumstances& circumstances) {
-  set_timing(data, circumstances.timing);
-  auto start = circumstances.starts.begin();
-  for (auto* records : {&data.train, &data.held_out}) {
-    for (Record& record : *records) record.excitation.initial = *start++;
-  }
-}
-
-/// The model as given, and what a search found from there, under the same circumstances.
-struct Road {
-  Trial first;
-  Finding found;
-  Circumstances circumstances;
-};
-
-/// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
-/// lacked may have looked like another timing, or another start. The first answer stands where it still does better. By
-/// how little an instrument is behind the others only the answer tells.
-Road search_from(Dataset& data, WholeSearch& search, Trial first) {
-  // Starts bend the fit and the fit the starts.
-  for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {
-    first = search.again(first);
-  }
-  search.set_resettle([&](const Model& with_the_effect) -> std::optional<Trial> {
-    const Circumstances before = circumstances_of(data);
-    const bool other_starts = settle_starts(data, with_the_effect);
-    if (settle_timing(data, with_the_effect) != TimingChange::other && !other_starts) {
-      set(data, before);
-      return std::nullopt;
-    }
-    first = search.again(first);
-    return first;
-  });
-  Finding found = search.from(first);
-  search.set_resettle({});
-  const bool other_starts = settle_starts(data, found.current.model());
-  TimingChange change = settle_timing(data, found.current.model());
-  if (change == TimingChange::other || other_starts) {
-    first = search.again(first);
-    found = search.anew_from(first, std::move(found));
-    change = settle_timing(data, found.current.model());
-  }
-  if (change != TimingChange::none) {
-    first = search.again(first);
-    found = search.again(std::move(found), first.held_out);
-  }
-  return {std::move(first), std::move(found), circumstances_of(data)};
-}
-
-/// The timing that a model tells which lacks something may be what it lacks, and so hide it: the runs are searched as
-/// they were recorded, too, where something is left; that answer stands where it leaves clearly less. What it finds to
-/// be late by less than a row is then no matter of logging.
-Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
-  const Circumstances recorded = circumstances_of(data);
-  const TimingChange change = settle_timing(data, as_recorded.model());
-  if (change == TimingChange::none) return search_from(data, search, as_recorded);
-  if (change == TimingChange::slight) return search_from(data, search, search.again(as_recorded));
-  Road told = search_from(data, search, search.again(as_recorded));
-  if (!criterion.remainder(told.found.current.held_out)) return told;
-  Circumstances in_itself = recorded;
-  in_itself.timing.late_in_itself = true;
-  set(data, in_itself);
-  Road plain = search_from(data, search, search.again(as_recorded));
-  Road& best = criterion.material(told.found.current.held_out, plain.found.current.held_out) ? plain : told;
-  set(data, best.circumstances);
-  return std::move(best);
-}
-
 /// The model as given, once fitted, and where it fails.
 void tell_of_the_base(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Trial& first,
                       const DiagnoseOptions& options) {
@@ -389,8 +209,15 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
   FittedTrials trials(data, given, criterion, options.score, options.refits);
   Trial first = first_fit(trials, data, given);
-  WholeSearch search(*prepared, trials, criterion, model, options, progress);
+  WholeSearch search(*prepared, trials, criterion, model, {options.longest_list, options.explain_torque}, progress);
   Road road = best_road(*prepared, search, criterion, first);
+  const bool has_other_runs = !held_out.empty() || train.size() > 1;
+  if (has_other_runs && road.found.effects.empty() && !criterion.remainder(road.found.current.held_out)) {
+    if (auto quieter = floors_without_a_law(trials, data.noise, road.found.current)) {
+      set_noise(*prepared, std::move(*quieter), given);
+      road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
+    }
+  }
   first = std::move(road.first);
   Finding found = std::move(road.found);
   if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);

@@ -38,7 +38,7 @@ struct Fit {
 struct Calibration : Fit {
   bool converged = false;
   int iterations = 0;
-  Eigen::MatrixXd covariance;  ///< of the free parameters; holds for coloured residuals (block sandwich)
+  Eigen::MatrixXd covariance;  ///< of the free parameters; holds for coloured residuals (jackknife over blocks)
   Eigen::VectorXd inflation;   ///< of each free parameter: its variance over that of white residuals; 0: not seen
   Eigen::VectorXd alone;       ///< [SI] standard error of each, were the residuals white and all others known
   Identifiability identifiability;

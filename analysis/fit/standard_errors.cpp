@@ -124,7 +124,7 @@ void judge_optimum(Calibration& result, const FitProblem& problem, std::span<con
   const std::vector<Eigen::Index> inner = split_off_bounds(result, n, free);
   if (inner.empty()) return;
   const Eigen::MatrixXd inverse = inverse_of(n.sts(inner, inner));
-  Eigen::MatrixXd sandwich = inverse;
+  Eigen::MatrixXd together = inverse;
   Eigen::VectorXd variances = inverse.diagonal();
   constexpr std::size_t enough = 6;  // blocks, or their scatter tells nothing
   for (const std::vector<Block>& blocks : n.blocks) {
@@ -132,14 +132,14 @@ void judge_optimum(Calibration& result, const FitProblem& problem, std::span<con
     if (!shortest && problem.quick_errors()) break;
     if (!shortest && blocks.size() < enough) break;
     const Eigen::MatrixXd of_these = jackknife_of(n.sts(inner, inner), blocks, inner);
-    if (shortest) sandwich = of_these;
+    if (shortest) together = of_these;
     variances = variances.cwiseMax(of_these.diagonal());
   }
-  const Eigen::MatrixXd rounded =
-      inverse + product(product(inverse, Eigen::MatrixXd(n.rounding(inner, inner))), inverse);
+  const Eigen::MatrixXd scatter = (n.sts + n.rounding)(inner, inner);
+  const Eigen::MatrixXd rounded = product(product(inverse, scatter), inverse);
   variances = variances.cwiseMax(rounded.diagonal());
   const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
-  result.covariance(inner, inner) = sandwich;
+  result.covariance(inner, inner) = together;
   for (std::size_t k = 0; k < inner.size(); ++k) {
     const auto a = static_cast<Eigen::Index>(k);
     const double variance = variances[a] + off[a] * off[a];

@@ -140,9 +140,9 @@ bool adds_up(std::span<const Series> speeds, double step) {
 }
 
 /// Is there no more noise in them than whole counts make by themselves?
-bool only_counts(std::span<const Series> speeds, double step) {
+/// @param length of the pieces, in readings, some of which are steady
+bool only_counts(std::span<const Series> speeds, double step, std::size_t length) {
   constexpr double most = 2;  // counts; a counter leaves sqrt(20/12) at the most, however the shaft turns
-  constexpr std::size_t length = 32;
   std::vector<double> bends;
   for (const std::vector<double>& counts : hopping(speeds, step, length)) {
     double squares = 0;
@@ -173,9 +173,11 @@ std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<c
     if (!step) continue;
     constexpr double no_chance = 1e-3,
                      close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times
+    constexpr std::size_t brief = 8, long_enough = 32;
     const double off = off_a_turn(*step);
-    const bool no_other_way = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
-    if (no_other_way || adds_up(speeds, *step) || (off < close && only_counts(speeds, *step)))
+    const bool hardly_else = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
+    if (adds_up(speeds, *step) || (off < close && only_counts(speeds, *step, long_enough)) ||
+        (hardly_else && only_counts(speeds, *step, brief)))
       return CountedSpeed{*step, measured_time};
   }
   return std::nullopt;

@@ -17,10 +17,10 @@ struct CountedSpeed {
 /// Whether the speeds of runs are differences of counts; none where an instrument measured them.
 ///
 /// All of its values times the time between them are whole multiples of a step. A coarse converter does as much, so
-/// that one of three more has to speak for counts: a turn is a whole number of steps to a thousandth, and the speed is
-/// no round number of rpm, say; it is so to a hundredth, and there is no more noise than whole counts make; the counts
-/// add up. Of a counter the sum over any time is right to a count, whereas noise that hops between two codes adds up
-/// like a walk.
+/// that more has to speak for counts. A turn is a whole number of steps, and steady stretches show no more noise than
+/// whole counts make; brief ones will do where it is so to a thousandth and the step is no round number of rpm, say.
+/// Or the counts add up: of a counter the sum over any time is right to a count, whereas noise that hops between two
+/// codes adds up like a walk.
 /// @param others that were logged alike
 std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<const Run> others = {});
 

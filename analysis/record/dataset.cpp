@@ -84,6 +84,14 @@ void set_timing(Dataset& data, const Timing& timing) {
   set_timing(data.held_out, timing);
 }
 
+void set_noise(Dataset& data, Noise noise, const Model& model) {
+  data.noise = std::move(noise);
+  for (auto* records : {&data.train, &data.held_out}) {
+    for (Record& record : *records) record = weighed(ObservedRun(std::move(record)), data.noise, model);
+  }
+  set_timing(data, data.timing);
+}
+
 Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_out_as_read, const Model& model,
                 Chaining chaining) {
   Dataset data;

@@ -36,6 +36,9 @@ struct Dataset {
 void set_timing(std::span<Record> records, const Timing& timing);
 void set_timing(Dataset& data, const Timing& timing);
 
+/// Weighs all records anew.
+void set_noise(Dataset& data, Noise noise, const Model& model);
+
 /// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
 /// @throws ModelError where a run does not fit the model.
 Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model,

@@ -88,7 +88,7 @@ Run restless(double interval, double lsb) {
   Series omega;
   double speed = 0;
   for (int k = 0; k < 600; ++k) {
-    speed += 0.4 * (200 * std::sin(2.1 * (k / 3)) - speed);
+    speed += 0.3 * (110 * std::sin(2.1 * (k / 20)) - speed);
     omega.t.push_back(interval * k);
     omega.value.push_back(lsb * std::round(speed / lsb));
   }

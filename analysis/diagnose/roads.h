@@ -1,0 +1,29 @@
+#pragma once
+
+#include "analysis/diagnose/search.h"
+#include "analysis/diagnose/whole_search.h"
+#include "analysis/fit/starts.h"
+#include "analysis/record/dataset.h"
+
+namespace emtb {
+
+/// How the runs were logged and begin, as it is set.
+struct Circumstances {
+  Timing timing;
+  std::vector<InitialState> starts;
+};
+
+/// The model as given, and what a search found from there, under the same circumstances.
+struct Road {
+  Trial first;
+  Finding found;
+  Circumstances circumstances;
+};
+
+/// The timing that a model tells which lacks something may be what it lacks, and so hide it: the runs are searched as
+/// they were recorded, too, where something is left; that answer stands where it leaves clearly less. What it finds to
+/// be late by less than a row is then no matter of logging.
+/// @param as_recorded the model as given, fitted to the data as they are
+Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded);
+
+}  // namespace emtb

@@ -1,0 +1,86 @@
+#include "analysis/diagnose/whole_search.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "analysis/diagnose/bench_parts.h"
+#include "analysis/diagnose/load_law.h"
+
+namespace emtb {
+namespace {
+
+bool is_torque(Signal signal) { return signal == Signal::torque; }
+
+}  // namespace
+
+WholeSearch::WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Model& given,
+                         const Options& options, Search::Progress progress)
+    : data_(data), trials_(trials), criterion_(criterion), options_(options), progress_(std::move(progress)) {
+  const bool has_a_load = std::ranges::any_of(
+      given.effects, [&](const IncludedEffect& e) { return concerns_the_load(given.about(e.effect)); });
+  only_drives_ = !options.explain_torque && !has_a_load && torque_loads_the_shaft(data);
+}
+
+Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
+  if (!only_drives_) return search_and_settle(first, resettle);
+  if (torque_left_out_) return search(without_effects_of_the_load(first));
+  std::optional<Finding> law = law_beside(first.model(), first);
+  if (!law) {
+    Readings torque = leave_out(data_, is_torque);
+    const Trial without_torque = again(first);
+    Finding motion = search(without_effects_of_the_load(without_torque));
+    put_back(data_, std::move(torque));
+    // At rest a brake holds what friction leaves of the motor's torque.
+    if (!motion.effects.empty()) law = law_beside(motion.current.model(), first);
+    if (!law) {
+      leave_out(data_, is_torque);
+      torque_left_out_ = true;
+      first = without_torque;
+      return motion;
+    }
+  }
+  Finding found = search(without_effects_of_the_load(law->current), first.held_out);
+  return with_law(std::move(*law), std::move(found));
+}
+
+Finding WholeSearch::again(Finding found, const Loss& as_given) {
+  return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
+}
+
+Finding WholeSearch::anew_from(Trial& first, Finding before, const Resettle& resettle) {
+  const std::vector<std::size_t> effects = before.effects;
+  Finding kept = Search(trials_, criterion_, std::move(before), first.held_out, progress_).held_against_others();
+  if (kept.effects == effects && !criterion_.anything_left(kept.current.held_out)) return kept;
+  Finding anew = from(first, resettle);
+  if (criterion_.material(anew.current.held_out, kept.current.held_out)) return kept;
+  return anew;
+}
+
+Trial WholeSearch::again(const Trial& fitted) { return trials_.fit(fitted.model(), nullptr).value_or(fitted); }
+
+Finding WholeSearch::search(const Trial& start, const Loss& as_given) {
+  return Search(trials_, criterion_, start, as_given, options_.longest_list, progress_).run();
+}
+
+Finding WholeSearch::search(const Trial& start) { return search(start, start.held_out); }
+
+Finding WholeSearch::search_and_settle(const Trial& first, const Resettle& resettle) {
+  Search search(trials_, criterion_, first, first.held_out, options_.longest_list, progress_);
+  const Trial* with_an_effect = resettle ? search.first_step() : nullptr;
+  const std::optional<Trial> anew = with_an_effect ? resettle(with_an_effect->model()) : std::nullopt;
+  return anew ? this->search(*anew) : search.run();
+}
+
+/// The law of the measured torque, from its reading alone, with a model held fast; put on the first one.
+std::optional<Finding> WholeSearch::law_beside(const Model& fitted, const Trial& first) {
+  Readings others = leave_out(data_, std::not_fn(is_torque));
+  const std::optional<Trial> start = trials_.fit(with_only_the_load_open(fitted, first.model()), nullptr);
+  std::optional<Finding> law;
+  if (start) law = search(*start);
+  put_back(data_, std::move(others));
+  if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out)) return std::nullopt;
+  return put_on(*law, first, trials_, criterion_);
+}
+
+}  // namespace emtb
