@@ -63,12 +63,12 @@ std::vector<Record> shortest_records(std::span<const Record> records);
 ///
 /// A step is made of the normal equations SᵀS and Sᵀr, which are summed while the records are simulated, in place of
 /// the 10^5 rows they stand for. That squares the condition of S: a direction 10^7 times weaker than the strongest is
-/// lost in rounding and is reported as not determined. Standard errors come from the sandwich (SᵀS)⁻¹ (Σ g_b g_bᵀ)
-/// (SᵀS)⁻¹ over blocks b, which holds where residuals are correlated within a block (Morelli and Klein 1995 for output
-/// error): the largest one of blocks of a hundred-and-twenty-eighth of the data to a sixteenth, as far as there are ten
-/// blocks more than parameters: a coarse meter that stands still errs alike throughout, and so does what a model lacks;
-/// never below the white-noise ones. By how much the length of the simulation's steps moves a parameter, as half the
-/// length tells, is added to them.
+/// lost in rounding and is reported as not determined. Standard errors are those of the jackknife: how
+/// far the optimum moves where a block of the data is left out, to first order. That holds where residuals are
+/// correlated within a block, and counts that few blocks may tell a parameter (Bell and McCaffrey 2002). The largest of
+/// blocks of a hundred-and-twenty-eighth of the data to an eighth stands, times Student's quantile for their number
+/// over the normal one; never less than the white-noise error, with what is rounded and stands counted once. By how
+/// much the length of the simulation's steps moves a parameter, as half the length tells, is added to them.
 /// @throws ModelError where there is nothing to fit, or a simulation is not finite.
 Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options = {});
 
