@@ -63,6 +63,7 @@ MotorBalance balance_of(const MotionWindows& w) {
   if (w.all.size() < 10) return b;
   if (w.voltage) {
     b.driven = alike(w, &MotionWindow::voltage, &MotionWindow::speed);
+    b.sped_up = alike(w, &MotionWindow::voltage, &MotionWindow::acceleration);
     double eo = 0, oo = 0;
     for (const MotionWindow& m : w.all) eo += m.voltage * m.speed, oo += m.speed * m.speed;
     b.gain = oo > 0 ? eo / oo : 0;

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdint>
 #include <optional>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "analysis/check/readings.h"
@@ -52,6 +53,17 @@ std::vector<std::optional<std::uint64_t>> blocks_of(const std::vector<std::uint6
   return blocks;
 }
 
+/// Of some blocks those that come once in their run: coarse counts of a steady speed repeat themselves.
+void leave_out_what_recurs(std::vector<std::optional<std::uint64_t>>& blocks) {
+  std::unordered_map<std::uint64_t, int> times;
+  for (const auto& b : blocks) {
+    if (b) ++times[*b];
+  }
+  for (auto& b : blocks) {
+    if (b && times[*b] > 1) b.reset();
+  }
+}
+
 struct Listed {
   const Run* run = nullptr;
   bool held_out = false;
@@ -63,6 +75,7 @@ struct Listed {
 Listed listed(const Run& run, bool held_out) {
   const std::vector<std::uint64_t> rows = rows_of(run);
   Listed l{&run, held_out, rows.size(), blocks_of(rows), {}};
+  leave_out_what_recurs(l.blocks);
   for (const auto& b : l.blocks) {
     if (b) l.known.insert(*b);
   }

@@ -12,7 +12,8 @@ bool positive(const Share& s) { return s.t > 6 && s.partial > 0.3; }
 constexpr double clear = 0.3;  // of a correlation without its means
 
 std::optional<Signal> turned(const MotionWindows& w, const MotorBalance& b) {
-  const bool against = w.voltage && b.driven < -clear;  // the speed goes against the voltage
+  // The speed goes against the voltage; but a controller that overshoots sends what it will follow half a swing later.
+  const bool against = w.voltage && b.driven < -clear && b.sped_up < clear;
   if (!w.current) return against ? w.speed : std::nullopt;
   if (!w.voltage) {
     return negative(b.inertia) && b.back_power < 0 ? std::optional(Signal::i_a) : std::nullopt;

@@ -37,7 +37,7 @@ class WholeSearch {
 
   /// In data whose timing or starts have changed: what was found before, where it leaves nothing and no other effect
   /// does as well in the place of one of it; otherwise a search anew, unless what was found still does better.
-  Finding anew_from(Trial& first, Finding before, const Resettle& resettle = {});
+  Finding anew_from(Trial& first, Finding before);
 
   /// The same model, fitted to data that have changed.
   Trial again(const Trial& fitted);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "tests/analysis/check/planted.h"
@@ -284,6 +285,46 @@ TEST_F(Check, TheSameReadingsUnderAnotherNameCountTwice) {
   EXPECT_TRUE(stops(check(train, judging, &servo)));
   EXPECT_THAT(check(servo_runs(), record(blind::fast_bench(), blind::fast_bench().train, 9), &servo), IsEmpty())
       << "the same profiles, recorded again";
+}
+
+TEST_F(Check, CountsOfASteadySpeedRepeatThemselvesAndAreNoDuplicate) {
+  // A driver at its limit, an encoder of 306 counts a turn, 20 Hz: the counts hop every few rows, in every run alike.
+  constexpr double interval = 0.05, speed = 103.65, count = 2 * std::numbers::pi / 306;
+  std::vector<Run> runs;
+  for (const double wait : {0.41, 0.93, 1.725}) {
+    Run run;
+    run.name = "limit " + std::to_string(wait);
+    double angle = 0, before = 0;
+    for (int k = 0; k < 1200; ++k) {
+      const double t = interval * k;
+      run.signals[Signal::u_ref].t.push_back(t);
+      run.signals[Signal::u_ref].value.push_back(t < wait ? 0 : 50);
+      run.signals[Signal::omega].t.push_back(t);
+      run.signals[Signal::omega].value.push_back((std::floor(angle / count) - std::floor(before / count)) * count /
+                                                 interval);
+      before = angle;
+      if (t >= wait) angle += interval * speed * (1 - std::exp(-(t - wait) / 0.4));
+    }
+    runs.push_back(std::move(run));
+  }
+  EXPECT_THAT(check(runs), Not(Contains(is_a(Flaw::duplicate))));
+}
+
+TEST_F(Check, ASpeedThatAControllerSwingsHalfASwingLaterTurnsNoSign) {
+  Run run;
+  run.name = "swinging";
+  synthetic::Noise noise(3);
+  for (int k = 0; k < 1500; ++k) {
+    const double t = 0.0025 * k, on = t < 0.25 ? 0 : 1;
+    run.signals[Signal::u_ref].t.push_back(t);
+    run.signals[Signal::u_ref].value.push_back(on * 6 * std::sin(9 * (t - 0.25)));
+    run.signals[Signal::omega].t.push_back(t);
+    run.signals[Signal::omega].value.push_back(on * 10 * std::sin(9 * (t - 0.25) - 2.0) + noise(0.01));
+  }
+  EXPECT_THAT(check(std::vector{run}), Not(Contains(is_a(Flaw::sign))));
+  run.signals.at(Signal::omega).value = run.signals.at(Signal::u_ref).value;  // a motor without inertia, turned
+  for (double& omega : run.signals.at(Signal::omega).value) omega *= -2;
+  EXPECT_THAT(check(std::vector{run}), names(Flaw::sign, Signal::omega));
 }
 
 TEST_F(Check, AMotorThatNeverTurnsOrADeadChannelStops) {
