@@ -77,6 +77,7 @@ struct Ranges {
   double duration = 0;        ///< [s] of the longest run
   double sample = 0;          ///< [s] between two rows of the quickest run
   double logging = 0;         ///< [s] by how much a reading or an edge may be late for how the runs were logged
+  double logged_lag = 0;      ///< [s] the same of what lags: less, where no timing has its shape
   double heat = 0;            ///< [J] lost in R_a in the hottest run
   double inertia = 0;         ///< [kg m2] of the fitted model
   double response = 0;        ///< [s] with which the fitted model's speed follows the voltage
@@ -86,7 +87,7 @@ struct Ranges {
 
   /// [s] Of a lag or delay: none, and from one that is hardly more than logging to one that outlasts the response.
   std::vector<double> edge_times() const {
-    const double least = std::max(logging, 1e-6);
+    const double least = std::max(logged_lag > 0 ? logged_lag : logging, 1e-6);
     const double most = std::max(10 * least, std::min(3 * response, 0.2 * duration));
     std::vector<double> times = geometric(least, most, 5);
     times.insert(times.begin(), 0);

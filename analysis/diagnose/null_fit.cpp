@@ -84,7 +84,8 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     constexpr double a_row = 1.25, a_quarter = 0.25;  // a row, and what it takes to log one; or what a model tells
     const double sample = mean_interval(x.t);
     seen.sample = seen.sample > 0 ? std::min(seen.sample, sample) : sample;
-    seen.logging = (record.late_in_itself ? a_quarter : a_row) * seen.sample;
+    seen.logging = a_row * seen.sample;
+    seen.logged_lag = (record.lags_in_itself ? a_quarter : a_row) * seen.sample;
   }
   seen.torque = values[base::K_m] * seen.current;
   seen.response = motor_of(model).time_constant();

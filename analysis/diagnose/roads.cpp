@@ -66,7 +66,7 @@ Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, c
   Road told = search_from(data, search, search.again(as_recorded));
   if (!criterion.remainder(told.found.current.held_out)) return told;
   Circumstances in_itself = recorded;
-  in_itself.timing.late_in_itself = true;
+  in_itself.timing.lags_in_itself = true;
   set(data, in_itself);
   Road plain = search_from(data, search, search.again(as_recorded));
   Road& best = criterion.material(told.found.current.held_out, plain.found.current.held_out) ? plain : told;

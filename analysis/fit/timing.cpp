@@ -259,7 +259,7 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
   Timing timing = fitted_timing(data.train, fitted);
   const Timing& before = data.timing;
   timing.voltage_late = before.voltage_late;
-  timing.late_in_itself = before.late_in_itself;
+  timing.lags_in_itself = before.lags_in_itself;
   const double interval = mean_interval(data.train.front().excitation.t);
   const auto late = [](const Timing& of, Signal signal) {
     const auto found = of.late.find(signal);

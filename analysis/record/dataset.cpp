@@ -63,7 +63,7 @@ double Dataset::interval() const { return mean_interval(train.front().excitation
 
 void set_timing(std::span<Record> records, const Timing& timing) {
   for (Record& record : records) {
-    record.late_in_itself = timing.late_in_itself;
+    record.lags_in_itself = timing.lags_in_itself;
     record.excitation.acts_after = timing.acts_after;
     record.excitation.e_a_held = timing.held;
     record.excitation.reads_circuit_late = false;

@@ -19,7 +19,7 @@ struct Timing {
   bool held = false;      ///< a voltage that is the model's input was set, and holds from row to row
   int voltage_late = 0;   ///< [rows] by which the reading of the terminals is behind; taken out of the runs
   std::map<Signal, double> late = {};  ///< [samples] see Observation::late; of those not in it, 0
-  bool late_in_itself = false;         ///< see Record
+  bool lags_in_itself = false;         ///< see Record
 };
 
 /// Runs as weighed records that share one noise floor: the one way from a session to what a model is compared with.

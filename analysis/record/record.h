@@ -43,7 +43,7 @@ struct ObservedRun {
 /// A run that is weighed, too: each reading has its sigma. Whole when made (dataset.h), and not changed any more.
 struct Record : ObservedRun {
   double angle_wander = 0;      ///< [rad^2/s] variance that an integrated angle gains
-  bool late_in_itself = false;  ///< no timing explains it: what is late by less than a row is the machine
+  bool lags_in_itself = false;  ///< no timing explains it: what lags by less than a row is the machine
 };
 
 enum class Chaining { staged, chained };

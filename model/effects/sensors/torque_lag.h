@@ -45,7 +45,7 @@ struct TorqueLag {
   /// What is slower than the runs reads no torque.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
     return Plausible(info, p)
-        .at_least(0, machine.seen.logging, "within which it is how the runs were logged")
+        .at_least(0, machine.seen.logged_lag, "within which it is how the runs were logged")
         .at_most(0, 0.2 * machine.seen.duration, "a fifth of the longest run");
   }
 };
