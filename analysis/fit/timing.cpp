@@ -70,14 +70,9 @@ class TimingSearch {
 
   double cost(const Timing& timing) {
     const std::vector<Residuals> left = residuals(timing);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(sts_.rows());
-    double squares = 0;
-    for (std::size_t i = 0; i < left.size(); ++i) {
-      squares += left[i].value.squaredNorm();
-      if (known_[i].informed()) gradient += transposed_product(known_[i].sensitivity, left[i].value);
-    }
+    const Eigen::VectorXd gradient = gradient_of(left);
     const double taken = sts_.rows() > 0 ? gradient.dot(solve_normal(sts_, gradient).col(0)) : 0;
-    return 0.5 * (squares - taken);
+    return 0.5 * (sum_of_squares(left) - taken);
   }
 
   /// By which part of a sample each instrument is behind the others.
@@ -134,14 +129,19 @@ class TimingSearch {
     return timing;
   }
 
-  /// Takes away what the parameters would take.
-  void leave_to_parameters(std::vector<Residuals>& all) const {
-    if (sts_.rows() == 0) return;
+  /// Of the parameters, by what is left of all signals.
+  Eigen::VectorXd gradient_of(std::span<const Residuals> all) const {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(sts_.rows());
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (known_[i].informed()) gradient += transposed_product(known_[i].sensitivity, all[i].value);
     }
-    const Eigen::VectorXd step = solve_normal(sts_, gradient);
+    return gradient;
+  }
+
+  /// Takes away what the parameters would take.
+  void leave_to_parameters(std::vector<Residuals>& all) const {
+    if (sts_.rows() == 0) return;
+    const Eigen::VectorXd step = solve_normal(sts_, gradient_of(all));
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (known_[i].informed()) all[i].value -= product(known_[i].sensitivity, Eigen::MatrixXd(step));
     }
