@@ -30,6 +30,7 @@ struct Excitation {
                           ///< less than an interval
   bool e_a_held = false;  ///< a voltage that is set, not measured
   bool reads_circuit_late = false;  ///< a voltage or current that moves with the driver is read between the times
+  bool reads_shaft_late = false;    ///< a signal that follows the shaft is
   InitialState initial;
   double longest_step = 2e-3;                                   ///< [s] longer intervals are divided
   double quick_step = std::numeric_limits<double>::infinity();  ///< [s] the same, where an effect is quicker than the
@@ -72,11 +73,29 @@ struct DriverMove {
   Scalar before{}, after{};    ///< [A] how fast the current falls before and after it, for each interval
 };
 
+/// How the shaft turns between the readings before and these: at a share x of the interval it is faster than at its
+/// beginning by rise x + bow x (1 - x), which has the right mean.
+template <class Scalar>
+struct ShaftCourse {
+  double interval = 0;   ///< [s]
+  Scalar rise{}, bow{};  ///< [rad/s]
+  Scalar bow_current{};  ///< [A] what the bow takes of the current, likewise
+
+  Scalar speed_bow(double share) const { return share * (1 - share) * bow; }
+  Scalar current_bow(double share) const { return -share * (1 - share) * bow_current; }
+  /// [rad] Of the angle, off a straight line.
+  Scalar angle_bow(double share) const {
+    const double rest = 1 - share;
+    return -interval * share * rest * (0.5 * rise + (1.0 / 6) * (rest - share) * bow);
+  }
+};
+
 /// What the model predicts that the instruments read at one time.
 template <class Scalar>
 struct SimulatedReadings {
   const Scalar &e_a, &i_a, &omega, &theta, &torque;
-  const DriverMove<Scalar>* move = nullptr;  ///< null: none, or no one asks (Excitation::reads_circuit_late)
+  const DriverMove<Scalar>* move = nullptr;     ///< null: none, or no one asks (Excitation::reads_circuit_late)
+  const ShaftCourse<Scalar>* course = nullptr;  ///< null: no one asks (Excitation::reads_shaft_late)
 
   const Scalar& of(Signal signal) const { return reading_of(signal, *this); }
 };

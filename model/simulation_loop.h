@@ -115,9 +115,11 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
   const DrivingRows rows(x, variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle);
   DriverMove<Scalar> move;
+  ShaftCourse<Scalar> course;
   const auto read = [&](std::size_t k, bool moves = false) {
     SimulatedReadings<Scalar> y = machine.readings();
     if (moves) y.move = &move;
+    if (course.interval > 0) y.course = &course;
     reader.read(k, y);
   };
   StepInput in = rows.first();
@@ -140,7 +142,8 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
   // On from k, as long as nothing but the sums of the step takes time. @return where that ends
-  const bool all_plain = acts_after == 0 && !x.reads_circuit_late && !x.e_a_held && x.armature_open.empty();
+  const bool all_plain =
+      acts_after == 0 && !x.reads_circuit_late && !x.reads_shaft_late && !x.e_a_held && x.armature_open.empty();
   const auto go_on_plainly = [&](std::size_t k) {
     for (; k + 1 < n; ++k) {
       const double interval = rows.interval(k);
@@ -165,7 +168,7 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
                                : 0;
     const std::size_t row = early ? k + 1 : k;  // after that
     const bool asked = x.reads_circuit_late;
-    const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
+    const Scalar speed_before = machine.omega, angle_before = machine.angle();
     if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
     if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
     const Scalar speed_at_edge = asked ? machine.omega : Scalar(0.0);
@@ -178,6 +181,13 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
       advance(k, row, acts, 1, interval);
     }
     if (asked && acts < 1) move.after = machine.current_taken_by(machine.omega - speed_at_edge) * (1 / (1 - acts));
+    if (x.reads_shaft_late) {
+      const Scalar mean = (machine.angle() - angle_before) * (1 / interval);
+      course.interval = interval;
+      course.rise = machine.omega - speed_before;
+      course.bow = 6 * (mean - speed_before) - 3 * course.rise;
+      course.bow_current = machine.current_taken_by(course.bow);
+    }
     read(k + 1, asked && (early || late || move.until > 0));
   }
 }

@@ -140,6 +140,9 @@ class Machine : public Motion<Scalar> {
     return {e_a_reading, i_a_reading, omega_reading, is_late_ ? late_theta_ : angle_.theta(), torque_reading};
   }
 
+  /// [rad] of the shaft.
+  const Scalar& angle() const { return angle_.theta(); }
+
   /// [s] of the last step, after which the driver's output stood still.
   double driver_moved_for() const { return driver_.moved_for(); }
 

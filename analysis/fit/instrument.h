@@ -36,11 +36,8 @@ class Instrument {
       return;
     }
     if (late_ > 0 && !o_.late_by_row.empty()) late_ = o_.late_by_row[k];
-    const Scalar x = late_ > 0 && k > 0 ? before(now, y.move) : now;
-    if (late_ > 0) {
-      sample_before_that_ = k > 0 ? sample_before_ : now;
-      sample_before_ = now;
-    }
+    const Scalar x = late_ > 0 && k > 0 ? before(now, y) : now;
+    if (late_ > 0) sample_before_ = now;
     if (o_.functional == Functional::slope) {
       sum_up(k, x, take);
       return;
@@ -66,24 +63,29 @@ class Instrument {
   }
 
  private:
-  /// The signal a part of a sample before a grid point: straight between the readings, but for an angle, and for a
-  /// voltage or a current while the driver moves.
-  Scalar before(const Scalar& now, const DriverMove<Scalar>* move) const {
-    const Scalar rise = now - sample_before_;
-    if (o_.simulated() == Signal::theta) {  // bends, and never sharply: a parabola through three readings
-      return now - late_ * rise - 0.5 * late_ * (1 - late_) * (rise - (sample_before_ - sample_before_that_));
-    }
+  /// The signal a part of a sample before a grid point: straight between the readings, but for what goes with the
+  /// shaft, and for a voltage or a current while the driver moves.
+  Scalar before(const Scalar& now, const SimulatedReadings<Scalar>& y) const {
     const bool current = o_.signal == Signal::i_a;
-    if (move == nullptr || !(current || o_.signal == Signal::e_a)) return now - late_ * rise;
+    const bool moves = y.move != nullptr && (current || o_.signal == Signal::e_a);
+    Scalar x = moves ? while_driver_moves(now, *y.move, current) : now - late_ * (now - sample_before_);
+    if (y.course == nullptr) return x;
+    if (current) x += y.course->current_bow(1 - late_);
+    if (o_.simulated() == Signal::omega) x += y.course->speed_bow(1 - late_);
+    if (o_.simulated() == Signal::theta) x += y.course->angle_bow(1 - late_);
+    return x;
+  }
+
+  Scalar while_driver_moves(const Scalar& now, const DriverMove<Scalar>& move, bool current) const {
     const double at = 1 - late_;
     Scalar begun = sample_before_, done = now;
     if (current) {  // the speed takes from it
-      begun -= std::min(at, move->from) * move->before;
-      done += (1 - std::max(at, move->until)) * move->after;
+      begun -= std::min(at, move.from) * move.before;
+      done += (1 - std::max(at, move.until)) * move.after;
     }
-    if (at >= move->until) return done;
-    if (at <= move->from) return begun;
-    return begun + (done - begun) * ((at - move->from) / (move->until - move->from));
+    if (at >= move.until) return done;
+    if (at <= move.from) return begun;
+    return begun + (done - begun) * ((at - move.from) / (move.until - move.from));
   }
 
   /// The lines overlap: a value is in two or three of them.
@@ -102,8 +104,8 @@ class Instrument {
   bool at_once_;                      ///< a reading is the signal's value at one grid point
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
   Scalar integral_{}, before_{};
-  Scalar sample_before_{}, sample_before_that_{};  ///< the signal at the grid points before, for a late instrument
-  std::vector<Scalar> integral_at_first_;          ///< or of an increment, the signal itself
+  Scalar sample_before_{};                 ///< the signal at the grid point before, for a late instrument
+  std::vector<Scalar> integral_at_first_;  ///< or of an increment, the signal itself
 };
 
 }  // namespace emtb

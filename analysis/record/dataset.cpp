@@ -66,11 +66,13 @@ void set_timing(std::span<Record> records, const Timing& timing) {
     record.lags_in_itself = timing.lags_in_itself;
     record.excitation.acts_after = timing.acts_after;
     record.excitation.e_a_held = timing.held;
-    record.excitation.reads_circuit_late = false;
+    record.excitation.reads_circuit_late = record.excitation.reads_shaft_late = false;
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);
       o.late = late != timing.late.end() && !o.slow ? late->second : 0;
       o.late_by_row = late_by_row(o.late, record.excitation.t);
+      if (o.late > 0 && o.signal != Signal::e_a && o.signal != Signal::torque)
+        record.excitation.reads_shaft_late = true;
       const bool moves = !record.excitation.u_ref.empty() || timing.held;
       if ((o.signal == Signal::i_a || o.signal == Signal::e_a) && o.late > 0 && moves)
         record.excitation.reads_circuit_late = true;

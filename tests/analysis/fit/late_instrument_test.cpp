@@ -1,0 +1,67 @@
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "analysis/fit/residuals.h"
+#include "analysis/record/dataset.h"
+#include "model/simulation.h"
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+constexpr double row = 0.02;  // [s] half of the servo's mechanical time constant
+constexpr std::size_t rows = 60;
+constexpr double behind = 0.625;  // of a row: a whole number of the finer ones
+constexpr std::size_t finer = 200;
+
+/// A driver that follows at once, and a motor without inductance.
+Model coarsely_logged_servo() {
+  Model m = synthetic::servo_model();
+  m.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
+  return m;
+}
+
+/// Steps of ten rows, in rows that are so many times shorter.
+Excitation stepping(const Model& model, std::size_t times) {
+  Excitation x;
+  for (std::size_t k = 0; k <= rows * times; ++k) {
+    x.t.push_back(row * static_cast<double>(k) / static_cast<double>(times));
+    x.u_ref.push_back(std::array{6.0, -4.0, 9.0, 2.0, -7.0, 0.0}.at(k / times / 10 % 6));
+  }
+  x.longest_step = model.mechanical_time_constant() / 10;
+  return x;
+}
+
+/// [SI] The largest error of a reading that is behind, were its instrument perfect.
+/// @param straight the signal is taken as straight from row to row
+double off_by(Signal signal, bool straight) {
+  const Model model = coarsely_logged_servo();
+  Trajectory<double> fine;
+  simulate<double>(model.structure(), model.values(), stepping(model, finer), fine);
+  Observation o;
+  o.signal = signal;
+  for (std::size_t k = 2; k <= rows; ++k) {  // before the first row nothing is known
+    o.first.push_back(static_cast<std::uint32_t>(k));
+    o.value.push_back(fine.of(signal)[k * finer - static_cast<std::size_t>(behind * finer)]);
+  }
+  o.last = o.first;
+  o.sigma.assign(o.value.size(), 1);
+  Record record;
+  record.excitation = stepping(model, 1);
+  record.observations = {o};
+  Timing timing;
+  timing.late[signal] = behind;
+  set_timing(std::span(&record, 1), timing);
+  if (straight) record.excitation.reads_shaft_late = false;
+  const auto left = simulated_residuals(record, record.structure(model), model.values(), {});
+  return left.front().value.lpNorm<Eigen::Infinity>();
+}
+
+TEST(LateInstrument, ReadsWhatTheShaftDoesWithinALongRow) {
+  for (const Signal signal : {Signal::omega, Signal::theta, Signal::i_a})
+    EXPECT_LT(off_by(signal, false), 0.1 * off_by(signal, true)) << info(signal).column;
+}
+
+}  // namespace
+}  // namespace emtb
