@@ -103,12 +103,16 @@ std::vector<std::vector<double>> hopping(std::span<const Series> speeds, double 
   return pieces;
 }
 
+/// Of a run's pieces: a shaft that a controller drives is hardly ever steady.
+constexpr double often = 0.25, hardly_ever = 0;
+
 /// The smaller ones of some sizes tell of what is steady: a shaft that speeds up makes the others larger.
-double of_the_steady(std::vector<double> sizes) {
+/// @param share of them that are steady; 0: one is
+double of_the_steady(std::vector<double> sizes, double share) {
   if (sizes.empty()) return infinity;
-  const auto quarter = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 4);
-  std::ranges::nth_element(sizes, quarter);
-  return *quarter;
+  const auto largest = sizes.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sizes.size()));
+  std::ranges::nth_element(sizes, largest);
+  return *largest;
 }
 
 /// Variance of hops to a neighbour or the next but one; larger changes are those of the speed.
@@ -136,12 +140,12 @@ bool adds_up(std::span<const Series> speeds, double step) {
     for (const double c : counts) sum.push_back(sum.back() + c);
     left.push_back(third_difference(sum, lag));
   }
-  return left.size() >= pieces && of_the_steady(std::move(left)) < most;
+  return left.size() >= pieces && of_the_steady(std::move(left), often) < most;
 }
 
 /// Is there no more noise in them than whole counts make by themselves?
-/// @param length of the pieces, in readings, some of which are steady
-bool only_counts(std::span<const Series> speeds, double step, std::size_t length) {
+/// @param length of the pieces, in readings @param share of these that are steady
+bool only_counts(std::span<const Series> speeds, double step, std::size_t length, double share) {
   constexpr double most = 2;  // counts; a counter leaves sqrt(20/12) at the most, however the shaft turns
   std::vector<double> bends;
   for (const std::vector<double>& counts : hopping(speeds, step, length)) {
@@ -149,7 +153,7 @@ bool only_counts(std::span<const Series> speeds, double step, std::size_t length
     for (std::size_t k = 2; k < length; ++k) squares += std::pow(counts[k] - 2 * counts[k - 1] + counts[k - 2], 2);
     bends.push_back(std::sqrt(squares / static_cast<double>(length - 2)));
   }
-  return of_the_steady(std::move(bends)) < most;
+  return of_the_steady(std::move(bends), share) < most;
 }
 
 }  // namespace
@@ -176,8 +180,8 @@ std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<c
     constexpr std::size_t brief = 8, long_enough = 32;
     const double off = off_a_turn(*step);
     const bool hardly_else = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
-    if (adds_up(speeds, *step) || (off < close && only_counts(speeds, *step, long_enough)) ||
-        (hardly_else && only_counts(speeds, *step, brief)))
+    if (adds_up(speeds, *step) || (off < close && only_counts(speeds, *step, long_enough, often)) ||
+        (hardly_else && only_counts(speeds, *step, brief, hardly_ever)))
       return CountedSpeed{*step, measured_time};
   }
   return std::nullopt;

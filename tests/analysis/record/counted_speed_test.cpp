@@ -101,6 +101,16 @@ TEST(CountedSpeed, OfAShaftThatNeverKeepsASpeedIsToldByATurnOfWholeSteps) {
   EXPECT_NEAR(found->step, per_line / 306, 1e-9);
 }
 
+TEST(CountedSpeed, OfAControllerThatKeepsASpeedOnceIsToldByATurnOfWholeSteps) {
+  emtb::Run run = restless(0.02, per_line / 1654 / 0.02);
+  Series& omega = run.signals.at(Signal::omega);
+  const double step = per_line / 1654 / 0.02;
+  for (std::size_t k = 96; k < 104; ++k) omega.value[k] = step * (300 + static_cast<double>(k % 3 == 0));
+  const auto found = look_at(run);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, per_line / 1654, 1e-9);
+}
+
 TEST(CountedSpeed, IsNotThatOfSpeedsThatWereRoundedToWholeRevolutionsPerMinute) {
   for (const double rpm : {1.0, 2.0, 0.5}) EXPECT_FALSE(look_at(restless(0.05, rpm * per_line / 60))) << rpm;
 }
