@@ -40,38 +40,38 @@ void say_what_judges(Diagnosis& d, std::span<const Run> train, std::span<const R
   d.judged_on_training = held_out.empty() && train.size() == 1;
 }
 
-/// A model fitted to the end, with all that is known of its errors.
-Calibration with_all_errors(const Dataset& data, const Model& model) {
+/// A model fitted to the end, with all that is known of its errors; none where it has no fit.
+std::optional<Calibration> with_all_errors(const Dataset& data, const Model& model) {
   CalibrationOptions careful{.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true};
-  Calibration last = calibrate(data.train, model, careful);
-  widen_by_timing(data.train, last);
-  return last;
-}
-
-bool told_by_all_errors(const Dataset& data, const Model& model, std::size_t effect) {
   try {
-    return told_from_zero(with_all_errors(data, model), effect);
+    Calibration last = calibrate(data.train, model, careful);
+    widen_by_timing(data.train, last);
+    return last;
   } catch (const ModelError&) {
-    return true;  // nothing is known of them
+    return std::nullopt;
   }
 }
 
-/// A search judges by quick errors. What the errors that are printed do not tell from nothing goes, the last found
-/// first; but not where most of what has no other name would be left without it, when timing and starts have had their
-/// say.
+/// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
+/// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
+/// error may be off by half. But not where most of what has no other name would be left without it, when timing and
+/// starts have had their say, unless it is hardly told at all and leaves enough itself.
 void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion, Dataset& data) {
+  constexpr double by_far = 5, hardly = 2;  // errors
   for (std::size_t left = found.effects.size(); left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
     if (needed(effect, found.current.model())) continue;
-    if (told_by_all_errors(data, found.current.model(), effect)) continue;
+    const std::optional<Calibration> judged = with_all_errors(data, found.current.model());
+    if (!judged || told_from_zero(*judged, effect, by_far)) continue;
+    const bool doubtful = !told_from_zero(*judged, effect, hardly) && criterion.remainder(found.current.held_out);
     Model without = found.current.model();
     without.exclude(effect);
     std::optional<Trial> trial = trials.fit_from_elsewhere_too(without);
     const Timing before = data.timing;
     if (trial && settle_timing(data, trial->model()) != TimingChange::none)
       trial = trials.fit_to_the_end(trial->model());
-    const bool is_needed =
-        !trial || (criterion.remainder(trial->held_out) && removes_most(trial->held_out, found.current.held_out));
+    const bool is_needed = !trial || (criterion.remainder(trial->held_out) && !doubtful &&
+                                      removes_most(trial->held_out, found.current.held_out));
     if (is_needed) {
       set_timing(data, before);
       continue;
@@ -79,23 +79,22 @@ void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion
     found.current = std::move(*trial);
     found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
     found.rivals.erase(effect);
-    found.steps.push_back({"dropped " + std::string(without.about(effect).id) + ": within its own errors",
-                           {},
-                           found.current.train,
-                           found.current.held_out.error()});
+    found.steps.push_back(
+        {"dropped " + std::string(without.about(effect).id) + ": its own errors do not tell it from nothing",
+         {},
+         found.current.train,
+         found.current.held_out.error()});
   }
 }
 
 /// What the search found, fitted to the end with standard errors, and what of it is left.
 void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found,
                     const Model& given) {
-  try {
-    const Calibration last = with_all_errors(data, found.current.model());
-    d.final = last.model;
-    d.at_bound = last.at_bound;
-    d.undetermined = last.identifiability.undetermined;
-  } catch (const ModelError&) {
-    d.final = found.current.model();
+  d.final = found.current.model();
+  if (std::optional<Calibration> last = with_all_errors(data, d.final)) {
+    d.final = std::move(last->model);
+    d.at_bound = std::move(last->at_bound);
+    d.undetermined = std::move(last->identifiability.undetermined);
   }
   d.pins = pins_of(data.train, d.final);
   widen_by_held_damping(data.train, given, d.final);

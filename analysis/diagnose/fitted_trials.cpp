@@ -46,9 +46,9 @@ std::optional<Trial> attempt(const Fit& fit) {
 
 /// Is a limit told from the one that the driver is known to have? By itself and by what it is the inverse of: one that
 /// is never reached is as good as any other.
-bool told_from_known(const Parameter& found, double known) {
+bool told_from_known(const Parameter& found, double known, double errors) {
   if (!found.std_error) return false;
-  const double error = 3 * *found.std_error, v = found.value;
+  const double error = errors * *found.std_error, v = found.value;
   return std::abs(v - known) > error && std::abs(1 / v - 1 / known) > error / (v * v);
 }
 
@@ -72,7 +72,7 @@ bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t 
 
 }  // namespace
 
-bool told_from_zero(const Fit& judged, std::size_t effect) {
+bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
   const EffectInfo& about = judged.model.about(effect);
   const std::vector<Parameter>& included = judged.model.parameters_of(effect);
   bool any_amplitude = false;
@@ -85,11 +85,11 @@ bool told_from_zero(const Fit& judged, std::size_t effect) {
     const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
     if (on_bound) return true;
     if (p.role == Role::limit) {
-      if (told_from_known(found, absent_at(effect, judged.model)[i])) return true;
+      if (told_from_known(found, absent_at(effect, judged.model)[i], errors)) return true;
       continue;
     }
     const double size = p.null == infinity ? found.value : found.value - p.null;
-    if (found.std_error && std::abs(size) > 3 * *found.std_error) return true;
+    if (found.std_error && std::abs(size) > errors * *found.std_error) return true;
   }
   return !any_amplitude;
 }

@@ -70,8 +70,8 @@ class FittedTrials final : public Trials {
   std::map<std::size_t, std::string> refused_;
 };
 
-/// Do the data tell the size of an effect from nothing, to three of its standard errors?
-bool told_from_zero(const Fit& judged, std::size_t effect);
+/// Do the data tell the size of an effect from nothing, to so many of its standard errors?
+bool told_from_zero(const Fit& judged, std::size_t effect, double errors = 3);
 
 /// A fitted model as it stands, with its standard errors and what rests on a bound.
 /// @param quick leaves long blocks and the length of steps out of them

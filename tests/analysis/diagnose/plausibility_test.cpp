@@ -53,6 +53,13 @@ TEST(Plausibility, ALimitIsToldFromTheOneThatIsKnown) {
   EXPECT_FALSE(told(1e6, 8e5)) << "nothing moves as fast";
 }
 
+TEST(Plausibility, ASizeIsToldFromNothingByAsManyErrorsAsAreAsked) {
+  Fit fit{.model = servo_with("coulomb_friction", {0.004}), .cost = 1, .at_bound = {}, .phases = {}};
+  fit.model.parameters_of(effect_index("coulomb_friction"))[0].std_error = 0.001;
+  EXPECT_TRUE(told_from_zero(fit, effect_index("coulomb_friction"), 3));
+  EXPECT_FALSE(told_from_zero(fit, effect_index("coulomb_friction"), 5));
+}
+
 TEST(Plausibility, KnowsTheMachineAndHowFarItWent) {
   const FittedMachine machine = machine_of(data_of_the_servo().train, servo_with("coulomb_friction", {0}));
   EXPECT_NEAR(machine.seen.voltage, 20, 0.5);
