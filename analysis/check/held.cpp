@@ -134,18 +134,15 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
       if (angle_held(run, series, s, step, far)) found.push_back(s);
       continue;
     }
-    const bool extreme = (s.value == low || s.value == high) && !jumps_after(x, s, far);  // clipped, if anything
+    // Clipped, if anything: a driver at its limit, read to a step.
+    const bool extreme = (s.value - low < 1.5 * step || high - s.value < 1.5 * step) && !jumps_after(x, s, far);
     if (std::abs(s.value) <= rest || extreme || !is_long(s, usual)) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     bool without_noise = own.noisy && is_long(s, own);
-    if (without_noise && signal == Signal::e_a) {
-      constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
-      // Under a reference that stays a voltage is where it should be, however quiet.
-      without_noise = drives.change(series.t[s.begin + edge], series.t[s.end - 1 - edge]);
-    }
+    if (without_noise && signal == Signal::e_a) without_noise = drives.change_amid(series, s);
     if (without_noise) {
       if (!undriven) undriven = undriven_restlessness(run, signal, rest);
       without_noise = undriven->noisy && is_long(s, *undriven);

@@ -66,12 +66,12 @@ Restlessness restlessness(std::span<const double> x, double rest, double step, s
   return r;
 }
 
-Drives::Drives(const Run& run, Signal signal) {
+Drives::Drives(const Run& run, Signal signal, Change counts) {
   for (const Signal s : {Signal::u_ref, Signal::e_a}) {
     if (!run.has(s) || s == signal || run.at(s).t.size() < 2) continue;
     const Series& input = run.at(s);
     drives_.push_back({&input, 3 * input.t.back() / static_cast<double>(input.t.size() - 1),
-                       std::max(3 * step_of(input), 0.02 * size_of(input.value))});
+                       counts == Change::any ? 0 : std::max(3 * step_of(input), 0.02 * size_of(input.value))});
   }
 }
 
@@ -88,10 +88,16 @@ bool Drives::change(double from, double to) const {
   return false;
 }
 
+bool Drives::change_amid(const Series& series, const EqualReadings& stretch) const {
+  constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
+  return stretch.length() > 2 * edge && change(series.t[stretch.begin + edge], series.t[stretch.end - 1 - edge]);
+}
+
 Restlessness undriven_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without) {
   constexpr std::size_t least = 20;  // readings in a row, for the ends not to count
   const Series& series = run.at(signal);
-  const Drives drives(run, signal);
+  // A voltage does all that its reference does, the noise of a controller, too.
+  const Drives drives(run, signal, signal == Signal::e_a ? Drives::Change::any : Drives::Change::large);
   std::vector<double> staying(series.value.size(), 0);  // at rest, which is left out, where the drives move
   std::size_t begin = 0;
   for (std::size_t k = 0; k <= staying.size(); ++k) {

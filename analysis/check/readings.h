@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/check/finding.h"
+#include "analysis/numerics/equal_readings.h"
 #include "session/session.h"
 
 namespace emtb {
@@ -33,12 +34,18 @@ Restlessness restlessness(std::span<const double> x, double rest, double step, s
 /// hours long.
 class Drives {
  public:
+  /// Which changes count.
+  enum class Change { large, any };
+
   /// @param signal that is looked at: an e_a does not drive itself
-  Drives(const Run& run, Signal signal);
+  Drives(const Run& run, Signal signal, Change counts = Change::large);
 
   /// Whether one of them changes from three rows before a time to three rows after another [s]: there a signal may
   /// change at once.
   bool change(double from, double to) const;
+
+  /// The same amid a stretch of a signal: under a reference that stays a voltage is where it should be, however quiet.
+  bool change_amid(const Series& series, const EqualReadings& stretch) const;
 
  private:
   struct Drive {

@@ -395,6 +395,44 @@ TEST_F(Check, ACurrentThatStaysWhereAControllerRestsIsNotHeld) {
   EXPECT_THAT(check(std::vector{run}, {}, nullptr), Not(names(Flaw::held, Signal::i_a)));
 }
 
+/// What a driver makes of a slow wave that goes from 0 to 30 V, read to 0.1 V.
+DataFindings of_a_driver(double (*voltage)(int row, double reference)) {
+  Run run;
+  run.name = "driven";
+  synthetic::Noise noise(3);
+  Series &u_ref = run.signals[Signal::u_ref], &e_a = run.signals[Signal::e_a];
+  for (int k = 0; k < 2400; ++k) {
+    const double u = 15 + 15 * std::sin(4e-3 * k);
+    for (Series* s : {&u_ref, &e_a}) s->t.push_back(5e-4 * k);
+    u_ref.value.push_back(u);
+    e_a.value.push_back(0.1 * std::round((voltage(k, u) + noise(0.02)) / 0.1));
+  }
+  return check(std::vector{run}, {}, nullptr);
+}
+
+TEST_F(Check, AVoltageThatEndsWhereItsDriverDoesIsNotHeldButForAStep) {
+  const auto ends = [](int k, double u) { return std::min(u, 26.8) + (k % 97 == 0 ? 0.1 : 0); };
+  const auto sticks = [](int k, double u) { return k > 600 && k < 900 ? 12.0 : u; };
+  EXPECT_THAT(of_a_driver(ends), Not(Contains(is_a(Flaw::held))));
+  EXPECT_THAT(of_a_driver(sticks), names(Flaw::held, Signal::e_a));
+}
+
+TEST_F(Check, AVoltageThatFollowsANoisyReferenceHasNoNoiseOfItsOwn) {
+  // A speed controller: its reference goes to its limit and stays there while the motor speeds up.
+  Run run;
+  run.name = "controlled";
+  synthetic::Noise noise(3);
+  Series &u_ref = run.signals[Signal::u_ref], &e_a = run.signals[Signal::e_a];
+  double e = 0;
+  for (int k = 0; k < 1200; ++k) {
+    for (Series* s : {&u_ref, &e_a}) s->t.push_back(4e-3 * k);
+    u_ref.value.push_back(k % 200 >= 160 ? 10 : 6 + noise(0.03));
+    e += std::clamp(1.2 * u_ref.value.back() - e, -0.45, 0.45);
+    e_a.value.push_back(1e-3 * std::round(e / 1e-3));
+  }
+  EXPECT_THAT(check(std::vector{run}, {}, nullptr), Not(Contains(is_a(Flaw::clipped))));
+}
+
 TEST_F(Check, AnInstrumentOfFewStepsIsARemark) {
   auto runs = slow_runs();
   for (Run& run : runs) {
