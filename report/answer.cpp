@@ -81,7 +81,10 @@ std::string before_and_after(const Diagnosis& d) {
 }  // namespace
 
 std::string how_sure(const Diagnosis& d) {
-  const std::string judged = d.judged_on_training ? " (one run, judged on itself: record a second)" : "";
+  const std::string judged = d.judged_on_training ? " (one run, judged on itself: record a second)"
+                             : d.training_judges
+                                 ? " (shown by training runs alone: each was held out in turn, beside those you named)"
+                                 : "";
   const std::string verdict = std::string(word(d.verdict)) + ": ";
   switch (d.verdict) {
     case Verdict::found: {

@@ -216,7 +216,10 @@ json to_json(const Diagnosis& d) {
     out["advice"] = advice_on(d.undetermined, d.final, recorded_by(d.data->train));
   }
   out["pins"] = pins_json(d.pins);
-  out["held_out"] = d.judged_on_training ? "none" : d.left_one_out ? "each run in turn" : "named";
+  out["held_out"] = d.judged_on_training ? "none"
+                    : d.left_one_out     ? "each run in turn"
+                    : d.training_judges  ? "named, and each training run in turn"
+                                         : "named";
   out["next_experiment"] = next_json(d);
   return out;
 }

@@ -83,7 +83,8 @@ void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion
         {"dropped " + std::string(without.about(effect).id) + ": its own errors do not tell it from nothing",
          {},
          found.current.train,
-         found.current.held_out.error()});
+         found.current.held_out_error()});
+    left = found.effects.size() + 1;  // what was told beside it may not be without it
   }
 }
 
@@ -99,7 +100,7 @@ void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> a
   d.pins = pins_of(data.train, d.final);
   widen_by_held_damping(data.train, given, d.final);
   d.final_train = found.current.train;
-  d.final_held_out = found.current.held_out.error();
+  d.final_held_out = found.current.held_out_error();
   CalibrationOptions as_it_is{.extra_starts = 0, .max_iterations = 0};
   try {
     Calibration base = calibrate(data.train, d.base, as_it_is);
@@ -150,7 +151,7 @@ void tell_of_the_base(Diagnosis& d, const Dataset& data, std::span<const Record>
                       const DiagnoseOptions& options) {
   d.base = first.model();
   d.base_train = first.train;
-  d.base_held_out = first.held_out.error();
+  d.base_held_out = first.held_out_error();
   d.where = residual_maps(all, d.base);
   if (d.base_held_out > options.curves_from) d.missing_base = missing_curves(data.train, d.base);
 }
@@ -221,6 +222,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Finding found = std::move(road.found);
   if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
   drop_what_is_not_told(found, trials, criterion, *prepared);
+  d.training_judges = trials.training_judges();
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();
   const std::vector<Record> all = data.all();

@@ -56,6 +56,7 @@ struct Diagnosis {
   bool left_one_out = false;               ///< no held-out runs were named: each run was held out in turn
   bool torque_only_loads = false;          ///< the measured torque loads the shaft as it was read, whatever its law
   bool torque_is_input = false;            ///< and has no law of the library: no model is compared with it
+  bool training_judges = false;            ///< beside the held-out runs, each training run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   std::vector<std::string> shown_by;  ///< held-out runs that alone show what is left: of no training run anything is
   std::vector<Proposal> next;         ///< where effects tie: experiments that would tell them apart, best first

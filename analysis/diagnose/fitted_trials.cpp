@@ -162,6 +162,10 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
                                                         known != nullptr ? known->held_out_phases : RotorPhases{});
     trial.held_out.add(data_.held_out, unseen.residuals);
     trial.held_out_phases = std::move(unseen.phases);
+    if (training_judges_) {
+      trial.named_error = trial.held_out.error();
+      leave_one_out(trial, options);
+    }
   } else if (data_.train.size() == 1) {
     trial.held_out.add(data_.train, left.residuals);
   } else {
@@ -369,6 +373,11 @@ bool FittedTrials::explains_most_runs(const Trial& trial) {
   const std::size_t left = unexplained(data_.train, trial.model(), trial.fit.phases).size() +
                            unexplained(data_.held_out, trial.model(), trial.held_out_phases).size();
   return 3 * left <= data_.train.size() + data_.held_out.size();
+}
+
+bool FittedTrials::only_training_shows_a_remainder(const Trial& trial) const {
+  return !data_.held_out.empty() && data_.train.size() > 1 && !criterion_.remainder(trial.held_out) &&
+         criterion_.remainder(loss_on(data_.train, trial.model(), trial.fit.phases));
 }
 
 std::vector<std::string> FittedTrials::runs_that_alone_show_a_remainder(const Trial& trial) const {

@@ -45,6 +45,13 @@ class FittedTrials final : public Trials {
   /// them alone, and no fit has seen it.
   std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
 
+  /// Is something left of the training runs alone? Held-out runs that do not show an effect cannot judge it.
+  bool only_training_shows_a_remainder(const Trial& trial) const;
+
+  /// From now on each training run is held out in turn, beside the held-out runs, or no longer.
+  void hold_out_training_too(bool yes) { training_judges_ = yes; }
+  bool training_judges() const { return training_judges_; }
+
   /// The effects that were last refused for a value that they cannot have, and why.
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
 
@@ -65,6 +72,7 @@ class FittedTrials final : public Trials {
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
+  bool training_judges_ = false;
   Valleys valleys_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;

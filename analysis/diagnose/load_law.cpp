@@ -98,11 +98,11 @@ std::optional<Finding> put_on(const Finding& law, const Trial& first, Trials& tr
     return gain(*a.fitted->held_out.quality, *b.fitted->held_out.quality) > 0;
   });
   Finding found{*best.fitted, best.effects, {}, {}, law.candidates, {}};
-  found.steps.push_back({"fitted", {}, first.train, first.held_out.error()});
+  found.steps.push_back({"fitted", {}, first.train, first.held_out_error()});
   for (std::size_t place = 0; place < best.effects.size(); ++place) {
     const std::size_t effect = best.effects[place];
     const std::string id(first.model().about(effect).id);
-    found.steps.push_back({"added " + id, effect, found.current.train, found.current.held_out.error()});
+    found.steps.push_back({"added " + id, effect, found.current.train, found.current.held_out_error()});
     found.before.insert_or_assign(effect, first.held_out);
     for (const Variant& other : variants) {
       if (!differ_at(best.effects, other.effects, place)) continue;

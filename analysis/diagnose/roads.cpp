@@ -56,9 +56,7 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
   return {std::move(first), std::move(found), circumstances_of(data)};
 }
 
-}  // namespace
-
-Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
+Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   const TimingChange change = settle_timing(data, as_recorded.model());
   if (change == TimingChange::none) return search_from(data, search, as_recorded);
@@ -72,6 +70,22 @@ Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, c
   Road& best = criterion.material(told.found.current.held_out, plain.found.current.held_out) ? plain : told;
   set(data, best.circumstances);
   return std::move(best);
+}
+
+}  // namespace
+
+Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
+  const Circumstances recorded = circumstances_of(data);
+  Road road = with_timing_or_without(data, search, criterion, as_recorded);
+  if (!search.trials().only_training_shows_a_remainder(road.found.current)) return road;
+  search.trials().hold_out_training_too(true);
+  const Trial so_far = search.again(road.found.current);
+  set(data, recorded);
+  Road of_all = with_timing_or_without(data, search, criterion, search.again(as_recorded));
+  if (criterion.material(so_far.held_out, of_all.found.current.held_out)) return of_all;
+  search.trials().hold_out_training_too(false);
+  set(data, road.circumstances);
+  return road;
 }
 
 }  // namespace emtb

@@ -30,7 +30,7 @@ Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_
     : Search(trials, criterion, Finding{std::move(first), {}, {}, {}, {}, {}}, std::move(as_given),
              std::move(progress)) {
   longest_list_ = longest_list;
-  found_.steps.push_back({"fitted", {}, found_.current.train, found_.current.held_out.error()});
+  found_.steps.push_back({"fitted", {}, found_.current.train, found_.current.held_out_error()});
 }
 
 Search::Search(Trials& trials, const Criterion& criterion, Finding found, Loss as_given, Progress progress)
@@ -58,7 +58,7 @@ Finding Search::held_against_others() {
     if (needed(found_.effects[i], found_.current.model())) continue;
     const Round* reduced = round_without(i);
     if (reduced == nullptr) continue;
-    for (const Addition& a : reduced->refits) remember(a.score, a.trial.held_out.error());
+    for (const Addition& a : reduced->refits) remember(a.score, a.trial.held_out_error());
   }
   return std::move(found_);
 }
@@ -143,7 +143,7 @@ bool Search::add_best(const Round& of_current) {
 /// Adds the best of some refits of the current model with one effect more, if any is worth it.
 bool Search::add_best_of(std::vector<Addition> additions) {
   const Trial& current = found_.current;
-  for (const Addition& a : additions) remember(a.score, a.trial.held_out.error());
+  for (const Addition& a : additions) remember(a.score, a.trial.held_out_error());
   std::erase_if(additions, [&](const Addition& a) {
     return dropped_.contains(a.effect()) ||
            mends_another(a.effect(), found_.effects, current.held_out, a.trial.held_out) ||
@@ -157,8 +157,8 @@ bool Search::add_best_of(std::vector<Addition> additions) {
   found_.effects.push_back(effect);
   found_.before.insert_or_assign(effect, current.held_out);
   found_.current = std::move(*kept);
-  remember(best->score, found_.current.held_out.error());
-  found_.steps.push_back({"added " + id(effect), effect, current.train, current.held_out.error()});
+  remember(best->score, found_.current.held_out_error());
+  found_.steps.push_back({"added " + id(effect), effect, current.train, current.held_out_error()});
   return true;
 }
 
@@ -207,7 +207,7 @@ void Search::take(Pair two) {
   for (const std::size_t effect : two.effects) {
     found_.effects.push_back(effect);
     found_.before.insert_or_assign(effect, found_.current.held_out);
-    found_.steps.push_back({"added " + id(effect), effect, two.trial.train, two.trial.held_out.error()});
+    found_.steps.push_back({"added " + id(effect), effect, two.trial.train, two.trial.held_out_error()});
   }
   found_.current = std::move(two.trial);
 }
@@ -230,7 +230,7 @@ void Search::try_cogging_first() {
   found_.effects = std::move(chain->effects);
   for (const std::size_t effect : found_.effects) {
     found_.steps.push_back(
-        {"added " + id(effect) + " instead", effect, found_.current.train, found_.current.held_out.error()});
+        {"added " + id(effect) + " instead", effect, found_.current.train, found_.current.held_out_error()});
   }
 }
 
@@ -263,7 +263,7 @@ void Search::try_fewer() {
   found_.steps.push_back({id(two->effects[0]) + " and " + id(two->effects[1]) + " instead",
                           {},
                           two->trial.train,
-                          two->trial.held_out.error()});
+                          two->trial.held_out_error()});
   found_.current = std::move(two->trial);
 }
 
@@ -308,7 +308,7 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
     if (!is_rival(reduced, a, member)) continue;
     if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
       found_.steps.push_back(
-          {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out.error()});
+          {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out_error()});
       current = trial;
       found_.effects[place] = a.effect();
       found_.before.insert_or_assign(a.effect(), found_.before.at(member));
@@ -319,7 +319,7 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
       if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
         rivals.push_back({a.effect(), trial.model()});
     }
-    remember(a.score, trial.held_out.error());
+    remember(a.score, trial.held_out_error());
   }
   return taken;
 }
@@ -390,7 +390,7 @@ void Search::prune() {
       ++i;
       continue;
     }
-    found_.steps.push_back({"dropped " + id(effect), {}, without->train, without->held_out.error()});
+    found_.steps.push_back({"dropped " + id(effect), {}, without->train, without->held_out_error()});
     found_.current = std::move(*without);
     found_.rivals.erase(effect);
     rivals_are_stale_ = true;

@@ -42,6 +42,7 @@ class WholeSearch {
   /// The same model, fitted to data that have changed.
   Trial again(const Trial& fitted);
 
+  FittedTrials& trials() { return trials_; }
   bool torque_only_loads() const { return only_drives_; }
   bool torque_left_out() const { return torque_left_out_; }
 

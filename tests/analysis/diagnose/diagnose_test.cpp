@@ -63,6 +63,19 @@ TEST(Diagnose, SaysThatOnlyAHeldOutRunShowsWhatIsMissing) {
   EXPECT_THAT(with_it.shown_by, IsEmpty());
 }
 
+TEST(Diagnose, FindsWhatOnlyTrainingRunsShow) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.max = 14;  // V; the model's driver goes to 24, the held-out runs to 10
+  bench.train = {step("high", 5, 0.5, 2.5, 1), step("higher", 5.5, 0.5, 2, 1), bench.train[0]};
+  bench.held_out = {step("low", 2.5, 0.5, 2.5, 1)};
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("driver_saturation")) << report(d);
+  EXPECT_TRUE(d.training_judges);
+  EXPECT_LE(d.final_train, 1.1);
+  EXPECT_NEAR(d.base_held_out, d.final_held_out, 0.1) << "the run that was named shows nothing of it";
+  EXPECT_FALSE(diagnose_on(blind::fast_bench()).training_judges);
+}
+
 TEST(Diagnose, FindsNothingInColouredNoiseOfTheTacho) {
   blind::Bench bench = blind::slow_bench();
   for (auto& channel : bench.channels) {
