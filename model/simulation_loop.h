@@ -103,6 +103,36 @@ class DrivingRows {
   double even_;  ///< [s]
 };
 
+/// Sees how the shaft turns from row to row, where someone asks.
+template <class Scalar>
+class ShaftFollower {
+ public:
+  explicit ShaftFollower(bool asked) : asked_(asked) {}
+
+  void begin(const Machine<Scalar>& machine) {
+    if (!asked_) return;
+    speed_ = machine.omega;
+    angle_ = machine.angle();
+  }
+
+  void end(const Machine<Scalar>& machine, double interval) {
+    if (!asked_) return;
+    const Scalar mean = (machine.angle() - angle_) * (1 / interval);
+    course_.interval = interval;
+    course_.rise = machine.omega - speed_;
+    course_.bow = 6 * (mean - speed_) - 3 * course_.rise;
+    course_.bow_current = machine.current_taken_by(course_.bow);
+  }
+
+  /// Of the last interval; null where there is none.
+  const ShaftCourse<Scalar>* course() const { return course_.interval > 0 ? &course_ : nullptr; }
+
+ private:
+  bool asked_;
+  Scalar speed_{}, angle_{};
+  ShaftCourse<Scalar> course_;
+};
+
 /// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
 /// instantiated.
 /// @param reader a Reader, or what is called alike
@@ -115,11 +145,11 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
   const DrivingRows rows(x, variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle);
   DriverMove<Scalar> move;
-  ShaftCourse<Scalar> course;
+  ShaftFollower<Scalar> shaft(x.reads_shaft_late);
   const auto read = [&](std::size_t k, bool moves = false) {
     SimulatedReadings<Scalar> y = machine.readings();
     if (moves) y.move = &move;
-    if (course.interval > 0) y.course = &course;
+    y.course = shaft.course();
     reader.read(k, y);
   };
   StepInput in = rows.first();
@@ -168,7 +198,8 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
                                : 0;
     const std::size_t row = early ? k + 1 : k;  // after that
     const bool asked = x.reads_circuit_late;
-    const Scalar speed_before = machine.omega, angle_before = machine.angle();
+    const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
+    shaft.begin(machine);
     if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
     if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
     const Scalar speed_at_edge = asked ? machine.omega : Scalar(0.0);
@@ -181,13 +212,7 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
       advance(k, row, acts, 1, interval);
     }
     if (asked && acts < 1) move.after = machine.current_taken_by(machine.omega - speed_at_edge) * (1 / (1 - acts));
-    if (x.reads_shaft_late) {
-      const Scalar mean = (machine.angle() - angle_before) * (1 / interval);
-      course.interval = interval;
-      course.rise = machine.omega - speed_before;
-      course.bow = 6 * (mean - speed_before) - 3 * course.rise;
-      course.bow_current = machine.current_taken_by(course.bow);
-    }
+    shaft.end(machine, interval);
     read(k + 1, asked && (early || late || move.until > 0));
   }
 }
