@@ -68,8 +68,11 @@ std::string missing_in_words(const Diagnosis& d) {
   return joined(list);
 }
 
+/// Where an error falls, and by how much: where held-out runs show nothing of what was found, they have nothing to say.
 std::string fall(const Diagnosis& d) {
-  return "from " + floors(d.base_held_out) + " to " + printed(d.final_held_out, 3);
+  const auto from_to = [](double from, double to) { return " falls from " + floors(from) + " to " + printed(to, 3); };
+  return d.training_judges ? "the training runs, which alone show it," + from_to(d.base_train, d.final_train)
+                           : judged_on(d) + from_to(d.base_held_out, d.final_held_out);
 }
 
 }  // namespace
@@ -116,8 +119,7 @@ std::string verdict_in_words(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::found:
       return "The model lacks " + found + ". With " + (d.missing.size() == 1 ? "it" : "them") + " the error on " +
-             judged_on(d) + " falls " + fall(d) + "; nothing else is missing that these runs could show." +
-             rest_without_law(d);
+             fall(d) + "; nothing else is missing that these runs could show." + rest_without_law(d);
     case Verdict::tied: {
       std::vector<std::string> rivals;
       for (const MissingEffect& m : d.missing) {
@@ -127,8 +129,7 @@ std::string verdict_in_words(const Diagnosis& d) {
           rivals.push_back(joined(names, " or ") + " in the place of " + std::string(d.about(m.effect).name));
       }
       return "The model lacks " + found + ", or what does as well in these runs: " + joined(rivals) +
-             ". The error on " + judged_on(d) + " falls " + fall(d) + " either way; other runs must tell which it is." +
-             rest_without_law(d);
+             ". The error on " + fall(d) + " either way; other runs must tell which it is." + rest_without_law(d);
     }
     case Verdict::unknown_effect:
       if (!d.shown_by.empty()) {
@@ -141,8 +142,7 @@ std::string verdict_in_words(const Diagnosis& d) {
       return d.missing.empty()
                  ? "Something is missing that no effect in the library explains: the error on " + judged_on(d) +
                        " is " + floors(d.final_held_out) + "."
-                 : "The model lacks " + found + ": the error on " + judged_on(d) + " falls " + fall(d) + ". But " +
-                       floors(d.final_held_out) +
+                 : "The model lacks " + found + ": the error on " + fall(d) + ". But " + floors(d.final_held_out) +
                        " are more than noise: something else is missing that no effect in the library explains.";
     case Verdict::nothing_missing:
       return "Nothing is missing that these runs could show: the error on " + judged_on(d) + " is " +

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "model/catalogue.h"
+#include "report/verdict.h"
 
 namespace emtb {
 namespace {
@@ -82,6 +83,17 @@ TEST(Answer, ALoneRunSaysThatItJudgedItself) {
   Diagnosis d = answer(Verdict::found, {friction()});
   d.judged_on_training = true;
   EXPECT_THAT(answer_text(d, files), AllOf(HasSubstr("judged on itself"), HasSubstr("the run itself")));
+}
+
+TEST(Answer, WhatOnlyTrainingRunsShowIsToldByTheirError) {
+  Diagnosis d = answer(Verdict::found, {friction()});
+  d.training_judges = true;
+  d.base_held_out = d.final_held_out = 1.01;
+  d.base_train = 10;
+  d.final_train = 0.9;
+  EXPECT_THAT(answer_text(d, files), HasSubstr("shown by training runs alone: each was held out in turn"));
+  EXPECT_THAT(verdict_in_words(d),
+              HasSubstr("the error on the training runs, which alone show it, falls from 10 noise floors to 0.9;"));
 }
 
 TEST(Answer, WhatOnlyAHeldOutRunShowsIsToBeTrainedOn) {
