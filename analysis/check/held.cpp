@@ -142,7 +142,11 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     bool without_noise = own.noisy && is_long(s, own);
-    if (without_noise && signal == Signal::e_a) without_noise = drives.change_amid(series, s);
+    if (without_noise && signal == Signal::e_a) {
+      constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
+      // Under a reference that stays a voltage is where it should be, however quiet.
+      without_noise = drives.change(series.t[s.begin + edge], series.t[s.end - 1 - edge]);
+    }
     if (without_noise) {
       if (!undriven) undriven = undriven_restlessness(run, signal, rest);
       without_noise = undriven->noisy && is_long(s, *undriven);

@@ -88,11 +88,6 @@ bool Drives::change(double from, double to) const {
   return false;
 }
 
-bool Drives::change_amid(const Series& series, const EqualReadings& stretch) const {
-  constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
-  return stretch.length() > 2 * edge && change(series.t[stretch.begin + edge], series.t[stretch.end - 1 - edge]);
-}
-
 Restlessness undriven_restlessness(const Run& run, Signal signal, double rest, std::optional<double> without) {
   constexpr std::size_t least = 20;  // readings in a row, for the ends not to count
   const Series& series = run.at(signal);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "analysis/check/finding.h"
-#include "analysis/numerics/equal_readings.h"
 #include "session/session.h"
 
 namespace emtb {
@@ -43,9 +42,6 @@ class Drives {
   /// Whether one of them changes from three rows before a time to three rows after another [s]: there a signal may
   /// change at once.
   bool change(double from, double to) const;
-
-  /// The same amid a stretch of a signal: under a reference that stays a voltage is where it should be, however quiet.
-  bool change_amid(const Series& series, const EqualReadings& stretch) const;
 
  private:
   struct Drive {

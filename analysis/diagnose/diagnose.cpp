@@ -56,13 +56,15 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 /// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
 /// error may be off by half. But not where most of what has no other name would be left without it, when timing and
 /// starts have had their say, unless it is hardly told at all and leaves enough itself.
-void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion, Dataset& data) {
+/// @return what is known of the errors of the rest
+std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion,
+                                                 Dataset& data) {
   constexpr double by_far = 5, hardly = 2;  // errors
-  for (std::size_t left = found.effects.size(); left > 0; --left) {
+  std::optional<Calibration> judged = with_all_errors(data, found.current.model());
+  for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
     if (needed(effect, found.current.model())) continue;
-    const std::optional<Calibration> judged = with_all_errors(data, found.current.model());
-    if (!judged || told_from_zero(*judged, effect, by_far)) continue;
+    if (told_from_zero(*judged, effect, by_far)) continue;
     const bool doubtful = !told_from_zero(*judged, effect, hardly) && criterion.remainder(found.current.held_out);
     Model without = found.current.model();
     without.exclude(effect);
@@ -84,15 +86,18 @@ void drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion
          {},
          found.current.train,
          found.current.held_out_error()});
+    judged = with_all_errors(data, found.current.model());
     left = found.effects.size() + 1;  // what was told beside it may not be without it
   }
+  return judged;
 }
 
-/// What the search found, fitted to the end with standard errors, and what of it is left.
-void fit_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found,
-                    const Model& given) {
+/// What the search found, with standard errors, and what of it is left.
+/// @param last it, fitted to the end; none where it has no fit
+void tell_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found,
+                     std::optional<Calibration> last, const Model& given) {
   d.final = found.current.model();
-  if (std::optional<Calibration> last = with_all_errors(data, d.final)) {
+  if (last) {
     d.final = std::move(last->model);
     d.at_bound = std::move(last->at_bound);
     d.undetermined = std::move(last->identifiability.undetermined);
@@ -221,15 +226,14 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   first = std::move(road.first);
   Finding found = std::move(road.found);
   if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
-  drop_what_is_not_told(found, trials, criterion, *prepared);
+  progress(0.9, "standard errors");
+  std::optional<Calibration> last = drop_what_is_not_told(found, trials, criterion, *prepared);
   d.training_judges = trials.training_judges();
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();
   const std::vector<Record> all = data.all();
   tell_of_the_base(d, data, all, first, options);
-
-  progress(0.9, "standard errors");
-  fit_the_answer(d, data, all, found, model);
+  tell_the_answer(d, data, all, found, std::move(last), model);
   name_the_missing(d, found, train, data, options.reach);
   for (const auto& [effect, why] : trials.refused()) {
     const auto candidate =
