@@ -71,7 +71,7 @@ bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, co
   return false;
 }
 
-void add_check_command(CommandLine& line) {
+void add_check_command(CommandLine& line, const std::shared_ptr<const KeptAnswers>& answers) {
   const auto o = std::make_shared<CheckOptions>();
   line.command("check", "looks whether recordings are what they say: scale, sign, clipping, holds, spikes, gaps, twins")
       .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv, .h5 or .mat")
@@ -79,7 +79,12 @@ void add_check_command(CommandLine& line) {
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
       .option("--model", o->model, "a model's YAML, whose bounds say what scales are possible")
       .option("--json", o->json_file, "writes the findings to this file; - for standard output")
-      .action([o] { return check_command(*o); });
+      .action([o, answers] {
+        std::vector<std::string> all = o->sessions;
+        all.insert(all.end(), o->held_out.begin(), o->held_out.end());
+        return answers->answer({files_of({o->model, o->map}, all), writes({o->json_file})},
+                               [&] { return check_command(*o); });
+      });
 }
 
 }  // namespace emtb

@@ -41,6 +41,12 @@ struct DiscoverArguments {
     refuse_slow_readings(all);
     return all;
   }
+
+  KeptAnswers::Files files() const {
+    std::vector<std::string> all = sessions;
+    all.insert(all.end(), held_out.begin(), held_out.end());
+    return {files_of({model, map}, all), writes({json_file, out, svg})};
+  }
 };
 
 void print_shares(const Shares& s, const std::string& what, const std::string& unit) {
@@ -169,7 +175,7 @@ int trend_command(const DiscoverArguments& o) {
 
 }  // namespace
 
-void add_discover_command(CommandLine& line) {
+void add_discover_command(CommandLine& line, const std::shared_ptr<const KeptAnswers>& answers) {
   const auto o = std::make_shared<DiscoverArguments>();
   const auto on_files = [&](Command command) {
     command.argument("MODEL", o->model, "the model's YAML, with what the library explains in it already")
@@ -180,13 +186,15 @@ void add_discover_command(CommandLine& line) {
         .flag("--unchecked", o->unchecked, unchecked_help);
     return command;
   };
+  const auto act = [&](int (*command)(const DiscoverArguments&)) {
+    return [o, answers, command] { return answers->answer(o->files(), [&] { return command(*o); }); };
+  };
   on_files(line.command("discover", "looks for a law in what the library leaves, and for runs of another machine"))
       .options("--held-out", o->held_out, "sessions that judge a law; of two or more the shortest only confirms it")
       .option("--out", o->out, "writes the law as a file for --candidates")
-      .action([o] { return discover_command(*o); });
-  on_files(line.command("trend", "fits a model session by session: how its parameters drift, with bands")).action([o] {
-    return trend_command(*o);
-  });
+      .action(act(discover_command));
+  on_files(line.command("trend", "fits a model session by session: how its parameters drift, with bands"))
+      .action(act(trend_command));
 }
 
 }  // namespace emtb

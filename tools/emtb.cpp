@@ -24,6 +24,9 @@ int main(int argc, char** argv) {
   const auto socket = std::make_shared<std::string>();
   line.global().option("--socket", *socket,
                        "where the daemon listens [$XDG_RUNTIME_DIR/emtb.sock, or /run/emtb/emtb.sock]");
+  const auto answers = std::make_shared<emtb::KeptAnswers>(std::vector<std::string>(argv + 1, argv + argc));
+  line.global().flag("--no-cache", answers->off,
+                     "works an answer out anew, also where the same was asked before of the same files");
   emtb::add_daemon_commands(line, socket);
   emtb::add_bench_command(line, socket);
   emtb::add_config_command(line);
@@ -31,14 +34,14 @@ int main(int argc, char** argv) {
   emtb::add_replay_command(line);
   emtb::add_devices_command(line);
   emtb::add_profiles_command(line);
-  emtb::add_model_commands(line);
-  emtb::add_discover_command(line);
+  emtb::add_model_commands(line, answers);
+  emtb::add_discover_command(line, answers);
   emtb::add_effects_command(line);
-  emtb::add_file_commands(line);
+  emtb::add_file_commands(line, answers);
   emtb::add_export_commands(line);
-  emtb::add_check_command(line);
+  emtb::add_check_command(line, answers);
   emtb::add_batch_command(line);
-  emtb::add_estimate_command(line);
+  emtb::add_estimate_command(line, answers);
   emtb::add_paper_command(line);
   emtb::add_investigate_command(line, socket, argc, argv);
   emtb::add_report_command(line, argc, argv);

@@ -266,7 +266,7 @@ int estimate_command(const EstimateOptions& o) {
 
 }  // namespace
 
-void add_estimate_command(CommandLine& line) {
+void add_estimate_command(CommandLine& line, const std::shared_ptr<const KeptAnswers>& answers) {
   const auto o = std::make_shared<EstimateOptions>();
   line.command("estimate", "estimates parameters by the experiments of the paper, without a simulation")
       .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv, .h5 or .mat")
@@ -281,7 +281,10 @@ void add_estimate_command(CommandLine& line) {
       .option("--json", o->json_file, "writes it to this file; - for standard output")
       .option("--png", o->png, "draws each experiment into this folder")
       .option("--svg", o->svg, "the same as SVG")
-      .action([o] { return estimate_command(*o); });
+      .action([o, answers] {
+        return answers->answer({files_of({o->model, o->map}, o->sessions), writes({o->json_file, o->png, o->svg})},
+                               [&] { return estimate_command(*o); });
+      });
 }
 
 }  // namespace emtb

@@ -193,7 +193,7 @@ int table_command(const FileOptions& o) {
 
 }  // namespace
 
-void add_file_commands(CommandLine& line) {
+void add_file_commands(CommandLine& line, const std::shared_ptr<const KeptAnswers>& answers) {
   const auto o = std::make_shared<FileOptions>();
   const auto act = [&o](int (*command)(const FileOptions&)) { return [o, command] { return command(*o); }; };
   const auto session_help = "PATH[#RUN][@T0:T1], .csv, .h5 or .mat";
@@ -221,7 +221,10 @@ void add_file_commands(CommandLine& line) {
       .arguments("SESSION", o->sessions, session_help)
       .option("--map", o->map, map_help)
       .option("--json", o->json_file, "writes it to this file; - for standard output")
-      .action(act(info_command));
+      .action([o, answers] {
+        return answers->answer({files_of({o->map}, o->sessions), writes({o->json_file})},
+                               [&] { return info_command(*o); });
+      });
   line.command("table", "puts the parameters of several models side by side")
       .arguments("MODEL", o->models, "models' YAML")
       .option("--truth", o->truth, "a simulated bench's YAML: what its plant was built with")

@@ -64,6 +64,12 @@ struct ModelOptions {
     return all;
   }
 
+  KeptAnswers::Files files() const {
+    std::vector<std::string> all = sessions;
+    all.insert(all.end(), held_out.begin(), held_out.end());
+    return {files_of({model, map, candidates}, all), writes({json_file, out})};
+  }
+
   /// Those that fit and those that judge; nothing where a finding stops it.
   std::optional<CheckedRuns> checked_runs(const Model& m) const {
     const CheckedRuns given{runs(sessions), runs(held_out)};
@@ -442,7 +448,7 @@ int diagnose_command(const ModelOptions& o) {
 
 }  // namespace
 
-void add_model_commands(CommandLine& line) {
+void add_model_commands(CommandLine& line, const std::shared_ptr<const KeptAnswers>& answers) {
   const auto o = std::make_shared<ModelOptions>();
   const auto on_files = [&](Command command) {
     command.argument("MODEL", o->model, "the model's YAML")
@@ -460,7 +466,9 @@ void add_model_commands(CommandLine& line) {
                         "95 % intervals by profile likelihood: right also at a bound and where effects are not linear");
   };
   const auto looking_first = [&](Command command) { return command.flag("--unchecked", o->unchecked, unchecked_help); };
-  const auto act = [&o](int (*command)(const ModelOptions&)) { return [o, command] { return command(*o); }; };
+  const auto act = [&](int (*command)(const ModelOptions&)) {
+    return [o, answers, command] { return answers->answer(o->files(), [&] { return command(*o); }); };
+  };
   looking_first(with_intervals(on_files(
                     line.command("calibrate", "fits the free parameters of a model to sessions, within their bounds"))))
       .action(act(calibrate_command));

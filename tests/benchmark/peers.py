@@ -32,10 +32,11 @@ def say(*words):
 
 
 def emtb(*arguments, limit=None, environment=None):
-    """Runs emtb. @return seconds"""
+    """Runs emtb, which keeps no answer unless the environment says where. @return seconds"""
+    environment = environment or {"XDG_CACHE_HOME": "/dev/null"}
     before = time.perf_counter()
     process = subprocess.Popen([os.path.join(BIN, "emtb"), *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                               text=True, env={**os.environ, **(environment or {})})
+                               text=True, env={**os.environ, **environment})
     try:
         _, complaint = process.communicate(timeout=limit)
     except subprocess.TimeoutExpired:
@@ -197,10 +198,15 @@ def calibrate_vs_scipy_trf(options):
     whole = least([lambda: emtb("calibrate", MODEL, *paths),
                    timed(lambda: subprocess.run(["/usr/bin/python3", "-c", script, *paths], check=True, capture_output=True))],
                   repeats)
-    return ({"fit_only": theirs / ours, "whole_process": whole[1] / whole[0], "second_call": None},
+    cache = {"XDG_CACHE_HOME": os.path.join(WORK, "cache")}
+    shutil.rmtree(cache["XDG_CACHE_HOME"], ignore_errors=True)
+    again = lambda: emtb("calibrate", MODEL, *paths, environment=cache)
+    again()
+    second = least([again], repeats)[0]
+    return ({"fit_only": theirs / ours, "whole_process": whole[1] / whole[0], "second_call": whole[1] / second},
             {"emtb_fit": ours, "scipy_fit": theirs, "emtb_process": whole[0], "scipy_process": whole[1],
-             "emtb_values": fit_time(MODEL, paths, 1)["values"], "scipy_values": list(fit_by_lfilter(frames).x),
-             "reason": "second_call: there is no cache of prepared records"})
+             "emtb_second_call": second,
+             "emtb_values": fit_time(MODEL, paths, 1)["values"], "scipy_values": list(fit_by_lfilter(frames).x)})
 
 
 def calibrate_vs_compiled_loop(options):
