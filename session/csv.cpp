@@ -101,11 +101,21 @@ class Rows {
       if (is_new) {
         recordings_.emplace_back();
         recordings_.back().name = unescaped(name);
+        if (!header_.run) make_room(recordings_.back());
       }
       current_name_ = name;
       current_ = found->second;
     }
     return recordings_[current_];
+  }
+
+  /// For what the file holds, and no second place for it as it grows.
+  void make_room(Recording& run) const {
+    const std::size_t rows = 1 + table_.rows_to_come();
+    for (const CsvColumn& column : header_.signals) {
+      run.series[index(column.signal)].t.reserve(rows);
+      run.series[index(column.signal)].value.reserve(rows);
+    }
   }
 
   double take_time(Recording& run) const {

@@ -31,6 +31,12 @@ bool CsvTable::next() {
   return true;
 }
 
+std::size_t CsvTable::rows_to_come() const {
+  const std::string_view next = rest_.substr(0, std::size_t{1} << 14);
+  const auto lines = static_cast<std::size_t>(std::ranges::count(next, '\n')) + 1;
+  return rest_.size() / std::max<std::size_t>(1, next.size() / lines);
+}
+
 void CsvTable::fail(const std::string& what) const {
   throw SessionError(path_.string() + ":" + std::to_string(line_) + ": " + what);
 }

@@ -23,6 +23,9 @@ class CsvTable {
 
   bool ends_in_newline() const { return ends_in_newline_; }
 
+  /// About how many rows are still to come: as many as lines of the length of the next ones would be.
+  std::size_t rows_to_come() const;
+
   /// @throws SessionError with the file and the line that was read last
   [[noreturn]] void fail(const std::string& what) const;
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <future>
 #include <iterator>
 #include <span>
+#include <thread>
 
 #include "hal/error.h"
 #include "session/csv.h"
@@ -114,6 +116,12 @@ bool may_be_set(const Session& session, Signal signal) {
          (signal == Signal::i_a && !has(Signal::u_ref) && !has(Signal::e_a));
 }
 
+/// Is it read here, and not by a child (child.h)?
+bool is_text(std::string_view spec) {
+  const std::vector<std::size_t> ends = possible_ends(spec);
+  return ends.size() == 1 && kind_of(spec.substr(0, ends.front())) == Kind::csv;
+}
+
 void estimate_resolutions(Session& session) {
   for (const Signal signal : all_signals()) {
     std::vector<Series*> series;
@@ -176,8 +184,21 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping) 
 }
 
 std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping& mapping) {
+  const std::size_t at_a_time = std::max(1U, std::thread::hardware_concurrency());
   std::vector<Run> all;
-  for (const std::string& spec : specs) std::ranges::move(read_runs(spec, mapping), std::back_inserter(all));
+  for (std::size_t begin = 0; begin < specs.size(); begin += at_a_time) {
+    const auto part = std::span(specs).subspan(begin, std::min(at_a_time, specs.size() - begin));
+    std::vector<std::future<std::vector<Run>>> texts(part.size());
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      if (is_text(part[i])) texts[i] = std::async(std::launch::async, [&, i] { return read_runs(part[i], mapping); });
+    }
+    for (std::future<std::vector<Run>>& text : texts) {
+      if (text.valid()) text.wait();  // a child is made by a process of one thread
+    }
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      std::ranges::move(texts[i].valid() ? texts[i].get() : read_runs(part[i], mapping), std::back_inserter(all));
+    }
+  }
   return all;
 }
 
