@@ -47,14 +47,20 @@ bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std:
 }  // namespace
 
 std::vector<Record> shortest_records(std::span<const Record> records) {
-  std::vector<Record> part(records.begin(), records.end());
-  std::ranges::stable_sort(part, {}, [](const Record& r) { return r.length(); });
-  std::size_t total = 0, taken = 0, keep = 0;
-  for (const Record& r : part) total += r.length();
-  while (keep < part.size() && (keep < 2 || 4 * (taken + part[keep].length()) <= total)) {
-    taken += part[keep++].length();
+  std::vector<const Record*> shortest_first;
+  std::size_t total = 0;
+  for (const Record& r : records) {
+    shortest_first.push_back(&r);
+    total += r.length();
   }
-  part.resize(keep);
+  std::ranges::stable_sort(shortest_first, {}, &Record::length);
+  std::vector<Record> part;  // whole records are megabytes
+  std::size_t taken = 0;
+  for (const Record* r : shortest_first) {
+    taken += r->length();
+    if (part.size() >= 2 && 4 * taken > total) break;
+    part.push_back(*r);
+  }
   return part;
 }
 

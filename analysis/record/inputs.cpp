@@ -108,8 +108,11 @@ std::vector<double> ripple_of(std::span<const double> x, std::span<const double>
 }
 
 /// [V] By how much the driver's mean output from each time to the next exceeds that of both: it has corners in between,
-/// where a reference that it follows with a slope is reached, and a driver that follows at once jumps there.
-std::vector<double> bulge_of(const Model& model, std::span<const double> values, const Excitation& x) {
+/// where a reference that it follows with a slope is reached, and a driver that follows at once jumps there. Where
+/// neither it nor its reference moves, there is none.
+/// @param expected the driver's output at the times
+std::vector<double> bulge_of(const Model& model, std::span<const double> values, const Excitation& x,
+                             std::span<const double> expected) {
   constexpr int finer = 8;         // leaves 1/64 of a corner's bulge
   constexpr double across = 1e-6;  // of an interval: just beyond a jump
   const std::size_t n = x.t.size();
@@ -124,12 +127,17 @@ std::vector<double> bulge_of(const Model& model, std::span<const double> values,
     const std::size_t before = late > 0 && k > 0 ? k - 1 : k, after = late < 0 ? std::min(k + 1, n - 1) : k;
     return place < jump ? before : after;
   };
+  const auto stands = [&](std::size_t k) {
+    return expected[k] == expected[k + 1] && x.u_ref[k] == x.u_ref[row_at(k, 0)] && x.u_ref[k] == x.u_ref[row_at(k, 1)];
+  };
   Excitation fine;
   fine.initial = x.initial;
   fine.longest_step = x.longest_step;
   fine.quick_step = x.quick_step;
+  std::vector<std::size_t> first(n);  // of each row's places
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    for (const double place : places) {
+    first[k] = fine.t.size();
+    for (const double place : stands(k) ? std::span(places).first(1) : std::span(places)) {
       fine.t.push_back(std::lerp(x.t[k], x.t[k + 1], place));
       fine.u_ref.push_back(x.u_ref[row_at(k, place)]);
     }
@@ -139,7 +147,8 @@ std::vector<double> bulge_of(const Model& model, std::span<const double> values,
   const std::vector<double> driver = driver_voltage(model, values, fine);
   std::vector<double> bulge(n, 0.0);
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    const double* e = &driver[k * places.size()];
+    if (stands(k)) continue;
+    const double* e = &driver[first[k]];
     double mean = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
       const double until = i + 1 < places.size() ? places[i + 1] : 1;
@@ -220,7 +229,7 @@ MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, cons
   MeasuredVoltage voltage;
   voltage.value = std::move(quiet);
   voltage.noise = noise_of_means(noise, half, interval);
-  voltage.bulge = bulge_of(model, values, x);
+  voltage.bulge = bulge_of(model, values, x, expected);
   return voltage;
 }
 

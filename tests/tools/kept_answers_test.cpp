@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 
 #include "tests/tools/command_caller.h"
 #include "tools/kept/answers.h"
@@ -27,8 +28,13 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 
 class KeptAnswersTest : public CommandCaller {
  protected:
-  KeptAnswersTest() { setenv("XDG_CACHE_HOME", path("cache").c_str(), 1); }
-  ~KeptAnswersTest() override { setenv("XDG_CACHE_HOME", "/dev/null", 1); }
+  KeptAnswersTest() {
+    if (const char* before = getenv("XDG_CACHE_HOME")) before_ = before;
+    setenv("XDG_CACHE_HOME", path("cache").c_str(), 1);
+  }
+  ~KeptAnswersTest() override {
+    before_ ? setenv("XDG_CACHE_HOME", before_->c_str(), 1) : unsetenv("XDG_CACHE_HOME");
+  }
 
   /// A run of a motor that turns, rows that `emtb info` counts.
   std::string session(const std::string& name, int rows = 50) const {
@@ -54,6 +60,9 @@ class KeptAnswersTest : public CommandCaller {
     }
     return none_is_new && one_was_found;
   }
+
+ private:
+  std::optional<std::string> before_;
 };
 
 TEST_F(KeptAnswersTest, TheSameQuestionOfTheSameFilesIsAnsweredAlike) {
