@@ -7,10 +7,12 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "hal/format_version.h"
 #include "server/stop_socket.h"
@@ -145,6 +147,19 @@ std::optional<json> Client::notification(double timeout) {
   json message = json::parse(*text, nullptr, false);
   if (!message.is_object() || !message.contains("method")) return std::nullopt;
   return message;
+}
+
+Client daemon_at(const std::string& named) {
+  constexpr std::chrono::milliseconds patience(1000), a_moment(20);
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (true) {
+    try {
+      return Client(socket_to_call(named));
+    } catch (const ProtocolError&) {
+      if (std::chrono::steady_clock::now() > until) throw;
+    }
+    std::this_thread::sleep_for(a_moment);
+  }
 }
 
 json stop_now(const std::filesystem::path& socket) {

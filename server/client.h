@@ -45,6 +45,11 @@ class Client {
   bool known_ = false;  ///< the daemon has told its protocol
 };
 
+/// The daemon that listens there: it is waited for a second, for it may only just have been started.
+/// @param named its socket; empty: socket_to_call()
+/// @throws ProtocolError where nobody answers
+Client daemon_at(const std::string& named);
+
 /// Stops what is on, by the socket that is there for nothing else; a daemon that has none is asked by its method.
 /// @return `stopped`: the run that ended, or null; `reference_safe`
 /// @throws ProtocolError where nobody answers

@@ -80,7 +80,7 @@ int bench_command(const BenchOptions& options) {
     if (options.calibrate.signal.empty()) throw Error("emtb bench calibrate: which SIGNAL? omega, torque ...");
     return calibrate_channel(options.calibrate);
   }
-  Client daemon(socket_to_call(*options.socket));
+  Client daemon = daemon_at(*options.socket);
   return spin(daemon, options);
 }
 

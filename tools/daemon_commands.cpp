@@ -52,7 +52,7 @@ struct DaemonOptions {
   double rate = 10;     // [Hz]
   double seconds = 30;  // shown by --plot
 
-  Client connect() const { return Client(socket_to_call(*socket)); }
+  Client connect() const { return daemon_at(*socket); }
 };
 
 int status(const DaemonOptions& options) {

@@ -117,7 +117,7 @@ int measure(Client& daemon, const LatencyOptions& options) {
 int latency(const LatencyOptions& options) {
   if (!(options.seconds > 0 && options.seconds <= 86'400)) throw Error("--seconds: must be above 0, a day at most");
   if (options.config.empty()) {
-    Client daemon(socket_to_call(*options.socket));
+    Client daemon = daemon_at(*options.socket);
     return measure(daemon, options);
   }
   OwnDaemon emtbd;  // latched, on the bench's devices

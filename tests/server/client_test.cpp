@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "hal/error.h"
 #include "server/unix_socket.h"
@@ -42,6 +44,18 @@ TEST_F(ClientOfADaemon, AsksForTheProtocolOnceBeforeAnythingMoves) {
   client.call("reset", json::object());
   client.call("run", json::object());
   EXPECT_THAT(asked, ElementsAre("status", "reset", "run"));
+}
+
+TEST_F(ClientOfADaemon, WaitsAMomentForADaemonThatHasJustBeenStarted) {
+  std::jthread later([this] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    serve({{"protocol", 1}});
+  });
+  EXPECT_EQ(daemon_at(path("s")).call("status", json::object())["protocol"], 1);
+}
+
+TEST_F(ClientOfADaemon, SaysThatNobodyAnswersAfterASecond) {
+  EXPECT_THAT(message_of<ProtocolError>([&] { daemon_at(path("s")); }), HasSubstr("no daemon answers"));
 }
 
 TEST_F(ClientOfADaemon, MovesNothingWhereTheDaemonIsNewer) {
