@@ -176,6 +176,7 @@ int judge_all(const Options& options) {
 }  // namespace emtb::blind
 
 int main(int argc, char** argv) {
+  setenv("XDG_CACHE_HOME", "/dev/null", 1);  // each case is worked out, whatever was asked before
   const auto wide = [](std::string_view word) { return word == "--wide"; };
   if (std::any_of(argv + 1, argv + argc, wide)) return emtb::blind::wide::wide_judge(argc, argv);
   emtb::blind::Options options;
