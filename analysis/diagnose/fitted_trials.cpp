@@ -1,6 +1,7 @@
 #include "analysis/diagnose/fitted_trials.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -219,12 +220,10 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   Quality before = *fitted.held_out.quality;
   before.held_out.clear();  // what is only begun is not tried on other runs
   // Models side by side: records are often fewer, or of very different lengths.
+  std::vector<Fit> anew = from_given_too ? begun_anew(fitted, best) : std::vector<Fit>{};
   each_on_a_core(best.size(), [&](std::size_t i) {
     begun[i] = begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
-    if (from_given_too) {
-      Fit anew = begun_anew(fitted, best[i]);
-      if (anew.cost < begun[i].cost) begun[i] = std::move(anew);
-    }
+    if (from_given_too && anew[i].cost < begun[i].cost) begun[i] = std::move(anew[i]);
     drops[i] = std::max(0.0, fitted.fit.cost - begun[i].cost);
     gains[i] = drops[i] > 0 ? gain(before, quality_in_training(begun[i])) : 0;
   });
@@ -247,26 +246,41 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   return additions;
 }
 
-/// A refit begun where the base parameters are as given, the pins among them free: those of a model that lacks
+/// Refits begun where the base parameters are as given, the pins among them free: those of a model that lacks
 /// something may have bent so far that no descent leads back, and a pin that had to follow them would block the way.
-Fit FittedTrials::begun_anew(const Trial& fitted, Score score) const {
-  constexpr int some = 10;  // steps
+/// All begin alike, so that the costs along the way tell which are worth more of it.
+std::vector<Fit> FittedTrials::begun_anew(const Trial& fitted, std::vector<Score> scores) const {
+  constexpr std::array on_the_way{3, 7};  // steps, to which the better half goes on each time
+  constexpr std::size_t few = 4;          // of which none is left behind
   Fit anew = fitted.fit;
   for (Parameter& p : anew.model.base) {
     if (p.pinned) p.fixed = p.pinned = false;
   }
   anew.model = with_base_as_given(anew.model);
   anew.phases.clear();
-  for (Score::Start& start : score.starts) start.others.clear();  // they belong to the fitted values
   const double squares =
       sum_of_squares(residuals_at_best_phases(data_.train, anew.model, anew.model.values(), {}, {}).residuals);
-  const Fit begun = begun_refit(data_.train, anew, squares, score);
-  if (!(begun.cost < infinity)) return begun;
-  Fit there = first_steps(data_.train, begun.model, some, {});
-  for (std::size_t i = 0; i < there.model.base.size(); ++i) {  // held again, where it has come to
-    if (fitted.model().base[i].pinned) there.model.base[i].fixed = there.model.base[i].pinned = true;
+  std::vector<Fit> begun(scores.size());
+  each_on_a_core(scores.size(), [&](std::size_t i) {
+    for (Score::Start& start : scores[i].starts) start.others.clear();  // they belong to the fitted values
+    begun[i] = begun_refit(data_.train, anew, squares, scores[i]);
+  });
+  std::vector<Fit*> going;
+  for (Fit& fit : begun) {
+    if (fit.cost < infinity) going.push_back(&fit);
   }
-  return there;
+  for (const int steps : on_the_way) {
+    std::ranges::stable_sort(going, {}, &Fit::cost);
+    going.resize(std::min(going.size(), std::max(few, (going.size() + 1) / 2)));
+    each_on_a_core(going.size(),
+                   [&](std::size_t i) { *going[i] = first_steps(data_.train, going[i]->model, steps, {}); });
+  }
+  for (Fit& fit : begun) {
+    for (std::size_t i = 0; i < fit.model.base.size(); ++i) {  // held again, where it has come to
+      if (fitted.model().base[i].pinned) fit.model.base[i].fixed = fit.model.base[i].pinned = true;
+    }
+  }
+  return begun;
 }
 
 Model FittedTrials::with_base_as_given(Model model) const {

@@ -57,7 +57,7 @@ class FittedTrials final : public Trials {
 
  private:
   std::string pushed_to_a_bound(const Fit& judged) const;
-  Fit begun_anew(const Trial& fitted, Score score) const;
+  std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
   Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const;
