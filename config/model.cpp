@@ -6,6 +6,7 @@
 
 #include "config/format.h"
 #include "config/formula_effect.h"
+#include "config/one_line.h"
 #include "config/parameter.h"
 #include "hal/error.h"
 #include "hal/format_version.h"
@@ -117,7 +118,7 @@ Model read_model(const YamlMap& yaml) {
   read_format(yaml, "model", newest_format::model);
   yaml.only({"format", "name", "input", "driver", "tie", "parameters", "bench", "noise", "effects", "history"});
   Model model;
-  model.name = yaml.text_or("name", yaml.file().stem().string());
+  model.name = in_one_line(yaml.text_or("name", yaml.file().stem().string()));
   const std::string input = yaml.text_or("input", "u_ref");
   model.input = signal_named(input).value_or(Signal::temperature);
   if (model.input != Signal::u_ref && model.input != Signal::e_a && model.input != Signal::i_a) {

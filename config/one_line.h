@@ -1,7 +1,8 @@
 #pragma once
 
-#include <algorithm>
 #include <string>
+
+#include "hal/printable.h"
 
 namespace emtb {
 
@@ -9,9 +10,7 @@ namespace emtb {
 inline std::string in_one_line(std::string message) {
   constexpr std::size_t longest = 1000;
   if (message.size() > longest) message = message.substr(0, longest) + " ...";
-  std::ranges::replace_if(
-      message, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
-  return message;
+  return printable(message);
 }
 
 }  // namespace emtb

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "config/one_line.h"
 #include "config/profile_path.h"
 #include "experiment/further_profiles.h"
 #include "session/spec.h"
@@ -134,7 +135,7 @@ std::vector<Pause> read_pauses(const YamlMap& yaml, double duration) {
     entry.only({"at", "say", "within"});
     const double earliest = pauses.empty() ? 0 : pauses.back().at;
     pauses.push_back({.at = entry.within("at", earliest, duration),
-                      .say = entry.text("say"),
+                      .say = in_one_line(entry.text("say")),
                       .within = entry.within_or("within", 1, 3600, 60)});
   }
   return pauses;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "hal/printable.h"
 #include "model/catalogue.h"
 #include "report/gauge_words.h"
 #include "report/text.h"

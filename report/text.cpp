@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "hal/printable.h"
+
 namespace emtb {
 namespace {
 
@@ -56,17 +58,6 @@ std::string pretty(double value, double std_error, const std::string& unit) {
   const double relative = value != 0 && std_error > 0 ? std_error / std::abs(value) : 1e-3;
   const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(relative))) + 1, 2, 7);
   return pretty(value, digits) + " +- " + pretty(std_error, 2) + (unit.empty() ? "" : " " + unit);
-}
-
-std::string printable(std::string_view text) {
-  std::string out(text);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const auto c = static_cast<unsigned char>(out[i]);
-    const auto next = i + 1 < out.size() ? static_cast<unsigned char>(out[i + 1]) : 0U;
-    if (c < 0x20 || c == 0x7f) out[i] = '?';
-    if (c == 0xC2 && next >= 0x80 && next < 0xA0) out[i] = out[i + 1] = '?';  // control characters above ASCII
-  }
-  return out;
 }
 
 std::string one_message(std::string_view text) {

@@ -24,10 +24,7 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// Foreign text for a terminal, in one line: what would move the cursor, colour or end the line is shown as `?`.
-std::string printable(std::string_view text);
-
-/// The same of a message, cut where it is longer than a person reads.
+/// A message in one printable() line, cut where it is longer than a person reads.
 std::string one_message(std::string_view text);
 
 /// A word as a shell takes it.

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "hal/error.h"
+#include "hal/printable.h"
 #include "session/csv.h"
 #include "session/hdf5.h"
 #include "session/mat.h"
@@ -220,7 +221,7 @@ std::vector<Run> read_runs(std::string_view text, const Mapping& mapping) {
   std::vector<Run> runs;
   for (const Run& whole : session.runs) {
     Run run = spec.t0 || spec.t1 ? cut(whole, spec.t0.value_or(0), spec.t1.value_or(HUGE_VAL)) : whole;
-    const std::string name = spec.path.string() + (several || !spec.run.empty() ? "#" + whole.name : "");
+    const std::string name = spec.path.string() + (several || !spec.run.empty() ? "#" + printable(whole.name) : "");
     if (run.signals.empty()) {
       throw SessionError(name + ": the span " + span_text(spec) + " holds no reading; the run lasts from 0 to " +
                          shortest(whole.duration()) + " s");

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "hal/printable.h"
+
 namespace emtb {
 
 /// The shortest text that reads back as the same number.
@@ -14,10 +16,7 @@ inline std::string shortest(double value) {
 
 /// Foreign text for use in a one-line message: cut to 40 bytes, control characters replaced.
 inline std::string shown(std::string_view text) {
-  std::string out(text.substr(0, 40));
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
+  std::string out = printable(text.substr(0, 40));
   if (text.size() > 40) out += "...";
   return out;
 }

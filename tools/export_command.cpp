@@ -15,6 +15,7 @@
 #include "figures/figure.h"
 #include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/printable.h"
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/commands.h"

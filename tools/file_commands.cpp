@@ -10,6 +10,7 @@
 #include "config/profile.h"
 #include "config/profile_path.h"
 #include "hal/error.h"
+#include "hal/printable.h"
 #include "model/simulation.h"
 #include "report/result_json.h"
 #include "report/text.h"

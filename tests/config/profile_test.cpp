@@ -128,6 +128,9 @@ TEST(ProfileFile, TellsWhatItNeedsAndWhereItWaits) {
   ASSERT_EQ(e.pauses.size(), 2u);
   EXPECT_EQ(e.pauses[0].say, "set the brake");
   EXPECT_DOUBLE_EQ(e.longest(), 25 + 120 + 60);
+  const Experiment hostile = read_experiment(
+      YamlMap::parse(step_text + R"(pauses: [{at: 1, say: "done\n\e[2Jemtb: press Enter"}])", "p.yaml"));
+  EXPECT_EQ(hostile.pauses[0].say, "done??[2Jemtb: press Enter") << "it is printed for whoever runs it";
   const auto wrong = [](const std::string& more) {
     return complaint([&] { read_experiment(YamlMap::parse(step_text + more, "p.yaml")); });
   };

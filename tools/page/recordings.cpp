@@ -8,6 +8,7 @@
 #include "config/profile_path.h"
 #include "config/shipped.h"
 #include "hal/error.h"
+#include "hal/printable.h"
 #include "report/text.h"
 #include "server/client.h"
 #include "server/rpc.h"
