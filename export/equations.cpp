@@ -96,13 +96,19 @@ void add_driver(ExportedEquations& out, const Model& model) {
                                                {"driver_max", "V", "highest output", d.max}});
 }
 
+/// A model's name, which others may have given, as text of a comment that it does not end.
+std::string in_a_comment(std::string name) {
+  for (std::size_t at = name.find("*/"); at != std::string::npos; at = name.find("*/")) name.insert(at + 1, " ");
+  return name;
+}
+
 }  // namespace
 
 std::span<const WrittenEffect> written_effects() noexcept { return written; }
 
 ExportedEquations equations_of(const Model& model) {
   refuse_unwritten(model);
-  ExportedEquations out{.model = model.name, .input = model.input};
+  ExportedEquations out{.model = in_a_comment(model.name), .input = model.input};
   const std::vector<double> values = model.values();
   for (std::size_t i = 0; i < base_parameters.size(); ++i) {
     const BaseParameter& p = base_parameters[i];

@@ -74,6 +74,12 @@ TEST(Equations, LeaveTheInstrumentsOut) {
               AllOf(HasSubstr("without tacho_lag"), HasSubstr("windage_c_w"), Not(HasSubstr("tacho_lag_tau"))));
 }
 
+TEST(Equations, ANameOfAModelWritesNoCode) {
+  Model model = linear_model();
+  model.name = "m */ int evil; /*/";
+  EXPECT_THAT(c_header(equations_of(model)), AllOf(HasSubstr("`m * / int evil; /* /`"), Not(HasSubstr("*/ int evil"))));
+}
+
 TEST(Equations, TextsSayWhatTheyAre) {
   const ExportedEquations x = equations_of(with(linear_model(), "stribeck_friction"));
   EXPECT_THAT(modelica_model(x),
