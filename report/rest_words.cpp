@@ -58,6 +58,7 @@ bool has_multiples(const NoiseFloor& noise) { return !noise.upper_bound; }
 std::string in_words(Signal signal, const SignalFit& fit) {
   const Rest& rest = fit.rest;
   const std::string unit(info(signal).unit);
+  if (!std::isfinite(fit.rmse)) return word_for(signal) + " cannot be compared: its simulation leaves all bounds";
   std::string text = word_for(signal) + " wrong by " + with_scaled_unit(fit.rmse, unit, measured) + " rms (" +
                      (fit.moves ? "fit " + percent(fit.fit_percent) + " %" : "it does not move") +
                      "); the instrument explains ";

@@ -372,10 +372,11 @@ int compare_command(const ModelOptions& o) {
 /// The error from step to step, as bars.
 void print_steps(const Diagnosis& d) {
   double largest = 1;
-  for (const Step& s : d.steps) largest = std::max(largest, s.held_out);
+  for (const Step& s : d.steps) largest = std::max(largest, s.held_out);  // no number is none larger
   Table steps({"error (1 = noise floor)", "training", "held-out", ""});
   for (const Step& s : d.steps) {
-    const auto length = static_cast<std::size_t>(std::lround(50 * s.held_out / largest));
+    const double share = std::isfinite(s.held_out) ? s.held_out / largest : 1;
+    const auto length = static_cast<std::size_t>(std::lround(50 * share));
     steps.row({s.action, error_cell(s.train), error_cell(s.held_out),
                std::string(length, '#') + std::string(50 - length, ' ')});
   }

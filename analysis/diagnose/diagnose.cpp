@@ -169,6 +169,15 @@ Trial first_fit(FittedTrials& trials, const Dataset& data, const Model& given) {
   return trials.first_fit(hold(data.train, given, first.model(), places));
 }
 
+/// A simulation that blows up where it is to judge tells nothing, least of all that nothing is missing.
+void refuse_what_leaves_all_bounds(const Trial& answer) {
+  if (std::isfinite(answer.held_out_error())) return;
+  throw ModelError(
+      "model `" + answer.model().name +
+      "`, fitted to the training runs, leaves all bounds on a held-out run, which therefore judges nothing. "
+      "Add sessions like it to the training, or leave out the effect that grows so fast");
+}
+
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   if (!informative(data)) return Verdict::cannot_tell;
   if (remainder) return Verdict::unknown_effect;
@@ -223,6 +232,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
     }
   }
+  refuse_what_leaves_all_bounds(road.found.current);
   first = std::move(road.first);
   Finding found = std::move(road.found);
   if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "tests/analysis/synthetic.h"
 
 namespace emtb {
@@ -43,6 +45,13 @@ TEST(WhatIsLeft, IsTheInstrumentsWhereNothingIsLeftBesideIt) {
   EXPECT_THAT(in_words(Signal::i_a, fit),
               AllOf(HasSubstr("current wrong by 1.4 mA"), HasSubstr("the instrument explains all of it"),
                     Not(HasSubstr("rest"))));
+}
+
+TEST(WhatIsLeft, IsNoInstrumentsWhereTheSimulationBlowsUp) {
+  SignalFit fit = far_off();
+  fit.rmse = std::nan("");
+  fit.rest = {};
+  EXPECT_EQ(in_words(Signal::i_a, fit), "current cannot be compared: its simulation leaves all bounds");
 }
 
 TEST(WhatIsLeft, HasNoFitWhereNothingMoves) {

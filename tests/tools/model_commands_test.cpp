@@ -163,6 +163,29 @@ TEST_F(ModelCommands, AddWritesAModelWithItsHistoryAndLeavesTheGivenOneAlone) {
   EXPECT_LT(2 * both[0]["error"]["staged"].get<double>(), both[1]["error"]["staged"].get<double>());
 }
 
+/// Where the formula is hardly anything in training, and infinite in the run that judges.
+TEST_F(ModelCommands, AHeldOutRunThatBlowsUpIsSaidAndNeverWrittenAsANumber) {
+  blind::Bench bench = blind::slow_bench();
+  bench.train = {step("slow", 1, 0.5, 4, 2), step("slower", 0.8, 0.5, 4, 2)};
+  bench.held_out = {step("fast", 5, 0.5, 6, 2)};
+  record_all(bench);
+  const std::string cliff = write("cliff.yaml",
+                                  "cliff: {torque: \"c*exp(exp(omega/15))\", parameters: {c: {value: 1.0e-12, min: "
+                                  "1.0e-12, max: 1, unit: N m, null: 1.0e-12}}}\n");
+  auto words = with_sessions({"add", "cliff", model(), "--candidates", cliff});
+  words.insert(words.end(), {"--out", path("with.yaml"), "--json", path("a.json")});
+  EXPECT_EQ(call(words), 1);
+  EXPECT_THAT(last->out(), HasSubstr("held-out -\n"));
+  EXPECT_THAT(last->err(), HasSubstr("the simulation of a held-out run leaves all bounds"));
+  EXPECT_TRUE(json::parse(read(path("a.json")))["error"]["held_out"].is_null());
+  EXPECT_THAT(read(path("with.yaml")), Not(testing::AnyOf(HasSubstr("nan"), HasSubstr("inf"), HasSubstr("held_out"))));
+
+  EXPECT_EQ(call({"compare", path("with.yaml"), train[0]}), 0) << "emtb reads its own file: " << last->err();
+  refuses(with_sessions({"diagnose", path("with.yaml")}), HasSubstr("leaves all bounds on a held-out run"));
+  EXPECT_EQ(call({"compare", path("with.yaml"), held_out[0]}), 1);
+  EXPECT_THAT(last->out(), Not(HasSubstr("the instrument explains all of it; -")));
+}
+
 TEST_F(ModelCommands, IntervalsSayHowLargeAFrictionMayBeThatTheLinearModelHasSmall) {
   record_all(blind::slow_bench());
   auto words = with_sessions({"add", "windage", model()});
