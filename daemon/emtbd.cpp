@@ -13,6 +13,7 @@
 #include <iostream>
 #include <new>
 #include <optional>
+#include <system_error>
 
 #include "daemon/daemon.h"
 #include "daemon/guardian.h"
@@ -169,6 +170,18 @@ int serve(const Options& options) {
   return 0;
 }
 
+/// Says what the daemon ends of. @return the exit code
+int ended_by(const std::exception& e) {
+  last_resort = nullptr;
+  const auto* const system = dynamic_cast<const std::system_error*>(&e);
+  const bool no_memory = dynamic_cast<const std::bad_alloc*>(&e) != nullptr ||
+                         (system && system->code() == std::errc::resource_unavailable_try_again);  // a thread's stack
+  std::cerr << "emtbd: "
+            << (no_memory ? "the memory that is free is not enough. End other programs, or allow it more" : e.what())
+            << "\n";
+  return 2;
+}
+
 }  // namespace
 }  // namespace emtb
 
@@ -188,13 +201,7 @@ int main(int argc, char** argv) {
         std::make_shared<spdlog::logger>("emtbd", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
     spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l: %v", spdlog::pattern_time_type::utc);
     return serve(options);
-  } catch (const std::bad_alloc&) {
-    last_resort = nullptr;
-    std::cerr << "emtbd: the memory that is free is not enough. End other programs, or allow it more\n";
-    return 2;
   } catch (const std::exception& e) {
-    last_resort = nullptr;
-    std::cerr << "emtbd: " << e.what() << "\n";
-    return 2;
+    return ended_by(e);
   }
 }

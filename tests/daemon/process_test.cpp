@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -313,6 +315,51 @@ TEST_F(ProcessTest, TellsSystemdWhenItIsReadyAndWhenItEnds) {
   EXPECT_TRUE(sees("STOPPING=1"));
   EXPECT_EQ(emtbd->wait(), 0);
   close(notify);
+}
+
+TEST_F(ProcessTest, ItsLogIsInUtcWhateverTheTimeZone) {
+  setenv("TZ", "XYZ-5:30", 1);
+  const auto emtbd = launch();
+  unsetenv("TZ");
+  ASSERT_TRUE(client(*emtbd)) << emtbd->err();
+  const std::string log = emtbd->err();
+  std::tm parts{};
+  const char* const rest = strptime(log.c_str(), "%Y-%m-%dT%H:%M:%S", &parts);
+  ASSERT_TRUE(rest) << log;
+  EXPECT_THAT(std::string(rest, 5), testing::MatchesRegex("\\.[0-9][0-9][0-9]Z")) << log;
+  EXPECT_NEAR(static_cast<double>(timegm(&parts)), static_cast<double>(std::time(nullptr)), 300);
+}
+
+/// Whatever it has, it refuses or it records: nothing that was begun dies of a lack of memory.
+TEST_F(ProcessTest, WithLittleMemoryItRefusesInOneLineOrRunsToTheEnd) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer wants the whole address space";
+#endif
+  int refused = 0, done = 0;
+  for (const int megabytes : {60, 100, 120, 130, 140, 160, 200, 300}) {
+    std::string words = "ulimit -v " + std::to_string(megabytes * 1024) + "; exec";
+    for (const std::string& word : emtbd_words(bench, path(""), {"--pace", "max"})) words += " " + word;
+    Process emtbd({"/bin/sh", "-c", words}, path("limited"));
+    const auto daemon = client(emtbd);
+    if (!daemon) {
+      EXPECT_EQ(emtbd.wait(), 2) << megabytes << " MB: " << emtbd.err();
+      EXPECT_THAT(emtbd.err(), HasSubstr("emtbd: the memory that is free is not enough")) << megabytes << " MB";
+      ++refused;
+      continue;
+    }
+    try {
+      EXPECT_EQ(run_to_its_end(*daemon, "fh2_step_low")["outcome"], "done") << megabytes << " MB: " << emtbd.err();
+      ++done;
+    } catch (const rpc::Refusal& e) {
+      EXPECT_THAT(e.what(), HasSubstr("MB of memory, which are not free")) << megabytes << " MB";
+      ++refused;
+    }
+    EXPECT_TRUE(daemon->call("status", {})["reference_safe"]) << megabytes << " MB";
+    emtbd.signal(SIGTERM);
+    EXPECT_EQ(emtbd.wait(), 0) << megabytes << " MB: " << emtbd.err();
+  }
+  EXPECT_GT(refused, 1);
+  EXPECT_GT(done, 0);
 }
 
 TEST_F(ProcessTest, IdleCostsLittle) {
