@@ -223,6 +223,8 @@ TEST_F(Hdf5, ComplaintsNameFileAndObject) {
               StartsWith("/signals/omega/value cannot be read (holds no numbers)"));
   EXPECT_THAT(complaint(made_by(good + "g['value'] = [1.0, np.nan]")),
               StartsWith("/signals/omega row 1 is not finite"));
+  EXPECT_THAT(complaint(made_by(good + "g['value'] = [1.0, -1e308]")),
+              StartsWith("/signals/omega row 1 is no reading of a bench: -1e+308"));
   EXPECT_THAT(complaint(made_by("g = f.create_group('signals/omega')\ng['t'] = [1.0, 0.5]\ng['value'] = [1, 2]")),
               StartsWith("/signals/omega/t row 1 goes back from 1 to 0.5 s"));
   EXPECT_THAT(complaint(made_by(good + "g['value'] = [1.0, 2.0]\ng.attrs['unit'] = 'rpm'")),

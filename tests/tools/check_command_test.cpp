@@ -129,6 +129,15 @@ TEST_F(CheckCommand, APauseOfAnHourTakesNoMemory) {
   EXPECT_THAT(emtb.out(), HasSubstr("error (1 = noise floor)"));
 }
 
+TEST_F(CheckCommand, TimesInMillisecondsOfAFastRecordingTakeNoMemory) {
+  std::string csv = "t_s,u_ref_V,omega_rad_s\n";  // at 1 kHz: half an hour, taken as seconds
+  for (int k = 0; k < 2000; ++k) csv += std::to_string(k) + ",3," + std::to_string(50 + k % 7) + "\n";
+  const std::string limited =
+      "ulimit -v 1000000; exec " + std::string(EMTB) + " calibrate " + model() + " " + write("ms.csv", csv).string();
+  Process emtb({"/bin/sh", "-c", limited}, path("limited"));
+  EXPECT_EQ(emtb.wait(300), 0) << emtb.err();
+}
+
 TEST_F(CheckCommand, TimesInMillisecondsUnderSecondsAreSaid) {
   std::string csv = "t_s,u_ref_V,omega_rad_s\n";  // at 50 Hz
   for (int k = 0; k < 500; ++k) csv += std::to_string(20 * k) + ",3," + std::to_string(50 + k % 7) + "\n";
