@@ -7,6 +7,7 @@
 #include <ctime>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "config/guards.h"
 #include "daemon/finite_or_null.h"
@@ -27,6 +28,18 @@ constexpr double block_period = 0.05;                    // [s] between blocks o
 constexpr auto reset_within = std::chrono::seconds(15);  // the slowest meter's patience
 
 double utc_now() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+
+/// Where memory is refused, again and again: whoever waits for the end of a run would wait for ever.
+template <class Work>
+void try_for_a_second(Work work) {
+  for (int tries = 10; tries > 0; --tries) {
+    try {
+      return work();
+    } catch (const std::bad_alloc&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+}
 
 }  // namespace
 
@@ -391,29 +404,32 @@ void Service::gone(const rpc::Peer& peer) {
   if (current_ && current_->controller.id == peer.id) mailbox_.lost = current_->order->id;
 }
 
+std::unique_ptr<json> Service::ended(const Closed& closed) const {
+  const std::lock_guard lock(mutex_);
+  return std::make_unique<json>(json{{"run", current_->order->id},
+                                     {"profile", current_->order->profile.name()},
+                                     {"session", closed.path.string()},
+                                     {"outcome", word(closed.outcome)},
+                                     {"fault", fault_json(closed.fault, closed.text)},
+                                     {"t", closed.t},
+                                     {"complete", closed.complete}});
+}
+
 void Service::closed(const Closed& closed) {
+  if (!busy()) return;
   std::unique_ptr<json> how;
   std::string line;
-  try {
-    const std::lock_guard lock(mutex_);
-    if (!current_) return;
-    how = std::make_unique<json>(json{{"run", current_->order->id},
-                                      {"profile", current_->order->profile.name()},
-                                      {"session", closed.path.string()},
-                                      {"outcome", word(closed.outcome)},
-                                      {"fault", fault_json(closed.fault, closed.text)},
-                                      {"t", closed.t},
-                                      {"complete", closed.complete}});
+  try_for_a_second([&] {
+    how = ended(closed);
     line = rpc::notification("ended", *how);
-  } catch (const std::bad_alloc&) {  // the run has ended, though nobody can be told how
-  }
+  });
   {
     const std::lock_guard lock(mutex_);
     last_ = std::move(how);
     current_.reset();
     admission_.run_ended();
   }
-  if (socket_.publish && !line.empty()) socket_.publish(std::move(line));
+  if (!line.empty() && socket_.publish) try_for_a_second([&] { socket_.publish(line); });
 }
 
 bool Service::busy() const {

@@ -95,6 +95,7 @@ class Service {
 
   SessionWriter::Description session_of(const Order& order, const rpc::Params& params, const rpc::Peer& peer,
                                         double now) const;
+  std::unique_ptr<nlohmann::json> ended(const Closed& closed) const;
   nlohmann::json pause() const;
   nlohmann::json fault() const;
   nlohmann::json signals() const;

@@ -24,7 +24,8 @@ using nlohmann::json;
 
 constexpr double answer_within = 30;  // [s]; a reset may wait for a slow meter's next readings
 
-const std::filesystem::path system_socket = "/run/emtb/emtb.sock";
+/// No constant: what asks for memory before main() can tell nobody that there is none.
+std::filesystem::path system_socket() { return "/run/emtb/emtb.sock"; }
 
 std::filesystem::path users_socket() {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
@@ -177,8 +178,8 @@ json stop_now(const std::filesystem::path& socket) {
 std::filesystem::path socket_to_listen() {
   if (const auto own = users_socket(); !own.empty()) return own;
   std::error_code ignored;  // root without the service's tmpfiles.d: the folder is made, as that would
-  std::filesystem::create_directory(system_socket.parent_path(), ignored);
-  if (access(system_socket.parent_path().c_str(), W_OK | X_OK) == 0) return system_socket;
+  std::filesystem::create_directory(system_socket().parent_path(), ignored);
+  if (access(system_socket().parent_path().c_str(), W_OK | X_OK) == 0) return system_socket();
   throw ProtocolError(
       "no place for the socket: XDG_RUNTIME_DIR is not set and /run/emtb cannot be written. Give --socket PATH");
 }
@@ -186,8 +187,8 @@ std::filesystem::path socket_to_listen() {
 std::filesystem::path socket_to_call() {
   const auto own = users_socket();
   std::error_code ignored;
-  return own.empty() || (!std::filesystem::exists(own, ignored) && std::filesystem::exists(system_socket, ignored))
-             ? system_socket
+  return own.empty() || (!std::filesystem::exists(own, ignored) && std::filesystem::exists(system_socket(), ignored))
+             ? system_socket()
              : own;
 }
 

@@ -63,18 +63,19 @@ void StopSocket::start(Handlers handlers) {
 
 void StopSocket::stop() {
   if (!thread_.joinable()) return;
-  const std::uint64_t one = 1;
+  ending_ = true;
+  const std::uint64_t one = 1;  // so that it looks at once, not at its next turn
   [[maybe_unused]] const ssize_t n = write(wake_, &one, sizeof one);
   thread_.join();
 }
 
 void StopSocket::work() {
+  constexpr int turn = 1000;  // [ms]
   own_descriptors(listening_.descriptor(), wake_);
-  while (true) {
+  while (!ending_) {
     std::array<pollfd, 2> ready{pollfd{.fd = listening_.descriptor(), .events = POLLIN, .revents = 0},
                                 pollfd{.fd = wake_, .events = POLLIN, .revents = 0}};
-    if (poll(ready.data(), ready.size(), -1) < 0 && errno != EINTR) return;
-    if (ready[1].revents != 0) return;
+    if (poll(ready.data(), ready.size(), turn) < 0 && errno != EINTR) return;
     if (ready[0].revents != 0) serve();
   }
 }

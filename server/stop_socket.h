@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -46,6 +47,7 @@ class StopSocket {
 
   Listening listening_;
   int wake_ = -1;
+  std::atomic<bool> ending_{false};
   Handlers handlers_;
   std::thread thread_;
 };

@@ -230,22 +230,18 @@ struct UnixSocketServer::Impl {
   /// Waits for the next who connects.
   void accept() {
     acceptor.async_accept([this](const error_code& error, Protocol::socket socket) {
-      waits = false;
       if (error == asio::error::operation_aborted) return;
       if (error) {  // no file descriptors left: try again when some may be free
         retry.expires_after(std::chrono::milliseconds(100));
         retry.async_wait([this](const error_code& stopped) {
-          waits = false;
           if (!stopped) accept();
         });
-        waits = true;
         return;
       }
       if (clients.size() >= most_clients) drop_one_who_never_asked();
       if (clients.size() < most_clients) let_in(std::move(socket));
       accept();
     });
-    waits = true;
   }
 
   /// The server's thread. Whoever there is no memory for is not let in, and the next one is waited for all the same.
@@ -254,10 +250,13 @@ struct UnixSocketServer::Impl {
         asio::make_work_guard(context);  // a handler that threw may have been all there was to do
     while (true) {
       try {
-        if (!waits) accept();
+        accept();
         context.run();
         return;
-      } catch (const std::bad_alloc&) {
+      } catch (const std::bad_alloc&) {  // whether the next is still waited for, nobody knows: it begins anew
+        error_code ignored;
+        acceptor.cancel(ignored);
+        retry.cancel();
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
     }
@@ -291,7 +290,6 @@ struct UnixSocketServer::Impl {
   Handlers handlers;
   std::map<std::uint64_t, std::shared_ptr<Client>> clients;
   std::uint64_t next_id = 1;
-  bool waits = false;  // for the next who connects
   std::thread thread;
 };
 

@@ -260,6 +260,7 @@ void SessionWriter::Impl::create(const std::filesystem::path& draft, const Descr
     for (const Channel& channel : description.channels) add_channel(signals, channel);
     events.emplace(h5::Id(h5::check(H5Gcreate2(file, "events", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT))));
   }
+  h5::check(H5Fflush(file, H5F_SCOPE_LOCAL));  // says what the disk refuses; of the same the next call would crash
   h5::check(H5Fstart_swmr_write(file));
 }
 
