@@ -7,6 +7,7 @@
 #include "config/one_line.h"
 #include "config/profile_path.h"
 #include "experiment/further_profiles.h"
+#include "hal/printable.h"
 #include "session/spec.h"
 #include "session/text.h"
 
@@ -108,6 +109,7 @@ Profile read_heat_soak(const std::string& name, const YamlMap& yaml) {
 Profile read_from_csv(const std::string& name, const YamlMap& yaml) {
   yaml.only({"name", "kind", "file", "line", "needs", "pauses"});
   const std::filesystem::path file(yaml.text("file"));
+  if (printable(file.string()) != file.string()) yaml.fail("file", "holds a control character");
   const auto runs = read_runs((yaml.file().parent_path() / file).string());
   if (runs.size() != 1 || !runs[0].has(Signal::u_ref)) {
     yaml.fail("file", "must name one run with a column u_ref_V: PATH[#RUN]");

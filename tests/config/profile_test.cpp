@@ -143,6 +143,7 @@ TEST(ProfileFile, EachMistakeHasItsLine) {
   EXPECT_EQ(bad(step_text + "levle: 6\n"),
             "p.yaml:7: levle is not known here. Known: name, kind, level, before, hold, after, rest, needs, pauses");
   EXPECT_EQ(bad("name: s\nkind: step\nlevel: 6\nbefore: 1\nafter: 12\n"), "p.yaml:1: hold is missing");
+  EXPECT_EQ(bad("name: s\nkind: from_csv\nfile: \"u\\b.csv\"\n"), "p.yaml:3: file holds a control character");
   EXPECT_EQ(bad("name: s\nkind: sine\n"),
             "p.yaml:2: kind is `sine`. Known: step, ramp, staircase, random_steps, knots, coast_down, reversal, chirp, "
             "heat_soak, from_csv");
