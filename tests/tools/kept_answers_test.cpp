@@ -32,9 +32,7 @@ class KeptAnswersTest : public CommandCaller {
     if (const char* before = getenv("XDG_CACHE_HOME")) before_ = before;
     setenv("XDG_CACHE_HOME", path("cache").c_str(), 1);
   }
-  ~KeptAnswersTest() override {
-    before_ ? setenv("XDG_CACHE_HOME", before_->c_str(), 1) : unsetenv("XDG_CACHE_HOME");
-  }
+  ~KeptAnswersTest() override { before_ ? setenv("XDG_CACHE_HOME", before_->c_str(), 1) : unsetenv("XDG_CACHE_HOME"); }
 
   /// A run of a motor that turns, rows that `emtb info` counts.
   std::string session(const std::string& name, int rows = 50) const {
