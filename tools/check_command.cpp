@@ -80,10 +80,9 @@ void add_check_command(CommandLine& line, const std::shared_ptr<const KeptAnswer
       .option("--model", o->model, "a model's YAML, whose bounds say what scales are possible")
       .option("--json", o->json_file, "writes the findings to this file; - for standard output")
       .action([o, answers] {
-        std::vector<std::string> all = o->sessions;
-        all.insert(all.end(), o->held_out.begin(), o->held_out.end());
-        return answers->answer({files_of({o->model, o->map}, all), writes({o->json_file})},
-                               [&] { return check_command(*o); });
+        return answers->answer(
+            {files_read({o->model, o->map}, o->sessions, o->held_out), files_written({o->json_file})},
+            [&] { return check_command(*o); });
       });
 }
 

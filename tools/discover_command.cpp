@@ -43,9 +43,7 @@ struct DiscoverArguments {
   }
 
   KeptAnswers::Files files() const {
-    std::vector<std::string> all = sessions;
-    all.insert(all.end(), held_out.begin(), held_out.end());
-    return {files_of({model, map}, all), writes({json_file, out, svg})};
+    return {files_read({model, map}, sessions, held_out), files_written({json_file, out, svg})};
   }
 };
 

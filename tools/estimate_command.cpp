@@ -282,8 +282,9 @@ void add_estimate_command(CommandLine& line, const std::shared_ptr<const KeptAns
       .option("--png", o->png, "draws each experiment into this folder")
       .option("--svg", o->svg, "the same as SVG")
       .action([o, answers] {
-        return answers->answer({files_of({o->model, o->map}, o->sessions), writes({o->json_file, o->png, o->svg})},
-                               [&] { return estimate_command(*o); });
+        return answers->answer(
+            {files_read({o->model, o->map}, o->sessions), files_written({o->json_file, o->png, o->svg})},
+            [&] { return estimate_command(*o); });
       });
 }
 

@@ -223,7 +223,7 @@ void add_file_commands(CommandLine& line, const std::shared_ptr<const KeptAnswer
       .option("--map", o->map, map_help)
       .option("--json", o->json_file, "writes it to this file; - for standard output")
       .action([o, answers] {
-        return answers->answer({files_of({o->map}, o->sessions), writes({o->json_file})},
+        return answers->answer({files_read({o->map}, o->sessions), files_written({o->json_file})},
                                [&] { return info_command(*o); });
       });
   line.command("table", "puts the parameters of several models side by side")

@@ -65,9 +65,7 @@ struct ModelOptions {
   }
 
   KeptAnswers::Files files() const {
-    std::vector<std::string> all = sessions;
-    all.insert(all.end(), held_out.begin(), held_out.end());
-    return {files_of({model, map, candidates}, all), writes({json_file, out})};
+    return {files_read({model, map, candidates}, sessions, held_out), files_written({json_file, out})};
   }
 
   /// Those that fit and those that judge; nothing where a finding stops it.

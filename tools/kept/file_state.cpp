@@ -29,9 +29,13 @@ std::optional<FileState> look_at(const std::filesystem::path& path) {
   return state;
 }
 
-bool is_untouched(const FileState& before, const FileState& now) {
-  return before.settled && before.path == now.path && before.bytes == now.bytes && before.inode == now.inode &&
+bool seems_the_same(const FileState& before, const FileState& now) {
+  return before.path == now.path && before.bytes == now.bytes && before.inode == now.inode &&
          before.written == now.written && before.changed == now.changed;
+}
+
+bool is_untouched(const FileState& before, const FileState& now) {
+  return before.settled && seems_the_same(before, now);
 }
 
 }  // namespace emtb

@@ -98,15 +98,6 @@ std::optional<std::vector<FileState>> look_at_all(const std::vector<fs::path>& p
   return states;
 }
 
-/// Not `settled`, which the time of the look alone makes of it.
-bool none_has_changed(const std::vector<FileState>& before, const std::optional<std::vector<FileState>>& now) {
-  if (!now) return false;
-  return std::ranges::equal(before, *now, [](FileState a, FileState b) {
-    a.settled = b.settled = true;
-    return is_untouched(a, b);
-  });
-}
-
 std::string question_of(const std::vector<std::string>& words, const std::string& build,
                         const std::vector<fs::path>& writes) {
   const TerminalStyle style = style_of_stdout();
@@ -166,26 +157,31 @@ int KeptAnswers::answer(const Files& files, const std::function<int()>& work) co
   }
   std::cout << std::flush;
   auto written = read_all(files.writes);
-  if (fresh.code > 1 || !written || !none_has_changed(*before, look_at_all(files.reads))) return fresh.code;
+  const auto after = look_at_all(files.reads);
+  const bool has_changed = !after || !std::ranges::equal(*before, *after, seems_the_same);
+  if (fresh.code > 1 || !written || has_changed) return fresh.code;
   fresh.written = std::move(*written);
   answers.keep(question, *before, fresh);
   return fresh.code;
 }
 
-std::vector<fs::path> files_of(const std::vector<std::string>& paths, const std::vector<std::string>& sessions) {
+std::vector<fs::path> files_read(const std::vector<std::string>& paths, const std::vector<std::string>& sessions,
+                                 const std::vector<std::string>& held_out) {
   std::vector<fs::path> all(paths.begin(), paths.end());
   std::erase(all, fs::path());
-  for (const std::string& session : sessions) {
-    try {
-      all.push_back(parse_session_spec(session).path);
-    } catch (const Error&) {
-      all.emplace_back(session);  // the command will say what is wrong with it
+  for (const auto* specs : {&sessions, &held_out}) {
+    for (const std::string& spec : *specs) {
+      try {
+        all.push_back(parse_session_spec(spec).path);
+      } catch (const Error&) {
+        all.emplace_back(spec);  // another model; or the command will say what is wrong with it
+      }
     }
   }
   return all;
 }
 
-std::vector<fs::path> writes(const std::vector<std::string>& paths) {
+std::vector<fs::path> files_written(const std::vector<std::string>& paths) {
   std::vector<fs::path> all(paths.begin(), paths.end());
   std::erase_if(all, [](const fs::path& path) { return path.empty() || path == "-"; });
   return all;

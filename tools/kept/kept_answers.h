@@ -34,11 +34,12 @@ class KeptAnswers {
 
 /// The files that a command reads.
 /// @param paths of a model, a mapping ...; empty: it was given none
-/// @param sessions as they are named: `PATH[#RUN][@T0:T1]`
-std::vector<std::filesystem::path> files_of(const std::vector<std::string>& paths,
-                                            const std::vector<std::string>& sessions);
+/// @param sessions, held_out as they are named: `PATH[#RUN][@T0:T1]`
+std::vector<std::filesystem::path> files_read(const std::vector<std::string>& paths,
+                                              const std::vector<std::string>& sessions,
+                                              const std::vector<std::string>& held_out = {});
 
 /// Those that it writes. @param paths empty: it was told to write none; -: to the standard output
-std::vector<std::filesystem::path> writes(const std::vector<std::string>& paths);
+std::vector<std::filesystem::path> files_written(const std::vector<std::string>& paths);
 
 }  // namespace emtb
