@@ -127,10 +127,10 @@ void give(const Answer& answer, const std::vector<fs::path>& writes) {
     out << answer.written[i];
     if (!out.flush()) throw Error(writes[i].string() + ": cannot be written");
   }
-  std::cout << answer.out << std::flush;
-  std::cerr << answer.err;
   if (isatty(STDERR_FILENO) == 1)
     std::cerr << "The answer of last time: no file has changed since. --no-cache works it out anew\n";
+  std::cerr << answer.err;
+  std::cout << answer.out << std::flush;  // its last lines are what was asked for
 }
 
 }  // namespace
