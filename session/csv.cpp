@@ -111,7 +111,8 @@ class Rows {
 
   /// For what the file holds, and no second place for it as it grows.
   void make_room(Recording& run) const {
-    const std::size_t rows = 1 + table_.rows_to_come();
+    constexpr std::size_t most = std::size_t{1} << 22;  // 64 MB a signal: where lines grow shorter it is a guess
+    const std::size_t rows = 1 + std::min(most, table_.rows_to_come());
     for (const CsvColumn& column : header_.signals) {
       run.series[index(column.signal)].t.reserve(rows);
       run.series[index(column.signal)].value.reserve(rows);

@@ -191,10 +191,10 @@ std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping&
     const auto part = std::span(specs).subspan(begin, std::min(at_a_time, specs.size() - begin));
     std::vector<std::future<std::vector<Run>>> texts(part.size());
     for (std::size_t i = 0; i < part.size(); ++i) {
-      if (is_text(part[i])) texts[i] = std::async(std::launch::async, [&, i] { return read_runs(part[i], mapping); });
+      if (is_text(part[i])) texts[i] = std::async([&, i] { return read_runs(part[i], mapping); });
     }
     for (std::future<std::vector<Run>>& text : texts) {
-      if (text.valid()) text.wait();  // a child is made by a process of one thread
+      if (text.valid()) text.wait();  // here, where no thread could be had; a child is made by a process of one thread
     }
     for (std::size_t i = 0; i < part.size(); ++i) {
       std::ranges::move(texts[i].valid() ? texts[i].get() : read_runs(part[i], mapping), std::back_inserter(all));
