@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "config/one_line.h"
 #include "hal/error.h"
+#include "hal/one_line.h"
 #include "model/expression.h"
 
 namespace emtb {

@@ -6,10 +6,10 @@
 
 #include "config/format.h"
 #include "config/formula_effect.h"
-#include "config/one_line.h"
 #include "config/parameter.h"
 #include "hal/error.h"
 #include "hal/format_version.h"
+#include "hal/one_line.h"
 #include "model/catalogue.h"
 
 namespace emtb {

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "config/one_line.h"
 #include "config/profile_path.h"
 #include "experiment/further_profiles.h"
+#include "hal/one_line.h"
 #include "hal/printable.h"
 #include "session/spec.h"
 #include "session/text.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <sstream>
 
-#include "config/one_line.h"
+#include "hal/one_line.h"
 
 namespace emtb {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <sstream>
 
-#include "config/one_line.h"
 #include "hal/error.h"
+#include "hal/one_line.h"
 #include "hal/regular_file.h"
 
 namespace emtb {

@@ -60,14 +60,6 @@ std::string pretty(double value, double std_error, const std::string& unit) {
   return pretty(value, digits) + " +- " + pretty(std_error, 2) + (unit.empty() ? "" : " " + unit);
 }
 
-std::string one_message(std::string_view text) {
-  constexpr std::size_t longest = 1000;
-  if (text.size() <= longest) return printable(text);
-  std::size_t end = longest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;  // not within a character
-  return printable(text.substr(0, end)) + " ...";
-}
-
 std::string fitted(const std::string& text, std::size_t width) {
   std::string out;
   std::istringstream lines(text);

@@ -24,9 +24,6 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// A message in one printable() line, cut where it is longer than a person reads.
-std::string one_message(std::string_view text);
-
 /// A word as a shell takes it.
 std::string shell_quoted(const std::string& word);
 

@@ -8,6 +8,7 @@
 
 #include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/one_line.h"
 #include "hal/printable.h"
 #include "report/text.h"
 #include "tools/completion.h"
@@ -232,11 +233,11 @@ int CommandLine::run(int argc, const char* const* argv) {
   } catch (const CLI::Success& e) {  // --help, --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
-    std::cerr << "emtb: " << one_message(not_understood(*impl_->app, e.what())) << "\n";
+    std::cerr << "emtb: " << in_one_line(not_understood(*impl_->app, e.what())) << "\n";
   } catch (const std::bad_alloc&) {
     std::cerr << "emtb: the memory that is free is not enough. Give fewer sessions, or spans of them: PATH@T0:T1\n";
   } catch (const std::exception& e) {
-    std::cerr << "emtb: " << one_message(e.what()) << "\n";
+    std::cerr << "emtb: " << in_one_line(e.what()) << "\n";
   }
   return 2;
 }

@@ -1,4 +1,3 @@
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -12,6 +11,7 @@
 #include "server/page_server.h"
 #include "tools/commands.h"
 #include "tools/page/worker.h"
+#include "tools/user_folder.h"
 #include "web/assets.h"
 
 namespace emtb {
@@ -27,13 +27,9 @@ struct PageOptions {
 
 /// $XDG_STATE_HOME/emtb, else ~/.local/state/emtb.
 std::filesystem::path state_folder() {
-  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state == '/') {
-    return std::filesystem::path(state) / "emtb";
-  }
-  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/') {
-    return std::filesystem::path(home) / ".local/state/emtb";
-  }
-  throw Error("no place to keep the work: neither XDG_STATE_HOME nor HOME is set");
+  std::filesystem::path folder = user_folder("XDG_STATE_HOME", ".local/state");
+  if (folder.empty()) throw Error("no place to keep the work: neither XDG_STATE_HOME nor HOME is set");
+  return folder;
 }
 
 std::vector<std::string> absolute(const std::vector<std::string>& specs) {

@@ -219,8 +219,8 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   const bool from_given_too = breadth == Breadth::all || criterion_.far_off(fitted.held_out);
   Quality before = *fitted.held_out.quality;
   before.held_out.clear();  // what is only begun is not tried on other runs
-  // Models side by side: records are often fewer, or of very different lengths.
   std::vector<Fit> anew = from_given_too ? begun_anew(fitted, best) : std::vector<Fit>{};
+  // Models side by side: records are often fewer, or of very different lengths.
   each_on_a_core(best.size(), [&](std::size_t i) {
     begun[i] = begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
     if (from_given_too && anew[i].cost < begun[i].cost) begun[i] = std::move(anew[i]);

@@ -134,9 +134,7 @@ std::vector<double> bulge_of(const Model& model, std::span<const double> values,
   fine.initial = x.initial;
   fine.longest_step = x.longest_step;
   fine.quick_step = x.quick_step;
-  std::vector<std::size_t> first(n);  // of each row's places
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    first[k] = fine.t.size();
     for (const double place : stands(k) ? std::span(places).first(1) : std::span(places)) {
       fine.t.push_back(std::lerp(x.t[k], x.t[k + 1], place));
       fine.u_ref.push_back(x.u_ref[row_at(k, place)]);
@@ -146,9 +144,11 @@ std::vector<double> bulge_of(const Model& model, std::span<const double> values,
   fine.u_ref.push_back(x.u_ref.back());
   const std::vector<double> driver = driver_voltage(model, values, fine);
   std::vector<double> bulge(n, 0.0);
+  std::size_t at = 0;  // the first of the row's places
   for (std::size_t k = 0; k + 1 < n; ++k) {
+    const double* e = &driver[at];
+    at += stands(k) ? 1 : places.size();
     if (stands(k)) continue;
-    const double* e = &driver[first[k]];
     double mean = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
       const double until = i + 1 < places.size() ? places[i + 1] : 1;

@@ -10,8 +10,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "config/one_line.h"
 #include "hal/error.h"
+#include "hal/one_line.h"
 
 namespace emtb::program {
 namespace {

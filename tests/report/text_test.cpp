@@ -36,11 +36,5 @@ TEST(Fitted, BreaksProseAndLeavesTablesAlone) {
             "one two\n  three four\nname  value  unit of it\n  in here\n    too\n");
 }
 
-TEST(OneMessage, IsOneLineThatAPersonReads) {
-  EXPECT_EQ(one_message("a\nb"), "a?b");
-  const std::string cut = one_message(std::string(999, 'x') + "\xc3\xb6" + std::string(200'000, 'y'));
-  EXPECT_EQ(cut, std::string(999, 'x') + " ...");
-}
-
 }  // namespace
 }  // namespace emtb

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -50,12 +51,8 @@ class KeptAnswersTest : public CommandCaller {
     for (const fs::path& file : before) fs::last_write_time(file, long_ago);
     call(words);
     const bool none_is_new = kept().size() == before.size();
-    bool one_was_found = false;
-    for (const fs::path& file : before) {
-      if (!fs::exists(file)) continue;
-      const bool untouched_text = fs::last_write_time(file) > long_ago;
-      one_was_found = one_was_found || untouched_text;
-    }
+    const bool one_was_found = std::ranges::any_of(
+        before, [&](const fs::path& file) { return fs::exists(file) && fs::last_write_time(file) > long_ago; });
     return none_is_new && one_was_found;
   }
 

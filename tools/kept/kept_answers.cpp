@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iostream>
@@ -19,20 +18,12 @@
 #include "session/spec.h"
 #include "tools/kept/answers.h"
 #include "tools/kept/file_state.h"
+#include "tools/user_folder.h"
 
 namespace emtb {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// $XDG_CACHE_HOME/emtb/answers, else ~/.cache/emtb/answers; empty where there is neither.
-fs::path folder_of_answers() {
-  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache == '/')
-    return fs::path(cache) / "emtb/answers";
-  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/')
-    return fs::path(home) / ".cache/emtb/answers";
-  return {};
-}
 
 /// What the linker calls this program, which another build of it is not called; empty where it did not.
 std::string build_id() {
@@ -138,12 +129,13 @@ void give(const Answer& answer, const std::vector<fs::path>& writes) {
 KeptAnswers::KeptAnswers(std::vector<std::string> words) : words_(std::move(words)) {}
 
 int KeptAnswers::answer(const Files& files, const std::function<int()>& work) const {
-  const fs::path folder = folder_of_answers();
+  const fs::path folder = user_folder("XDG_CACHE_HOME", ".cache");
   const std::string build = build_id();
+  if (off || folder.empty() || build.empty()) return work();
   const auto before = look_at_all(files.reads);
-  if (off || folder.empty() || build.empty() || !before) return work();
+  if (!before) return work();
   const std::string question = question_of(words_, build, files.writes);
-  const Answers answers(folder);
+  const Answers answers(folder / "answers");
   if (const auto known = answers.find(question, *before); known && known->written.size() == files.writes.size()) {
     give(*known, files.writes);
     return known->code;
