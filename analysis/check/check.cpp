@@ -8,6 +8,7 @@
 #include "analysis/check/clipped.h"
 #include "analysis/check/duplicate.h"
 #include "analysis/check/held.h"
+#include "analysis/check/leaps.h"
 #include "analysis/check/power.h"
 #include "analysis/check/resting.h"
 #include "analysis/check/sampling.h"
@@ -30,6 +31,7 @@ Looked look_at(const Run& run) {
   Looked l;
   l.findings = sampling_flaws(run);
   add(l.findings, spikes(run));
+  add(l.findings, leaps(run));
   add(l.findings, clipped(run));
   const DataFindings stays = held(run);
   std::erase_if(l.findings, [&](const DataFinding& f) {  // a value held at the extreme is not cut off

@@ -66,11 +66,11 @@ Restlessness restlessness(std::span<const double> x, double rest, double step, s
   return r;
 }
 
-Drives::Drives(const Run& run, Signal signal, Change counts) {
+Drives::Drives(const Run& run, Signal signal, Change counts, double margin) {
   for (const Signal s : {Signal::u_ref, Signal::e_a}) {
     if (!run.has(s) || s == signal || run.at(s).t.size() < 2) continue;
     const Series& input = run.at(s);
-    drives_.push_back({&input, 3 * input.t.back() / static_cast<double>(input.t.size() - 1),
+    drives_.push_back({&input, margin * input.t.back() / static_cast<double>(input.t.size() - 1),
                        counts == Change::any ? 0 : std::max(3 * step_of(input), 0.02 * size_of(input.value))});
   }
 }

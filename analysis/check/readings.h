@@ -37,16 +37,16 @@ class Drives {
   enum class Change { large, any };
 
   /// @param signal that is looked at: an e_a does not drive itself
-  Drives(const Run& run, Signal signal, Change counts = Change::large);
+  /// @param margin rows around a change within which a signal may change at once
+  Drives(const Run& run, Signal signal, Change counts = Change::large, double margin = 3);
 
-  /// Whether one of them changes from three rows before a time to three rows after another [s]: there a signal may
-  /// change at once.
+  /// Whether one of them changes from the margin before a time to the margin after another [s].
   bool change(double from, double to) const;
 
  private:
   struct Drive {
     const Series* series;
-    double rows;   ///< [s] three of them
+    double rows;   ///< [s] the margin
     double least;  ///< that counts as a change
   };
   std::vector<Drive> drives_;

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <utility>
 
@@ -245,6 +247,29 @@ TEST_F(Check, SpikesAreCountedAndAnInrushIsNone) {
   const DataFindings found = check(runs, {}, &servo);
   EXPECT_THAT(found, names(Flaw::spikes, Signal::omega));
   EXPECT_THAT(found, Contains(Field(&DataFinding::text, HasSubstr("5 readings"))));
+}
+
+/// A shaft that a step of the voltage speeds up within 0.3 s, read at 50 Hz by an encoder.
+Run stepped(std::initializer_list<double> first) {
+  constexpr double row = 0.02, count = 0.7;
+  Run run;
+  run.name = "stepped";
+  const auto at = [&](double t) { return t < 2 ? 0 : 11 * (1 - std::exp(-(t - 2) / 0.1)); };
+  run.signals[Signal::u_ref] = synthetic::series(row, 6, [](double t) { return t < 2 ? 0.0 : 9.0; });
+  run.signals[Signal::omega] = synthetic::series(row, 6, [&](double t) { return count * std::round(at(t) / count); });
+  std::ranges::copy(first, run.signals[Signal::omega].value.begin() + 101);
+  return run;
+}
+
+TEST_F(Check, TheFirstReadingsOfAnEncoderThatNoShaftCanLeaveInARowAreNamed) {
+  const DataFindings found = check(std::vector{stepped({16, 16.7})});
+  EXPECT_THAT(found, names(Flaw::spikes, Signal::omega));
+  EXPECT_THAT(found, Contains(Field(&DataFinding::text, HasSubstr("2 readings leap, 16.7 rad/s at 2.04 s"))));
+  EXPECT_TRUE(stops(found));
+  EXPECT_THAT(check(std::vector{stepped({})}), Not(names(Flaw::spikes, Signal::omega)));
+  EXPECT_THAT(check(std::vector{stepped({9, 12, 14, 13, 11.5, 10, 9.6, 10, 11})}),
+              Not(names(Flaw::spikes, Signal::omega)))
+      << "an overshoot that the shaft leaves as it came";
 }
 
 TEST_F(Check, WhatAControllerSentIsNoSpike) {
