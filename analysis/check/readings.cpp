@@ -20,6 +20,40 @@ double step_of(const Series& series) {
   return least;
 }
 
+namespace {
+
+/// The count of which angles are whole multiples, to a twentieth rms; 0 where there is none, or it is too fine for
+/// that.
+double count_of(std::span<const double> angles) {
+  constexpr int most = 8;  // counts in the smallest
+  constexpr double alike = 0.02, off = 0.05;
+  double least = HUGE_VAL;
+  for (const double a : angles) {
+    if (a != 0) least = std::min(least, std::abs(a));
+  }
+  if (least == HUGE_VAL) return 0;
+  double sum = 0, n = 0;
+  for (const double a : angles) {
+    if (a != 0 && std::abs(a) < (1 + alike) * least) sum += std::abs(a), n += 1;
+  }
+  for (int counts = 1; counts <= most; ++counts) {
+    const double q = sum / n / counts;
+    double squares = 0;
+    for (const double a : angles) squares += std::pow(a / q - std::round(a / q), 2);
+    if (squares < off * off * static_cast<double>(angles.size())) return q;
+  }
+  return 0;
+}
+
+}  // namespace
+
+double count_in(const Series& speed) {
+  std::vector<double> angles;
+  for (std::size_t k = 1; k < speed.t.size(); ++k) angles.push_back(speed.value[k] * (speed.t[k] - speed.t[k - 1]));
+  if (angles.empty()) return 0;
+  return count_of(angles) * static_cast<double>(angles.size()) / (speed.t.back() - speed.t.front());
+}
+
 double noise_of(std::span<const double> x, double rest) {
   std::vector<double> second;
   for (std::size_t k = 1; k + 1 < x.size(); ++k) {

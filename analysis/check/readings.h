@@ -14,6 +14,10 @@ namespace emtb {
 /// The instrument's step: as stated, or the smallest change there is; 0 where nothing changes.
 double step_of(const Series& series);
 
+/// What one count of an encoder makes of a speed from row to row, where its readings are whole counts over the times
+/// between uneven rows; else 0.
+double count_in(const Series& speed);
+
 /// The noise of a signal that also moves, by second differences of its readings off rest; of an instrument without
 /// noise, less than half its step.
 /// @param rest what is nearer to zero than this is left out

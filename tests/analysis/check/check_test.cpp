@@ -261,6 +261,26 @@ Run stepped(std::initializer_list<double> first) {
   return run;
 }
 
+TEST_F(Check, ACountOfAShaftThatHardlyTurnsIsNoSpike) {
+  // A count over the time since the row before, of uneven rows: one in fifty rows at first, then three in each.
+  constexpr double q = 5e-5;
+  synthetic::Noise noise(5);
+  Run run;
+  run.name = "creeping";
+  Series omega{.t = {0}, .value = {0}, .window = 0, .lsb = 0, .source = {}}, u_ref = omega;
+  for (int k = 1; k < 3000; ++k) {
+    const int counts = k > 1500 ? 3 + (k % 7 == 0 ? 1 : 0) : k % 50 == 0 ? 1 : 0;
+    omega.t.push_back(1e-3 * k + noise(2e-5));
+    omega.value.push_back(counts * q / (omega.t[omega.t.size() - 1] - omega.t[omega.t.size() - 2]));
+    u_ref.value.push_back(k > 1500 ? 2 : 0);
+  }
+  u_ref.t = omega.t;
+  run.signals = {{Signal::omega, omega}, {Signal::u_ref, u_ref}};
+  EXPECT_THAT(check(std::vector{run}), Not(names(Flaw::spikes, Signal::omega)));
+  run.signals.at(Signal::omega).value[2200] = 2;
+  EXPECT_THAT(check(std::vector{run}), names(Flaw::spikes, Signal::omega));
+}
+
 TEST_F(Check, TheFirstReadingsOfAnEncoderThatNoShaftCanLeaveInARowAreNamed) {
   const DataFindings found = check(std::vector{stepped({16, 16.7})});
   EXPECT_THAT(found, names(Flaw::spikes, Signal::omega));
