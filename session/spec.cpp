@@ -109,9 +109,9 @@ bool begins_within(const Series& series, bool sparse, std::size_t k, double t0) 
 }
 
 /// A reference is set, and so may be what drives a motor: a voltage, or a current where there is none.
-bool may_be_set(const Session& session, Signal signal) {
+bool may_be_set(std::span<const Run> runs, Signal signal) {
   const auto has = [&](Signal other) {
-    return std::ranges::any_of(session.runs, [&](const Run& run) { return run.has(other); });
+    return std::ranges::any_of(runs, [&](const Run& run) { return run.has(other); });
   };
   return signal == Signal::u_ref || signal == Signal::e_a || signal == Signal::i_f || signal == Signal::armature_open ||
          (signal == Signal::i_a && !has(Signal::u_ref) && !has(Signal::e_a));
@@ -123,17 +123,19 @@ bool is_text(std::string_view spec) {
   return ends.size() == 1 && kind_of(spec.substr(0, ends.front())) == Kind::csv;
 }
 
-void estimate_resolutions(Session& session) {
+/// Of instruments whose resolution nobody states, from their readings in all runs together: of a slow meter a run may
+/// hold three.
+void estimate_resolutions(std::span<Run> runs) {
   for (const Signal signal : all_signals()) {
     std::vector<Series*> series;
     std::vector<std::span<const double>> pieces;
-    for (Run& run : session.runs) {
-      if (!run.has(signal)) continue;
+    for (Run& run : runs) {
+      if (!run.has(signal) || run.at(signal).lsb > 0) continue;
       series.push_back(&run.signals.at(signal));
       pieces.emplace_back(series.back()->value);
     }
-    if (series.empty() || std::ranges::any_of(series, [](const Series* s) { return s->lsb > 0; })) continue;
-    const double lsb = resolution(pieces, may_be_set(session, signal));
+    if (series.empty()) continue;
+    const double lsb = resolution(pieces, may_be_set(runs, signal));
     for (Series* s : series) s->lsb = lsb;
   }
 }
@@ -180,7 +182,7 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping) 
   Session session = kind == Kind::csv   ? read_csv(path, mapping)
                     : kind == Kind::mat ? read_mat(path, mapping)
                                         : read_hdf5(path);
-  estimate_resolutions(session);
+  estimate_resolutions(session.runs);
   return session;
 }
 
@@ -200,6 +202,7 @@ std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping&
       std::ranges::move(texts[i].valid() ? texts[i].get() : read_runs(part[i], mapping), std::back_inserter(all));
     }
   }
+  if (specs.size() > 1) estimate_resolutions(all);
   return all;
 }
 

@@ -18,34 +18,37 @@ namespace emtb {
 namespace {
 
 /// Scatter by differences of some order, which a smooth movement of the signal leaves out: 1.4826 median|d^m x| over
-/// the root of the sum of the squares of the weights, (2m)!/(m!)^2.
-double difference_scatter_of(std::span<const double> x, int order) {
+/// the root of the sum of the squares of the weights, (2m)!/(m!)^2. None of readings too few to tell.
+std::optional<double> difference_scatter_of(std::span<const double> x, std::size_t order) {
+  constexpr std::size_t fewest = 4;
+  if (x.size() < order + fewest) return {};
   std::vector<double> d(x.begin(), x.end());
   double weights = 1;
-  for (int m = 1; m <= order; ++m) {
-    if (d.size() < 2) return 0;
+  for (std::size_t m = 1; m <= order; ++m) {
     for (std::size_t k = 0; k + 1 < d.size(); ++k) d[k] = d[k + 1] - d[k];
     d.pop_back();
-    weights *= (2.0 * m) * (2.0 * m - 1) / (static_cast<double>(m) * m);
+    const auto of = static_cast<double>(m);
+    weights *= (2.0 * of) * (2.0 * of - 1) / (of * of);
   }
   for (double& v : d) v = std::abs(v);
-  return d.empty() ? 0 : robust_sigma(std::move(d)) / std::sqrt(weights);
+  return robust_sigma(std::move(d)) / std::sqrt(weights);
 }
 
 /// Third differences, pooled over runs. They are a bound on either side: coloured noise makes them too small; readings
 /// so far apart that the signal bends between them too large, which differences of a higher order tell by falling on.
+/// Infinite where no run holds enough readings to tell.
 NoiseFloor floor_by_differences(std::span<const Observation* const> observed) {
-  constexpr int usual = 3, higher = 5;
+  constexpr std::size_t usual = 3, higher = 5;
   constexpr double still_falls = 0.7;  // noise alone leaves all orders alike
   std::vector<double> third, fifth;
   for (const Observation* o : observed) {
-    third.push_back(difference_scatter_of(o->value, usual));
-    fifth.push_back(difference_scatter_of(o->value, higher));
+    if (const auto scatter = difference_scatter_of(o->value, usual)) third.push_back(*scatter);
+    if (const auto scatter = difference_scatter_of(o->value, higher)) fifth.push_back(*scatter);
   }
   NoiseFloor floor;
   floor.from = FloorSource::differences;
-  floor.sigma = median(std::move(third));
-  floor.upper_bound = median(std::move(fifth)) < still_falls * floor.sigma;
+  floor.sigma = third.empty() ? infinity : median(std::move(third));
+  floor.upper_bound = !fifth.empty() && median(std::move(fifth)) < still_falls * floor.sigma;
   floor.lower_bound = !floor.upper_bound;
   return floor;
 }
@@ -57,6 +60,15 @@ double variation_of(std::span<const Observation* const> observed) {
     for (const double v : o->value) n += 1, sum += v, squares += v * v;
   }
   return n > 0 ? std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n))) : 0;
+}
+
+/// How far apart its readings lie at most [SI].
+double range_of(std::span<const Observation* const> observed) {
+  double low = infinity, high = -infinity;
+  for (const Observation* o : observed) {
+    for (const double v : o->value) low = std::min(low, v), high = std::max(high, v);
+  }
+  return std::max(0.0, high - low);
 }
 
 /// What whole counts of an encoder leave in the readings of a signal, where all of its runs know the encoder's step.
@@ -279,7 +291,13 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
       floor.from = FloorSource::regression;
     }
   }
-  if (const double resolution = lsb / std::sqrt(12.0); floor.sigma < resolution) {
+  const double resolution = lsb / std::sqrt(12.0);
+  if (floor.sigma == infinity && resolution == 0) {  // too few readings, of an instrument of which nothing is known
+    constexpr double share = 1e-3;
+    floor.sigma = share * range_of(observed);
+    floor.from = FloorSource::assumed;
+  }
+  if (floor.sigma < resolution || floor.sigma == infinity) {
     floor.sigma = resolution;
     floor.from = FloorSource::resolution;
     floor.lower_bound = floor.upper_bound = false;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/session/scratch.h"
 
 namespace emtb {
@@ -155,6 +157,23 @@ TEST_F(Spec, TheResolutionIsEstimatedOverAllRuns) {
   for (const Run& run : session.runs) {
     EXPECT_DOUBLE_EQ(run.at(Signal::omega).lsb, 0.125);
     EXPECT_EQ(run.at(Signal::u_ref).lsb, 0);
+  }
+}
+
+TEST_F(Spec, TheResolutionOfAMeterWithThreeReadingsARunIsToldByAllFilesTogether) {
+  std::vector<std::string> files;
+  for (int f = 0; f < 8; ++f) {
+    std::string text = "t_s,u_ref_V,omega_rad_s,i_a_A\n";
+    for (int k = 0; k < 120; ++k) {
+      const std::string i_a = k % 40 == 39 ? std::to_string(0.0757691 * ((5 * f + 7 * k) % 31 - 15)) : "";
+      text += std::to_string(0.01 * k) + ",2," + std::to_string(std::sin(f + 0.37 * k)) + "," + i_a + "\n";
+    }
+    files.push_back(file("short" + std::to_string(f) + ".csv", text));
+  }
+  EXPECT_EQ(read_runs(files[0]).at(0).at(Signal::i_a).lsb, 0) << "three readings tell nothing";
+  for (const Run& run : read_runs(files, {})) {
+    EXPECT_NEAR(run.at(Signal::i_a).lsb, 0.0757691, 1e-5);
+    EXPECT_EQ(run.at(Signal::u_ref).lsb, 0) << "it is set";
   }
 }
 

@@ -124,13 +124,13 @@ TEST(NoiseFloor, OfASlowMeterLeavesOutTheBeginningOfAPlateauWhereTheCurrentStill
 }
 
 /// A meter that reads the mean current of each half second of a motor that never settles, with a noise of 10 mA.
-emtb::Run never_settled(int holds) {
+emtb::Run never_settled(int holds, unsigned seed = 9) {
   const synthetic::Truth truth;
   std::vector<synthetic::Hold> plan;
   for (int k = 0; k < holds; ++k) plan.push_back({0.4, k % 3 == 0 ? 1.0 : k % 3 == 1 ? 4.0 : -2.0});
   emtb::Run run = synthetic::record(truth, plan, 1e-3, {.omega = 0.1, .i_a = 0, .e_a = 0.01});
   const Series fast = run.at(Signal::i_a);
-  synthetic::Noise noise(9);
+  synthetic::Noise noise(seed);
   Series slow;
   slow.window = 0.5;
   for (std::size_t k = 500; k < fast.t.size(); k += 500) {
@@ -155,6 +155,27 @@ TEST(NoiseFloor, OfAFewSlowReadingsIsNotHowTheCurrentMoves) {
   const NoiseFloor floor = floor_of_i_a(run);
   EXPECT_EQ(floor.from, FloorSource::regression);
   EXPECT_LT(floor.sigma, 0.03);
+}
+
+TEST(NoiseFloor, OfThreeReadingsARunIsNotNothing) {
+  std::vector<ObservedRun> runs;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const emtb::Run run = never_settled(4, seed);
+    ASSERT_EQ(run.at(Signal::i_a).value.size(), 3U);
+    runs.push_back(observe_run(run, servo_model()));
+  }
+  const NoiseFloor floor = estimate_noise(runs, servo_model()).at(Signal::i_a);
+  EXPECT_EQ(floor.from, FloorSource::regression) << "third differences there are none of";
+  EXPECT_NEAR(floor.sigma, 0.01, 0.006);
+}
+
+TEST(NoiseFloor, OfAMeterAloneOfWhichNothingIsKnownIsAThousandthOfItsRange) {
+  emtb::Run run = slow_meter_run(
+      1.2, 0.4, [](double) { return 2.0; }, [](double) { return 80.0; }, [](double t) { return t; });
+  run.signals.erase(Signal::omega);
+  const NoiseFloor floor = floor_of_i_a(run);
+  EXPECT_EQ(floor.from, FloorSource::assumed);
+  EXPECT_DOUBLE_EQ(floor.sigma, 1e-3 * (0.8 - 0.4)) << "what it read at 0 s it had begun before";
 }
 
 TEST(NoiseFloor, WhatTheModelDeclaresWins) {
