@@ -55,12 +55,23 @@ struct Pieces {
   }
 };
 
-/// Adds the readings of one observation, each with the conditions that it was taken in.
+/// Of each signal, how many readings to go on by so that no more than enough are held.
+std::map<Signal, std::size_t> strides_of(std::span<const Record> records) {
+  constexpr std::size_t enough = 1U << 18U;
+  std::map<Signal, std::size_t> counts;
+  for (const Record& record : records) {
+    for (const Observation& o : record.observations) counts[o.signal] += o.size();
+  }
+  for (auto& [signal, count] : counts) count = (count + enough - 1) / enough;
+  return counts;
+}
+
+/// Adds each so many-th reading of one observation, with the conditions that it was taken in.
 void add_readings(ReadingsByCondition& readings, const Record& record, const Observation& o, const Residuals& residuals,
-                  const Trajectory<double>& y, std::span<const double> heat, const Pieces& pieces) {
+                  const Trajectory<double>& y, std::span<const double> heat, const Pieces& pieces, std::size_t stride) {
   const Excitation& x = record.excitation;
   const std::vector<double>& angle = x.angle.empty() ? y.theta : x.angle;
-  for (std::size_t j = 0; j < o.size(); ++j) {
+  for (std::size_t j = 0; j < o.size(); j += stride) {
     const std::size_t a = o.first[j], k = o.last[j];
     const auto over = [&](const std::vector<double>& signal) { return mean_over(signal, a, k); };
     const double scaled = residuals.value[static_cast<Eigen::Index>(j)];
@@ -103,6 +114,7 @@ std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Reco
   // The conditions are those of the machine, not what its instruments make of them.
   const Model machine = without_sensors(model);
   const std::vector<double> machine_values = machine.values();
+  const std::map<Signal, std::size_t> strides = strides_of(records);
   Pieces pieces{piece, 0, 0};
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Record& record = records[i];
@@ -113,7 +125,7 @@ std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Reco
     pieces.begin = record.excitation.t.front();
     for (std::size_t s = 0; s < rs.size(); ++s) {
       const Observation& o = record.observations[s];
-      add_readings(readings[o.signal], record, o, rs[s], y, heat, pieces);
+      add_readings(readings[o.signal], record, o, rs[s], y, heat, pieces, strides.at(o.signal));
     }
     pieces.first = pieces.at(record.excitation.t.back()) + 1;
   }

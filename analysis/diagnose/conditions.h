@@ -41,7 +41,8 @@ class Bins {
 /// The readings of a signal by condition; none where the condition is not known of it.
 using ReadingsByCondition = std::array<std::vector<ConditionedReading>, condition_count>;
 
-/// The readings of all records with their conditions: the angle within a turn [rad], the heat lost in R_a since the run
+/// The readings of all records with their conditions, or of more than a quarter of a million of a signal every second,
+/// third ..., which tell as much: the angle within a turn [rad], the heat lost in R_a since the run
 /// began [J].
 /// @param piece [s] the length of the pieces that are numbered on through all records; 0: each record is one
 std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Record> records, const Model& model,

@@ -1,8 +1,10 @@
 #include "analysis/diagnose/evidence.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -88,10 +90,9 @@ Extended extend(const NullFit& fitted, const Record& record, const Batch& batch)
 }
 
 /// The root of a negative speed, say: one such formula would leave nothing of the whole batch.
-void refuse_what_is_not_finite(std::span<const Residuals> seen, const Record& record, const Batch& batch) {
-  if (std::ranges::all_of(seen, [](const Residuals& r) { return r.value.allFinite() && r.sensitivity.allFinite(); })) {
-    return;
-  }
+template <class Matrix>
+void refuse_what_is_not_finite(const Matrix& readings, const Record& record, const Batch& batch) {
+  if (readings.allFinite()) return;
   std::string formulas;
   for (const Hypothesis& h : batch) {
     if (h.effect >= effect_count) formulas += (formulas.empty() ? "" : " or ") + std::string(h.about().id);
@@ -118,62 +119,138 @@ std::vector<Eigen::Index> ends_of_pieces(const Record& record, const Observation
   return ends;
 }
 
+/// Sums what a record says of a batch, from readings as they come.
+class Gathering {
+ public:
+  Gathering(const NullFit& fitted, std::size_t index, const Batch& batch)
+      : fitted_(fitted),
+        record_(fitted.records[index]),
+        bases_(fitted.bases[index]),
+        batch_(batch),
+        last_(record_.observations.size()),
+        ends_(record_.observations.size()) {
+    const std::vector<double>& t = record_.excitation.t;
+    for (const Hypothesis& h : batch) {
+      const bool many = h.about().periodic && record_.angle_wander > 0;
+      const std::size_t pieces = many ? 1 + static_cast<std::size_t>((t.back() - t.front()) / piece_length) : 1;
+      all_.emplace_back(pieces, Evidence{{}, CrossSums(fitted.parameters, static_cast<Eigen::Index>(h.columns()))});
+      if (pieces > 1 && ends_.front().empty()) {
+        for (std::size_t s = 0; s < ends_.size(); ++s)
+          ends_[s] = ends_of_pieces(record_, record_.observations[s], pieces);
+      }
+    }
+  }
+
+  /// @param change of some readings in a row, a column for each of the batch
+  void add(std::size_t observation, Eigen::Index first, const MatrixXd& change) {
+    refuse_what_is_not_finite(change, record_, batch_);
+    const MatrixXd white = whitened(observation, first, change);
+    if (change.isZero(0) && white.isZero(0)) return;  // of a signal that nothing in the batch moves, or not yet
+    const BaseResiduals& base = bases_[observation];
+    const Eigen::Index rows = change.rows();
+    const Residuals& left = base.plain;
+    const auto of = [&](const auto& x) { return x.middleRows(first, rows); };
+    const VectorXd left_white = base.whitened(left.value, first, rows);
+    MatrixXd known_white;
+    if (left.informed()) known_white = base.whitened(left.sensitivity, first, rows);
+    Eigen::Index column = 0;
+    for (std::size_t h = 0; h < batch_.size(); ++h) {
+      const auto q = static_cast<Eigen::Index>(batch_[h].columns());
+      const Readings of_one{change.middleCols(column, q), white.middleCols(column, q), of(left.value), left_white};
+      if (all_[h].size() > 1) {
+        add_by_pieces(all_[h], observation, first, of_one);
+      } else if (left.informed()) {
+        add_to(all_[h].front(), left.signal, of(left.sensitivity), known_white, of_one);
+      } else {
+        add_to(all_[h].front(), left.signal, MatrixXd{}, MatrixXd{}, of_one);
+      }
+      column += q;
+    }
+  }
+
+  std::vector<std::vector<Evidence>> all() && { return std::move(all_); }
+
+ private:
+  /// Some readings in a row: columns of a hypothesis and what is left, plain and whitened.
+  struct Readings {
+    MatrixPart own, own_white, left, left_white;
+
+    Readings rows(Eigen::Index begin, Eigen::Index count) const {
+      const auto part = [&](const MatrixPart& all) { return all.middleRows(begin, count); };
+      return {part(own), part(own_white), part(left), part(left_white)};
+    }
+  };
+
+  /// @param known sensitivities of the fitted parameters; none: they move nothing
+  void add_to(Evidence& evidence, Signal signal, const MatrixPart& known, const MatrixPart& known_white,
+              const Readings& r) const {
+    const auto plain = evidence.plain.try_emplace(signal, fitted_.parameters, r.own.cols()).first;
+    plain->second.add(known, r.own, r.left);
+    evidence.white.add(known_white, r.own_white, r.left_white);
+  }
+
+  /// What the parameters of the model could imitate of an order is nothing.
+  void add_by_pieces(std::vector<Evidence>& pieces, std::size_t observation, Eigen::Index first, const Readings& r) {
+    const Eigen::Index until = first + r.own.rows();
+    const std::vector<Eigen::Index>& ends = ends_[observation];
+    auto piece = static_cast<std::size_t>(std::ranges::upper_bound(ends, first) - ends.begin());
+    for (Eigen::Index row = first; row < until; ++piece) {
+      const Eigen::Index count = std::min(until, ends[piece]) - row;
+      add_to(pieces[piece], bases_[observation].plain.signal, MatrixXd{}, MatrixXd{}, r.rows(row - first, count));
+      row += count;
+    }
+  }
+
+  /// As BaseResiduals::whitened(), of readings as they come.
+  MatrixXd whitened(std::size_t observation, Eigen::Index first, const MatrixXd& change) {
+    const BaseResiduals& base = bases_[observation];
+    const Eigen::Index rows = change.rows();
+    MatrixXd white = change;
+    Eigen::RowVectorXd& last = last_[observation];
+    white.bottomRows(rows - 1) -= base.rho * change.topRows(rows - 1);
+    if (first == 0) {
+      white.row(0) *= std::sqrt(1 - base.rho * base.rho);
+    } else {
+      white.row(0) -= base.rho * last;
+    }
+    last = change.row(rows - 1);
+    white /= base.innovation;
+    return white;
+  }
+
+  const NullFit& fitted_;
+  const Record& record_;
+  const std::vector<BaseResiduals>& bases_;
+  const Batch& batch_;
+  std::vector<std::vector<Evidence>> all_;
+  std::vector<Eigen::RowVectorXd> last_;         ///< of each observation, the row before the next
+  std::vector<std::vector<Eigen::Index>> ends_;  ///< of the pieces of each observation, where there are several
+};
+
 }  // namespace
 
 std::vector<std::vector<Evidence>> evidence_of(const NullFit& fitted, std::size_t index, const Batch& batch) {
   const Record& record = fitted.records[index];
   const Extended x = extend(fitted, record, batch);
-  std::vector<Residuals> seen;
-  if (batch.front().whole) {
-    seen = residuals_at_phase(record, x.structure, x.values, {}, fitted.phases[index]).residuals;
-    for (std::size_t s = 0; s < seen.size(); ++s) {
-      const VectorXd change = fitted.bases[index][s].plain.value - seen[s].value;
-      if (change.squaredNorm() > 0) seen[s].sensitivity = change;
+  Gathering gathering(fitted, index, batch);
+  const bool whole = batch.front().whole;
+  const VisitReadings gather = [&](std::size_t s, Eigen::Index first, const VectorXd& value, const MatrixXd& columns) {
+    refuse_what_is_not_finite(value, record, batch);
+    if (whole) {
+      gathering.add(s, first, fitted.bases[index][s].plain.value.segment(first, value.size()) - value);
+    } else if (columns.size() > 0) {
+      gathering.add(s, first, columns);
     }
-  } else {
-    seen = residuals_at_phase(record, x.structure, x.values, x.columns, fitted.phases[index]).residuals;
-  }
-  const std::vector<double>& t = record.excitation.t;
-  const auto pieces_of = [&](const Hypothesis& h) {
-    const bool many = h.about().periodic && record.angle_wander > 0;
-    return many ? 1 + static_cast<std::size_t>((t.back() - t.front()) / piece_length) : 1;
   };
-  std::vector<std::vector<Evidence>> all;
-  for (const Hypothesis& h : batch) {
-    const auto q = static_cast<Eigen::Index>(h.columns());
-    all.emplace_back(pieces_of(h), Evidence{{}, CrossSums(fitted.parameters, q)});
+  const std::vector<std::vector<std::size_t>> moved = whole ? std::vector<std::vector<std::size_t>>{} : x.columns;
+  const RotorPhase& phase = fitted.phases[index];
+  if (phase.at.empty()) {
+    visit_simulated_residuals(record, x.structure, x.values, moved, gather);
+  } else {  // what a little more of the phase would do is taken off all readings together
+    const std::vector<Residuals> seen = residuals_at_phase(record, x.structure, x.values, moved, phase).residuals;
+    for (std::size_t s = 0; s < seen.size(); ++s) gather(s, 0, seen[s].value, seen[s].sensitivity);
   }
-  refuse_what_is_not_finite(seen, record, batch);
-  for (std::size_t s = 0; s < seen.size(); ++s) {
-    if (!seen[s].informed()) continue;
-    const WhitenedResiduals& base = fitted.bases[index][s];
-    const Observation& o = record.observations[s];
-    const MatrixXd white = whiten(seen[s].sensitivity, base.rho, base.innovation);
-    Eigen::Index column = 0;
-    for (std::size_t h = 0; h < batch.size(); ++h) {
-      const auto q = static_cast<Eigen::Index>(batch[h].columns());
-      const MatrixXd plain_columns = seen[s].sensitivity.middleCols(column, q),
-                     white_columns = white.middleCols(column, q);
-      const auto sums_of = [&](Evidence& evidence) -> CrossSums& {
-        return evidence.plain.try_emplace(base.plain.signal, fitted.parameters, q).first->second;
-      };
-      if (all[h].size() == 1) {
-        sums_of(all[h].front()).add(base.plain.sensitivity, plain_columns, base.plain.value);
-        all[h].front().white.add(base.white_sensitivity, white_columns, base.white);
-      } else {  // what the parameters of the model could imitate of an order is nothing
-        Eigen::Index row = 0;
-        for (std::size_t piece = 0; const Eigen::Index end : ends_of_pieces(record, o, all[h].size())) {
-          const auto part = [&](const auto& rows) { return rows.middleRows(row, end - row).eval(); };
-          sums_of(all[h][piece]).add({}, part(plain_columns), part(base.plain.value));
-          all[h][piece].white.add({}, part(white_columns), part(base.white));
-          row = end;
-          ++piece;
-        }
-      }
-      column += q;
-    }
-  }
-  return all;
+  return std::move(gathering).all();
 }
 
 }  // namespace emtb

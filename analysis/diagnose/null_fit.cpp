@@ -11,20 +11,31 @@
 namespace emtb {
 namespace {
 
-WhitenedResiduals whitened(Residuals r) {
-  WhitenedResiduals base;
+constexpr Eigen::Index at_once = 2048;  // readings that are whitened: few enough for a cache
+
+BaseResiduals with_autoregression(Residuals r) {
+  BaseResiduals base;
   const Eigen::Index n = r.value.size();
   const double squares = r.value.squaredNorm();
   if (n > 2 && squares > 0) {
     base.rho = std::clamp(r.value.head(n - 1).dot(r.value.tail(n - 1)) / squares, -0.9, 0.999);
   }
-  base.white = whiten(r.value, base.rho, 1.0);
-  base.innovation =
-      std::max(1e-9, std::sqrt(base.white.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n))));
-  base.white /= base.innovation;
-  if (r.informed()) base.white_sensitivity = whiten(r.sensitivity, base.rho, base.innovation);
+  double white = 0;
+  for (Eigen::Index first = 0; first < n; first += at_once) {
+    white += base.whitened(r.value, first, std::min(at_once, n - first)).squaredNorm();
+  }
+  base.innovation = std::max(1e-9, std::sqrt(white / static_cast<double>(std::max<Eigen::Index>(1, n))));
   base.plain = std::move(r);
   return base;
+}
+
+void add_whitened(OwnSums& sums, const BaseResiduals& base) {
+  const Residuals& r = base.plain;
+  for (Eigen::Index first = 0; first < r.value.size(); first += at_once) {
+    const Eigen::Index count = std::min(at_once, r.value.size() - first);
+    const Eigen::MatrixXd known = r.informed() ? base.whitened(r.sensitivity, first, count) : Eigen::MatrixXd{};
+    sums.add(known, base.whitened(r.value, first, count));
+  }
 }
 
 /// [rad/s] at which what is left of the speed rings.
@@ -110,14 +121,14 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
     const ModelStructure structure = records[i].structure(model);
     fit.phases[i] = best_phase(records[i], structure, values);
     std::vector<Residuals> all = residuals_at_phase(records[i], structure, values, moved, fit.phases[i]).residuals;
-    for (Residuals& r : all) fit.bases[i].push_back(whitened(std::move(r)));
+    for (Residuals& r : all) fit.bases[i].push_back(with_autoregression(std::move(r)));
   };
   parallel_for(records, simulate_one);
   ResidualSpectra spectra;
   for (std::size_t i = 0; i < records.size(); ++i) {
-    for (const WhitenedResiduals& base : fit.bases[i]) {
+    for (const BaseResiduals& base : fit.bases[i]) {
       fit.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);
-      fit.white.add(base.white_sensitivity, base.white);
+      add_whitened(fit.white, base);
       add_squares(fit.left, records[i], base.plain);
       add_spectrum(spectra, records[i], base.plain);
     }

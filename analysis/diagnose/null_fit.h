@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <map>
 #include <span>
 #include <vector>
@@ -15,33 +16,31 @@
 
 namespace emtb {
 
-/// One record's residuals of one signal and the fitted model's sensitivities, plain and whitened by a first-order
-/// autoregression.
-struct WhitenedResiduals {
+/// One record's residuals of one signal and the fitted model's sensitivities, with the first-order autoregression that
+/// whitens them.
+struct BaseResiduals {
   Residuals plain;
   double rho = 0;         ///< autocorrelation of the residuals from one reading to the next
   double innovation = 1;  ///< standard deviation of the whitened residuals
-  Eigen::VectorXd white;
-  Eigen::MatrixXd white_sensitivity;
-};
 
-/// x[k] - rho x[k-1], in units of `innovation`.
-template <class Matrix>
-Matrix whiten(const Matrix& x, double rho, double innovation) {
-  const Eigen::Index n = x.rows();
-  Matrix y = x;
-  if (n > 1) y.bottomRows(n - 1) -= rho * x.topRows(n - 1);
-  if (n > 0) y.row(0) *= std::sqrt(1 - rho * rho);
-  y /= innovation;
-  return y;
-}
+  /// Some rows of x, one for each reading, whitened: x[k] - rho x[k-1], in units of `innovation`.
+  template <class Matrix>
+  Matrix whitened(const Matrix& x, Eigen::Index first, Eigen::Index count) const {
+    Matrix y = x.middleRows(first, count);
+    const Eigen::Index begin = first == 0 ? 1 : 0;
+    y.bottomRows(count - begin) -= rho * x.middleRows(first + begin - 1, count - begin);
+    if (begin == 1) y.row(0) *= std::sqrt(1 - rho * rho);  // it has none before it
+    y /= innovation;
+    return y;
+  }
+};
 
 /// The fitted model's side of the score test, shared by all candidates: each of them is absent, at its null value.
 struct NullFit {
   std::span<const Record> records;
   const Model& model;
-  std::vector<RotorPhase> phases;                     ///< of each record
-  std::vector<std::vector<WhitenedResiduals>> bases;  ///< of each record, one a signal
+  std::vector<RotorPhase> phases;                 ///< of each record
+  std::vector<std::vector<BaseResiduals>> bases;  ///< of each record, one a signal
   std::map<Signal, OwnSums> plain;
   OwnSums white;
   Ranges seen;

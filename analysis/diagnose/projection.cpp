@@ -1,20 +1,18 @@
 #include "analysis/diagnose/projection.h"
 
-#include "analysis/numerics/linear_algebra.h"
-
 namespace emtb {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-void OwnSums::add(const MatrixXd& s, const VectorXd& r) {
+void OwnSums::add(const MatrixPart& s, const MatrixPart& r) {
   readings += static_cast<double>(r.size());
   if (s.size() == 0) return;
   ss += gram(s);
   sr += transposed_product(s, r);
 }
 
-void CrossSums::add(const MatrixXd& s, const MatrixXd& c, const VectorXd& r) {
+void CrossSums::add(const MatrixPart& s, const MatrixPart& c, const MatrixPart& r) {
   cc += gram(c);
   cr += transposed_product(c, r);
   if (s.size() > 0) sc += transposed_product(s, c);

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "analysis/numerics/linear_algebra.h"
+
 namespace emtb {
 
 /// What the fitted parameters (s) say of the residuals (r), summed over records.
@@ -12,7 +14,7 @@ struct OwnSums {
 
   explicit OwnSums(Eigen::Index p = 0) : ss(Eigen::MatrixXd::Zero(p, p)), sr(Eigen::VectorXd::Zero(p)) {}
 
-  void add(const Eigen::MatrixXd& s, const Eigen::VectorXd& r);
+  void add(const MatrixPart& s, const MatrixPart& r);
 };
 
 /// What a candidate (c) has to do with them.
@@ -23,7 +25,7 @@ struct CrossSums {
   explicit CrossSums(Eigen::Index p = 0, Eigen::Index q = 0)
       : sc(Eigen::MatrixXd::Zero(p, q)), cc(Eigen::MatrixXd::Zero(q, q)), cr(Eigen::VectorXd::Zero(q)) {}
 
-  void add(const Eigen::MatrixXd& s, const Eigen::MatrixXd& c, const Eigen::VectorXd& r);
+  void add(const MatrixPart& s, const MatrixPart& c, const MatrixPart& r);
   CrossSums& operator+=(const CrossSums& b) {
     sc += b.sc;
     cc += b.cc;

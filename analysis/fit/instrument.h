@@ -10,6 +10,29 @@
 
 namespace emtb {
 
+/// What belongs to the readings that have begun and not ended: those of an hour are millions, of which a few are under
+/// way at a time.
+template <class Scalar>
+class UnderWay {
+ public:
+  /// @param i at least `ended`, and no further than one beyond all that were given so far
+  void begin(std::size_t i, std::size_t ended, const Scalar& value) {
+    if (i - ended >= slots_.size()) grow(i, ended);
+    (*this)[i] = value;
+  }
+
+  Scalar& operator[](std::size_t i) { return slots_[i & (slots_.size() - 1)]; }
+
+ private:
+  void grow(std::size_t i, std::size_t ended) {
+    std::vector<Scalar> larger(std::max<std::size_t>(4, 2 * slots_.size()));
+    for (std::size_t k = ended; k < i; ++k) larger[k & (larger.size() - 1)] = (*this)[k];
+    slots_.swap(larger);
+  }
+
+  std::vector<Scalar> slots_;  ///< a power of two of them, used in turn
+};
+
 /// The instrument behind an observation: what it would have read of the simulated signal, formed as that comes.
 template <class Scalar>
 class Instrument {
@@ -19,9 +42,7 @@ class Instrument {
       : o_(o),
         late_(o.late > 0 && !says_how_late(structure, o.signal) ? o.late : 0),
         averages_(o.first != o.last),
-        at_once_(!averages_ && o.functional == Functional::instant && late_ <= 0) {
-    if (averages_) integral_at_first_.resize(o.size());  // of a slope: the sum so far
-  }
+        at_once_(!averages_ && o.functional == Functional::instant && late_ <= 0) {}
 
   const Observation& observation() const { return o_; }
   bool at_once() const { return at_once_; }  ///< its readings are the signal's values at one grid point each
@@ -45,11 +66,11 @@ class Instrument {
     if (averages_ && o_.functional != Functional::increment) {
       if (k > 0) integral_ += 0.5 * (before_ + x);
       before_ = x;
-      for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) integral_at_first_[begun_] = integral_;
+      for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) at_first_.begin(begun_, done_, integral_);
     }
     if (o_.functional == Functional::increment) {
-      for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) integral_at_first_[begun_] = x;
-      for (; done_ < o_.size() && o_.last[done_] == k; ++done_) take(done_, x - integral_at_first_[done_]);
+      for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) at_first_.begin(begun_, done_, x);
+      for (; done_ < o_.size() && o_.last[done_] == k; ++done_) take(done_, x - at_first_[done_]);
       return;
     }
     for (; done_ < o_.size() && o_.last[done_] == k; ++done_) {
@@ -57,7 +78,7 @@ class Instrument {
       if (over == 0) {
         take(done_, x);
       } else {
-        take(done_, (integral_ - integral_at_first_[done_]) * (1.0 / static_cast<double>(over)));
+        take(done_, (integral_ - at_first_[done_]) * (1.0 / static_cast<double>(over)));
       }
     }
   }
@@ -91,11 +112,11 @@ class Instrument {
   /// The lines overlap: a value is in two or three of them.
   template <class Take>
   void sum_up(std::size_t k, const Scalar& x, const Take& take) {
-    while (begun_ < o_.size() && o_.first[begun_] <= k) ++begun_;
+    for (; begun_ < o_.size() && o_.first[begun_] <= k; ++begun_) at_first_.begin(begun_, done_, Scalar{});
     for (std::size_t i = done_; i < begun_; ++i) {
-      integral_at_first_[i] += o_.weight[o_.weight_from[i] + k - o_.first[i]] * x;
+      at_first_[i] += o_.weight[o_.weight_from[i] + k - o_.first[i]] * x;
     }
-    for (; done_ < o_.size() && o_.last[done_] == k; ++done_) take(done_, integral_at_first_[done_]);
+    for (; done_ < o_.size() && o_.last[done_] == k; ++done_) take(done_, at_first_[done_]);
   }
 
   const Observation& o_;
@@ -104,8 +125,8 @@ class Instrument {
   bool at_once_;                      ///< a reading is the signal's value at one grid point
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
   Scalar integral_{}, before_{};
-  Scalar sample_before_{};                 ///< the signal at the grid point before, for a late instrument
-  std::vector<Scalar> integral_at_first_;  ///< or of an increment, the signal itself
+  Scalar sample_before_{};     ///< the signal at the grid point before, for a late instrument
+  UnderWay<Scalar> at_first_;  ///< the integral when a reading begins; of an increment, the signal; of a slope, its sum
 };
 
 }  // namespace emtb

@@ -53,18 +53,92 @@ class Comparison final : public Reader<Scalar> {
   std::vector<Instrument<Scalar>> instruments_;
 };
 
-/// One pass with as many derivatives as the scalar carries.
+/// Hands the residuals and sensitivities of a pass over, some readings at a time.
+template <class Scalar>
+class Handing final : public Reader<Scalar> {
+ public:
+  Handing(const Record& record, const ModelStructure& structure, Eigen::Index columns, const VisitReadings& visit)
+      : visit_(visit) {
+    for (const Observation& o : record.observations) {
+      held_.push_back(
+          {Instrument<Scalar>(o, structure), 0, 0, Eigen::VectorXd(at_once), Eigen::MatrixXd(at_once, columns)});
+    }
+  }
+
+  void read(std::size_t k, const SimulatedReadings<Scalar>& y) override {
+    for (std::size_t s = 0; s < held_.size(); ++s) {
+      Held& held = held_[s];
+      const Observation& o = held.instrument.observation();
+      held.instrument.see(k, y, [&](std::size_t reading, const Scalar& predicted) {
+        const double weight = 1 / o.sigma[reading];
+        held.value.data()[held.count] = (o.value[reading] - value_of(predicted)) * weight;
+        if constexpr (!std::is_same_v<Scalar, double>) {
+          double* entry = held.sensitivity.data() + held.count;
+          for (Eigen::Index c = 0; c < held.sensitivity.cols(); ++c, entry += at_once)
+            *entry = predicted.d[static_cast<std::size_t>(c)] * weight;
+        }
+        if (++held.count == at_once) hand_over(s);
+      });
+    }
+  }
+
+  /// What is still held when the simulation has ended.
+  void hand_over_the_rest() {
+    for (std::size_t s = 0; s < held_.size(); ++s) hand_over(s);
+  }
+
+ private:
+  static constexpr Eigen::Index at_once = 2048;  // readings: few enough for a cache, many enough for products
+
+  struct Held {
+    Instrument<Scalar> instrument;
+    Eigen::Index first, count;
+    Eigen::VectorXd value;
+    Eigen::MatrixXd sensitivity;
+  };
+
+  void hand_over(std::size_t s) {
+    Held& held = held_[s];
+    if (held.count == at_once) {
+      visit_(s, held.first, held.value, held.sensitivity);
+    } else if (held.count > 0) {
+      visit_(s, held.first, held.value.head(held.count), held.sensitivity.topRows(held.count));
+    }
+    held.first += held.count;
+    held.count = 0;
+  }
+
+  const VisitReadings& visit_;
+  std::vector<Held> held_;
+};
+
+/// The values with the derivatives of some columns.
 /// @param values of all parameters, and the angle to turn the rotor by at the start
+template <class Scalar>
+std::vector<Scalar> with_derivatives(std::span<const double> values, std::span<const std::vector<std::size_t>> moved) {
+  std::vector<Scalar> p(values.begin(), values.end());
+  for (std::size_t j = 0; j < moved.size(); ++j) {
+    for (const std::size_t place : moved[j]) p[place].d[j] = 1;
+  }
+  return p;
+}
+
+/// One pass with as many derivatives as the scalar carries.
 template <class Scalar>
 void pass(const Record& record, const ModelStructure& structure, std::span<const double> values,
           std::span<const std::vector<std::size_t>> moved, const Variation& variation, Columns columns,
           std::vector<Residuals>& out) {
-  std::vector<Scalar> p(values.begin(), values.end());
-  for (std::size_t j = 0; j < columns.count; ++j) {
-    for (const std::size_t place : moved[columns.first + j]) p[place].d[j] = 1;
-  }
+  const std::vector<Scalar> p = with_derivatives<Scalar>(values, moved.subspan(columns.first, columns.count));
   Comparison<Scalar> comparison(record, structure, columns, out);
   simulate<Scalar>(structure, p, record.excitation, comparison, variation);
+}
+
+template <class Scalar>
+void handing_pass(const Record& record, const ModelStructure& structure, std::span<const Scalar> values,
+                  std::size_t columns, const VisitReadings& visit) {
+  Handing<Scalar> handing(record, structure, static_cast<Eigen::Index>(columns), visit);
+  simulate<Scalar>(structure, values, record.excitation, handing, {});
+  handing.hand_over_the_rest();
 }
 
 /// As many passes as the columns need.
@@ -101,6 +175,17 @@ std::vector<Residuals> simulated_residuals(const Record& record, const ModelStru
   }
   all_passes(record, structure, values, moved, variation, out);
   return out;
+}
+
+void visit_simulated_residuals(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                               std::span<const std::vector<std::size_t>> moved, const VisitReadings& visit) {
+  if (moved.empty()) {
+    handing_pass<double>(record, structure, values, 0, visit);
+  } else if (moved.size() <= derivatives_per_pass) {
+    handing_pass<Sensitive>(record, structure, with_derivatives<Sensitive>(values, moved), moved.size(), visit);
+  } else {
+    handing_pass<WideSensitive>(record, structure, with_derivatives<WideSensitive>(values, moved), moved.size(), visit);
+  }
 }
 
 std::vector<Residuals> residuals(std::span<const Record> records, std::size_t index, const ModelStructure& structure,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -31,6 +32,17 @@ std::vector<Residuals> simulated_residuals(const Record& record, const ModelStru
                                            std::span<const double> values,
                                            std::span<const std::vector<std::size_t>> moved,
                                            const Variation& variation = {});
+
+/// Called with the number of an observation of the record, that of the first of some readings in a row, and what a
+/// Residuals would hold of them.
+using VisitReadings = std::function<void(std::size_t observation, Eigen::Index first, const Eigen::VectorXd& value,
+                                         const Eigen::MatrixXd& sensitivity)>;
+
+/// The same, handed over as the simulation goes, so that an hour's sensitivities are never held: all readings of each
+/// observation in their order.
+/// @param moved 2 * derivatives_per_pass at most
+void visit_simulated_residuals(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                               std::span<const std::vector<std::size_t>> moved, const VisitReadings& visit);
 
 /// The same at the angle of the rotor that fits best, where the structure holds an effect that repeats with it: see
 /// best_phase().

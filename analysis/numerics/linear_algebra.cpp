@@ -9,14 +9,14 @@ namespace emtb {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-MatrixXd gram(const MatrixXd& a) {
+MatrixXd gram(const MatrixPart& a) {
   MatrixXd sum = MatrixXd::Zero(a.cols(), a.cols());
   sum.selfadjointView<Eigen::Lower>().rankUpdate(a.transpose());
   sum.triangularView<Eigen::StrictlyUpper>() = sum.transpose();
   return sum;
 }
 
-MatrixXd transposed_product(const MatrixXd& a, const MatrixXd& b) { return a.transpose() * b; }
+MatrixXd transposed_product(const MatrixPart& a, const MatrixPart& b) { return a.transpose() * b; }
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) { return a * b; }
 
 MatrixXd least_squares(const MatrixXd& a, const MatrixXd& b) { return a.completeOrthogonalDecomposition().solve(b); }

@@ -7,11 +7,14 @@
 
 namespace emtb {
 
+/// A matrix, or a part of one.
+using MatrixPart = Eigen::Ref<const Eigen::MatrixXd>;
+
 /// AᵀA.
-Eigen::MatrixXd gram(const Eigen::MatrixXd& a);
+Eigen::MatrixXd gram(const MatrixPart& a);
 
 /// AᵀB, the heights alike; B may be a vector.
-Eigen::MatrixXd transposed_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+Eigen::MatrixXd transposed_product(const MatrixPart& a, const MatrixPart& b);
 
 /// A B; B may be a vector.
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);

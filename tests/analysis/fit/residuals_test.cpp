@@ -56,6 +56,33 @@ TEST(Residuals, AreMeasuredLessSimulatedInUnitsOfSigma) {
   }
 }
 
+TEST(Residuals, AreTheSameHandedOverAsTheSimulationGoes) {
+  const auto runs = records();
+  Model model = servo_model();
+  model.include(effect_index("coulomb_friction"));
+  const std::vector<double> values = model.values();
+  Places moved;
+  for (std::size_t count = 0; count <= 6; ++count) {  // none, a narrow pass, a wide one
+    const std::vector<Residuals> whole = simulated_residuals(runs[0], runs[0].structure(model), values, moved);
+    std::vector<Eigen::Index> next(whole.size(), 0);
+    visit_simulated_residuals(
+        runs[0], runs[0].structure(model), values, moved,
+        [&](std::size_t s, Eigen::Index first, const Eigen::VectorXd& value, const Eigen::MatrixXd& sensitivity) {
+          ASSERT_EQ(first, next[s]) << "in their order";
+          next[s] += value.size();
+          EXPECT_EQ(value, whole[s].value.segment(first, value.size()));
+          ASSERT_EQ(sensitivity.cols(), static_cast<Eigen::Index>(moved.size()));
+          if (whole[s].informed()) {
+            EXPECT_EQ(sensitivity, whole[s].sensitivity.middleRows(first, value.size()));
+          } else {
+            EXPECT_TRUE(sensitivity.isZero(0));
+          }
+        });
+    for (std::size_t s = 0; s < whole.size(); ++s) EXPECT_EQ(next[s], whole[s].value.size());
+    moved.push_back({count < 5 ? count : values.size() - 1});
+  }
+}
+
 TEST(Residuals, HaveTheSensitivitiesOfTheirDifferencesForAnyNumberOfParameters) {
   const auto runs = records();
   Model model = servo_model();
