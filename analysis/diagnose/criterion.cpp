@@ -24,6 +24,10 @@ bool MaterialityCriterion::tied(const Loss& best, const Loss& other) const { ret
 
 bool MaterialityCriterion::remainder(const Loss& loss) const { return emtb::remainder(loss, rule_); }
 
+bool MaterialityCriterion::remainder_in(const Loss& loss, Signal signal) const {
+  return emtb::remainder_in(loss, signal, rule_);
+}
+
 bool MaterialityCriterion::worth_a_wide_search(const Loss& loss) const {
   return largest_excess(loss) >= rule_.remainder;
 }
@@ -36,7 +40,7 @@ bool MaterialityCriterion::far_off(const Loss& loss) const {
 bool MaterialityCriterion::worth_trying_all(const Loss& loss) const {
   if (far_off(loss)) return true;
   return std::ranges::any_of(loss.signals(), [&](Signal signal) {
-    return remainder_in(loss, signal, rule_) && loss.mean_square(signal) >= rule_.mostly_model &&
+    return remainder_in(loss, signal) && loss.mean_square(signal) >= rule_.mostly_model &&
            loss.share_left(signal) > rule_.remainder_share;
   });
 }

@@ -29,6 +29,9 @@ class Criterion {
   /// Is something left that should have a name?
   virtual bool remainder(const Loss& loss) const = 0;
 
+  /// The same of one signal.
+  virtual bool remainder_in(const Loss& loss, Signal signal) const = 0;
+
   /// Is some signal so far above its floor that two effects at once, or all whole orders, are worth their time?
   virtual bool worth_a_wide_search(const Loss& loss) const = 0;
 
@@ -53,6 +56,7 @@ class MaterialityCriterion final : public Criterion {
   bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const override;
   bool tied(const Loss& best, const Loss& other) const override;
   bool remainder(const Loss& loss) const override;
+  bool remainder_in(const Loss& loss, Signal signal) const override;
   bool worth_a_wide_search(const Loss& loss) const override;
   bool far_off(const Loss& loss) const override;
   bool worth_trying_all(const Loss& loss) const override;

@@ -55,16 +55,19 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
 /// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
 /// error may be off by half. But not where most of what has no other name would be left without it, when timing and
-/// starts have had their say, unless it is hardly told at all and leaves enough itself.
-/// @return what is known of the errors of the rest
+/// starts have had their say, and that is worth a name, unless it is hardly told at all and leaves enough itself. What
+/// fitted to the end has gone where it is not what it is called goes as well.
+/// @param inputs as for worth_a_name() @return what is known of the errors of the rest
 std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion,
-                                                 Dataset& data) {
+                                                 Dataset& data, std::span<const Signal> inputs,
+                                                 const Materiality& rule) {
   constexpr double by_far = 5, hardly = 2;  // errors
   std::optional<Calibration> judged = with_all_errors(data, found.current.model());
   for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
     if (needed(effect, found.current.model())) continue;
-    if (told_from_zero(*judged, effect, by_far)) continue;
+    const bool may_be = trials.determined(judged->model, effect);
+    if (may_be && told_from_zero(*judged, effect, by_far)) continue;
     const bool doubtful = !told_from_zero(*judged, effect, hardly) && criterion.remainder(found.current.held_out);
     Model without = found.current.model();
     without.exclude(effect);
@@ -72,8 +75,9 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
     const Timing before = data.timing;
     if (trial && settle_timing(data, trial->model()) != TimingChange::none)
       trial = trials.fit_to_the_end(trial->model());
-    const bool is_needed = !trial || (criterion.remainder(trial->held_out) && !doubtful &&
-                                      removes_most(trial->held_out, found.current.held_out));
+    const bool is_needed = !trial || (may_be && criterion.remainder(trial->held_out) && !doubtful &&
+                                      removes_most(trial->held_out, found.current.held_out) &&
+                                      worth_a_name(data, trial->model(), trial->held_out, inputs, rule));
     if (is_needed) {
       set_timing(data, before);
       continue;
@@ -237,7 +241,9 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   Finding found = std::move(road.found);
   if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
   progress(0.9, "standard errors");
-  std::optional<Calibration> last = drop_what_is_not_told(found, trials, criterion, *prepared);
+  const std::vector<Signal> inputs = search.torque_only_loads() ? std::vector{Signal::torque} : std::vector<Signal>{};
+  std::optional<Calibration> last =
+      drop_what_is_not_told(found, trials, criterion, *prepared, inputs, options.materiality);
   d.training_judges = trials.training_judges();
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();
@@ -251,7 +257,6 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
   }
   sort_best_first(found.candidates);
-  const std::vector<Signal> inputs = d.torque_only_loads ? std::vector{Signal::torque} : std::vector<Signal>{};
   d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, inputs, options.materiality));
   if (d.verdict == Verdict::unknown_effect) d.shown_by = trials.runs_that_alone_show_a_remainder(found.current);
   d.candidates = std::move(found.candidates);

@@ -390,8 +390,14 @@ bool FittedTrials::explains_most_runs(const Trial& trial) {
 }
 
 bool FittedTrials::only_training_shows_a_remainder(const Trial& trial) const {
-  return !data_.held_out.empty() && data_.train.size() > 1 && !criterion_.remainder(trial.held_out) &&
-         criterion_.remainder(loss_on(data_.train, trial.model(), trial.fit.phases));
+  if (data_.held_out.empty() || data_.train.size() < 2) return false;
+  const Loss training = loss_on(data_.train, trial.model(), trial.fit.phases);
+  const std::vector<Signal> judged = trial.held_out.signals();
+  return std::ranges::any_of(training.signals(), [&](Signal signal) {
+    if (!criterion_.remainder_in(training, signal)) return false;
+    const bool is_judged = std::ranges::find(judged, signal) != judged.end();
+    return !is_judged || !criterion_.remainder_in(trial.held_out, signal);
+  });
 }
 
 std::vector<std::string> FittedTrials::runs_that_alone_show_a_remainder(const Trial& trial) const {

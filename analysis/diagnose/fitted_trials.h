@@ -45,7 +45,8 @@ class FittedTrials final : public Trials {
   /// them alone, and no fit has seen it.
   std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
 
-  /// Is something left of the training runs alone? Held-out runs that do not show an effect cannot judge it.
+  /// Is something left of a signal in the training runs alone? Held-out runs that do not show an effect cannot judge
+  /// it.
   bool only_training_shows_a_remainder(const Trial& trial) const;
 
   /// From now on each training run is held out in turn, beside the held-out runs, or no longer.

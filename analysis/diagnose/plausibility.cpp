@@ -39,6 +39,9 @@ std::string at_its_bound(const EffectInfo& about, const std::vector<Parameter>& 
   for (std::size_t i = 0; i < about.parameter_count; ++i) {
     const EffectParameter& p = about.parameter_list[i];
     if (p.role != Role::amplitude || parameters[i].fixed) continue;
+    if (p.null == infinity && values[i] <= (1 + near) * parameters[i].min) {
+      return Plausible(about, values).at_least(i, values[i], "a bound beyond which it would go");
+    }
     const double room = near * (parameters[i].max - parameters[i].min);
     if (p.null != infinity && values[i] >= parameters[i].max - room && p.null < parameters[i].max - room) {
       return Plausible(about, values).at_most(i, std::abs(values[i]), "a bound beyond which it would go");

@@ -25,23 +25,35 @@ WholeSearch::WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& c
 Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
   if (!only_drives_) return search_and_settle(first, resettle);
   if (torque_left_out_) return search(without_effects_of_the_load(first));
-  std::optional<Finding> law = law_beside(first.model(), first);
-  if (!law) {
-    Readings torque = leave_out(data_, is_torque);
-    const Trial without_torque = again(first);
-    Finding motion = search(without_effects_of_the_load(without_torque));
-    put_back(data_, std::move(torque));
-    // At rest a brake holds what friction leaves of the motor's torque.
-    if (!motion.effects.empty()) law = law_beside(motion.current.model(), first);
-    if (!law) {
-      leave_out(data_, is_torque);
-      torque_left_out_ = true;
-      first = without_torque;
-      return motion;
+  std::optional<Finding> by_law;
+  if (std::optional<Finding> law = law_beside(first.model(), first)) {
+    by_law = with_the_motion(std::move(*law), first);
+    if (!criterion_.remainder(by_law->current.held_out)) return std::move(*by_law);
+  }
+  // What the load does at rest is what friction leaves to it, and a law beside a motion that the model lacks may be of
+  // that: the motion first, under the torque as it was read.
+  Readings torque = leave_out(data_, is_torque);
+  const Trial without_torque = again(first);
+  Finding motion = search(without_effects_of_the_load(without_torque));
+  put_back(data_, std::move(torque));
+  if (!motion.effects.empty()) {
+    if (std::optional<Finding> law = law_beside(motion.current.model(), first)) {
+      Finding found = with_the_motion(std::move(*law), first);
+      return by_law && !criterion_.material(by_law->current.held_out, found.current.held_out) ? std::move(*by_law)
+                                                                                              : found;
     }
   }
-  Finding found = search(without_effects_of_the_load(law->current), first.held_out);
-  return with_law(std::move(*law), std::move(found));
+  if (by_law && criterion_.remainder(motion.current.held_out)) return std::move(*by_law);
+  leave_out(data_, is_torque);
+  torque_left_out_ = true;
+  first = without_torque;
+  return motion;
+}
+
+/// A law of the load, and what else the motion shows beside it.
+Finding WholeSearch::with_the_motion(Finding law, const Trial& first) {
+  Finding found = search(without_effects_of_the_load(law.current), first.held_out);
+  return with_law(std::move(law), std::move(found));
 }
 
 Finding WholeSearch::again(Finding found, const Loss& as_given) {

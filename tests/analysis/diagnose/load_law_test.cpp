@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/catalogue.h"
 #include "tests/analysis/diagnose/answers.h"
 #include "tests/blind/recording.h"
 
@@ -64,6 +65,18 @@ TEST(LoadLaw, IsAskedBesideWhatTheMotorLacks) {
   const std::vector<Profile> few(bench.train.begin(), bench.train.begin() + 2);
   const Diagnosis d = diagnose(record(bench, few, 1), record(bench, bench.held_out, 101), bench.model);
   EXPECT_THAT(named(d), UnorderedElementsAre("dry_brake", "brush_drop")) << report(d);
+}
+
+TEST(LoadLaw, IsNotToldBesideAMotionThatTheModelLacks) {
+  // A brake of the load beside friction that the model as given has wrong: it stands where the machine turns.
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.brake = 0.01;
+  bench.plant.friction.T_c = 0.004;
+  bench.plant.friction.T_s = 0.02;
+  bench.plant.friction.omega_s = 30;
+  bench.model.include(effect_index("coulomb_friction"));
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("dry_brake", "stribeck_friction")) << report(d);
 }
 
 TEST(LoadLaw, LeavesNoUnknownEffectWhereItIsNotQuiteTheLoads) {

@@ -96,6 +96,11 @@ TEST(Plausibility, AnAmplitudeThatRestsOnItsBoundIsNotItsSize) {
   EXPECT_EQ(implausible_value(data_of_the_servo().train, model, effect_index("coulomb_friction")), "")
       << "held there by hand";
   EXPECT_EQ(said_of("coulomb_friction", {0}), "") << "absent";
+  Model soft = servo_with("shaft_compliance", {1e-3, 1e-5, 1e-6});
+  soft.parameters_of(effect_index("shaft_compliance"))[0].min = 1e-3;
+  EXPECT_THAT(implausible_value(data_of_the_servo().train, soft, effect_index("shaft_compliance")),
+              HasSubstr("k is 0.001 N m/rad, not above 0.001 N m/rad, a bound beyond which it would go"))
+      << "absent is at infinity";
 }
 
 TEST(Plausibility, AFieldThatHeatsInASecondIsNotNamedAndTheReasonIsTold) {

@@ -57,6 +57,7 @@ class ByError final : public Criterion {
     return std::abs(best.error() - other.error()) < 0.01 * best.error();
   }
   bool remainder(const Loss& loss) const override { return loss.error() > 1.1; }
+  bool remainder_in(const Loss& loss, Signal) const override { return remainder(loss); }
   bool worth_a_wide_search(const Loss& loss) const override { return remainder(loss); }
   bool far_off(const Loss& loss) const override { return remainder(loss); }
   bool worth_trying_all(const Loss& loss) const override { return remainder(loss); }
