@@ -28,7 +28,7 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
   std::optional<Finding> by_law;
   if (std::optional<Finding> law = law_beside(first.model(), first)) {
     by_law = with_the_motion(std::move(*law), first);
-    if (!criterion_.remainder(by_law->current.held_out)) return std::move(*by_law);
+    if (!leaves_of_the_motion(by_law->current)) return std::move(*by_law);
   }
   // What the load does at rest is what friction leaves to it, and a law beside a motion that the model lacks may be of
   // that: the motion first, under the torque as it was read.
@@ -43,11 +43,18 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
                                                                                               : found;
     }
   }
-  if (by_law && criterion_.remainder(motion.current.held_out)) return std::move(*by_law);
+  if (by_law && leaves_of_the_motion(motion.current)) return std::move(*by_law);
   leave_out(data_, is_torque);
   torque_left_out_ = true;
   first = without_torque;
   return motion;
+}
+
+/// Is something left of what is no reading of the gauge?
+bool WholeSearch::leaves_of_the_motion(const Trial& trial) const {
+  return std::ranges::any_of(trial.held_out.signals(), [&](Signal signal) {
+    return !is_torque(signal) && criterion_.remainder_in(trial.held_out, signal);
+  });
 }
 
 /// A law of the load, and what else the motion shows beside it.

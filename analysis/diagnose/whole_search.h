@@ -50,6 +50,7 @@ class WholeSearch {
   Finding search(const Trial& start, const Loss& as_given);
   Finding search(const Trial& start);
   Finding search_and_settle(const Trial& first, const Resettle& resettle);
+  bool leaves_of_the_motion(const Trial& trial) const;
   Finding with_the_motion(Finding law, const Trial& first);
   std::optional<Finding> law_beside(const Model& fitted, const Trial& first);
 
