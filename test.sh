@@ -6,7 +6,8 @@
 #   asan      the tests of the rooms under AddressSanitizer and UndefinedBehaviorSanitizer; not those of whole programs, nor
 #             those labelled slow
 #   tsan      the tests of what has threads, under ThreadSanitizer
-#   numbers   as asan, of model, estimation and diagnosis: too slow for "all of it", where Eigen checks each index in release as well
+#   numbers   as asan, of model, estimation, diagnosis and the report of it: they take as long to compile as all the rest, too
+#             slow for "all of it", where Eigen checks each index in release as well
 #   tidy      clang-tidy; as slow
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -37,8 +38,8 @@ for what in "$@"; do
       cmake --preset release >/dev/null
       cmake --build --preset release --target all_verify_interface_header_sets ;;
     release) build_and_test release all ;;
-    numbers) build_and_test asan quick model numerics record fit estimate live diagnose ;;
-    asan) build_and_test asan quick hal experiment export session config drivers fuzz usb comedi figures report server daemon ;;
+    numbers) build_and_test asan quick model numerics record fit estimate live diagnose report ;;
+    asan) build_and_test asan quick hal experiment export session config drivers fuzz usb comedi figures server daemon ;;
     tsan) build_and_test tsan quick hal drivers server daemon ;;
     tidy) cmake --preset release >/dev/null && sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet ;;
     *) echo "test.sh: unknown \`$what\`. Known: format, headers, release, asan, tsan, numbers, tidy" >&2; exit 2 ;;
