@@ -92,7 +92,7 @@ ComingAgain coming_again(const ReadingsByCondition& readings) {
   return found;
 }
 
-std::map<Signal, ComingAgain> coming_again(std::span<const Record> records, const Model& model, double memory) {
+std::map<Signal, ComingAgain> coming_again(const RecordRefs& records, const Model& model, double memory) {
   constexpr double forgotten = 5;    // times the memory: exp(-5)
   constexpr double of_shortest = 2;  // 64 pieces at most of an only run: more tell no more
   const double piece = std::max(forgotten * memory, of_shortest * shortest_piece(records));

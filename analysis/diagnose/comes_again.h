@@ -28,6 +28,6 @@ struct ComingAgain {
 ComingAgain coming_again(const ReadingsByCondition& readings);
 
 /// Of each signal. @param memory [s] of what is left
-std::map<Signal, ComingAgain> coming_again(std::span<const Record> records, const Model& model, double memory);
+std::map<Signal, ComingAgain> coming_again(const RecordRefs& records, const Model& model, double memory);
 
 }  // namespace emtb

@@ -56,7 +56,7 @@ struct Pieces {
 };
 
 /// Of each signal, how many readings to go on by so that no more than enough are held.
-std::map<Signal, std::size_t> strides_of(std::span<const Record> records) {
+std::map<Signal, std::size_t> strides_of(const RecordRefs& records) {
   constexpr std::size_t enough = 1U << 18U;
   std::map<Signal, std::size_t> counts;
   for (const Record& record : records) {
@@ -107,7 +107,7 @@ std::size_t Bins::of(double condition) const {
   return width_ > 0 ? std::min(count - 1, static_cast<std::size_t>((condition - from_) / width_)) : 0;
 }
 
-std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Record> records, const Model& model,
+std::map<Signal, ReadingsByCondition> readings_by_condition(const RecordRefs& records, const Model& model,
                                                             double piece) {
   std::map<Signal, ReadingsByCondition> readings;
   const std::vector<double> values = model.values();
@@ -116,12 +116,11 @@ std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Reco
   const std::vector<double> machine_values = machine.values();
   const std::map<Signal, std::size_t> strides = strides_of(records);
   Pieces pieces{piece, 0, 0};
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    const Record& record = records[i];
+  for (const Record& record : records) {
     Trajectory<double> y;
     simulate<double>(record.structure(machine), machine_values, record.excitation, y);
     const std::vector<double> heat = heat_of(record.excitation, y.i_a, machine_values[base::R_a]);
-    const std::vector<Residuals> rs = residuals(records, i, record.structure(model), values, {});
+    const std::vector<Residuals> rs = residuals({&record, 1}, 0, record.structure(model), values, {});
     pieces.begin = record.excitation.t.front();
     for (std::size_t s = 0; s < rs.size(); ++s) {
       const Observation& o = record.observations[s];

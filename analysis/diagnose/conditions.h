@@ -45,7 +45,7 @@ using ReadingsByCondition = std::array<std::vector<ConditionedReading>, conditio
 /// third ..., which tell as much: the angle within a turn [rad], the heat lost in R_a since the run
 /// began [J].
 /// @param piece [s] the length of the pieces that are numbered on through all records; 0: each record is one
-std::map<Signal, ReadingsByCondition> readings_by_condition(std::span<const Record> records, const Model& model,
+std::map<Signal, ReadingsByCondition> readings_by_condition(const RecordRefs& records, const Model& model,
                                                             double piece = 0);
 
 }  // namespace emtb

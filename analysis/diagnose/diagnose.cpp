@@ -98,7 +98,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
 
 /// What the search found, with standard errors, and what of it is left.
 /// @param last it, fitted to the end; none where it has no fit
-void tell_the_answer(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Finding& found,
+void tell_the_answer(Diagnosis& d, const Dataset& data, const RecordRefs& all, const Finding& found,
                      std::optional<Calibration> last, const Model& given) {
   d.final = found.current.model();
   if (last) {
@@ -156,7 +156,7 @@ void sort_best_first(std::vector<Candidate>& candidates) {
 }
 
 /// The model as given, once fitted, and where it fails.
-void tell_of_the_base(Diagnosis& d, const Dataset& data, std::span<const Record> all, const Trial& first,
+void tell_of_the_base(Diagnosis& d, const Dataset& data, const RecordRefs& all, const Trial& first,
                       const DiagnoseOptions& options) {
   d.base = first.model();
   d.base_train = first.train;
@@ -247,7 +247,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   d.training_judges = trials.training_judges();
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();
-  const std::vector<Record> all = data.all();
+  const RecordRefs all = data.all();
   tell_of_the_base(d, data, all, first, options);
   tell_the_answer(d, data, all, found, std::move(last), model);
   name_the_missing(d, found, train, data, options.reach);

@@ -104,7 +104,8 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
   const std::vector<Score> scored = promising(score(records, fitted.model, effects, all), options);
   if (scored.empty()) return std::nullopt;
   Score best = scored.front();
-  const std::vector<Record> runs = shortest_records(records);
+  const ShortestRecords shortest(records);
+  const std::span<const Record> runs = shortest.all();
   const double squares_there = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
   std::vector<std::pair<double, Score::Start>> begun;
   for (const Score::Start& start : best.starts) {

@@ -73,6 +73,10 @@ ResidualMap map_of(Signal signal, Condition against, const std::vector<Condition
 }  // namespace
 
 std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model) {
+  return residual_maps(RecordRefs(records.begin(), records.end()), model);
+}
+
+std::vector<ResidualMap> residual_maps(const RecordRefs& records, const Model& model) {
   constexpr double pieces = 64;  // of all runs: between the 128 and the 16 that the parameters' errors are asked of
   double duration = 0;
   for (const Record& record : records) duration += record.excitation.t.back() - record.excitation.t.front();

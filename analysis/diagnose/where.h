@@ -26,6 +26,7 @@ struct ResidualMap {
 /// Residual maps of every signal against every condition, pooled over all records; conditions are the model's own
 /// simulation, which is free of noise: the angle within a turn [rad], the heat lost in R_a since the run began [J]. The
 /// most telling map of each signal first; none that would be empty, of a meter with a handful of readings.
+std::vector<ResidualMap> residual_maps(const RecordRefs& records, const Model& model);
 std::vector<ResidualMap> residual_maps(std::span<const Record> records, const Model& model);
 
 }  // namespace emtb

@@ -35,7 +35,8 @@ class Fitted {
         trials_(data_, given_, criterion_, score_, 8),
         base_(fitted_base(trials_, data_, given_)),
         worth_a_name_(emtb::worth_a_name(data_, base_.model(), base_.held_out, {})),
-        all_(data_.all()) {
+        all_(data_.train) {
+    all_.insert(all_.end(), data_.held_out.begin(), data_.held_out.end());
     if (data_.held_out.size() < 2) return;
     const auto shortest = std::ranges::min_element(data_.held_out, {}, &Record::length);
     confirm_.push_back(std::move(*shortest));

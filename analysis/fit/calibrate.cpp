@@ -46,7 +46,9 @@ bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std:
 
 }  // namespace
 
-std::vector<Record> shortest_records(std::span<const Record> records) {
+ShortestRecords::ShortestRecords(std::span<const Record> records) : part_(records) {
+  constexpr std::size_t few = 2;
+  if (records.size() <= few) return;
   std::vector<const Record*> shortest_first;
   std::size_t total = 0;
   for (const Record& r : records) {
@@ -54,14 +56,13 @@ std::vector<Record> shortest_records(std::span<const Record> records) {
     total += r.length();
   }
   std::ranges::stable_sort(shortest_first, {}, &Record::length);
-  std::vector<Record> part;  // whole records are megabytes
   std::size_t taken = 0;
   for (const Record* r : shortest_first) {
     taken += r->length();
-    if (part.size() >= 2 && 4 * taken > total) break;
-    part.push_back(*r);
+    if (copies_.size() >= few && 4 * taken > total) break;
+    copies_.push_back(*r);
   }
-  return part;
+  part_ = copies_;
 }
 
 Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options) {
@@ -80,8 +81,8 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
     throw ModelError("model `" + model.name + "` cannot be simulated with its start values: the result is not finite");
   }
   // Other starts descend on a part of the data; what they reach is tried on all of it.
-  const std::vector<Record> part = options.extra_starts > 0 ? shortest_records(records) : std::vector<Record>{};
-  const FitProblem first_look(part, model, options);
+  const ShortestRecords part(options.extra_starts > 0 ? records : std::span<const Record>{});
+  const FitProblem first_look(part.all(), model, options);
   NormalEquations at_best;
   if (options.extra_starts > 0)
     at_best = problem.normal_equations(best.x, true, false);  // at the phases of its descent

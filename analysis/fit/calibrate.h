@@ -54,8 +54,20 @@ struct CalibrationOptions {
   bool quick_errors = false;  ///< leaves long blocks and the length of steps out of the standard errors
 };
 
-/// The shorter records, up to a quarter of the samples, at least two where there are: for a first look.
-std::vector<Record> shortest_records(std::span<const Record> records);
+/// The shorter records, up to a quarter of the samples, at least two where there are: for a first look. Two or fewer
+/// are those that were given, not copies.
+class ShortestRecords {
+ public:
+  explicit ShortestRecords(std::span<const Record> records);
+  ShortestRecords(const ShortestRecords&) = delete;
+  ShortestRecords& operator=(const ShortestRecords&) = delete;
+
+  std::span<const Record> all() const { return part_; }
+
+ private:
+  std::vector<Record> copies_;
+  std::span<const Record> part_;
+};
 
 /// Fits the free parameters by output error: bounded nonlinear least squares (descend(): Levenberg and Marquardt) on
 /// the weighed residuals of all records, from several starts. A parameter that rests on a bound and would leave it is

@@ -223,11 +223,4 @@ double error_of(const std::map<Signal, double>& mean_squares) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, mean_squares.size())));
 }
 
-double shortest_piece(std::span<const Record> records) {
-  constexpr double pieces = 128;
-  double seconds = 0;
-  for (const Record& record : records) seconds += record.excitation.t.back() - record.excitation.t.front();
-  return seconds > 0 ? seconds / pieces : 1;
-}
-
 }  // namespace emtb

@@ -66,7 +66,13 @@ double error_of(const std::map<Signal, double>& mean_squares);
 /// [s] The length of the shortest pieces whose residuals count as independent: as much time in all as a hundred and
 /// twenty-eight of them last. A share, not a number of seconds: a large machine moves a thousand times slower than a
 /// small one.
-double shortest_piece(std::span<const Record> records);
+template <class Records>
+double shortest_piece(const Records& records) {
+  constexpr double pieces = 128;
+  double seconds = 0;
+  for (const Record& record : records) seconds += record.excitation.t.back() - record.excitation.t.front();
+  return seconds > 0 ? seconds / pieces : 1;
+}
 
 /// Calls visit(piece, begin, rows) for each group of neighbouring readings that end in the same piece of their record.
 /// @param length [s] of a piece

@@ -53,8 +53,8 @@ std::vector<double> late_by_row(double late, std::span<const double> t) {
 
 }  // namespace
 
-std::vector<Record> Dataset::all() const {
-  std::vector<Record> records = train;
+RecordRefs Dataset::all() const {
+  RecordRefs records(train.begin(), train.end());
   records.insert(records.end(), held_out.begin(), held_out.end());
   return records;
 }

@@ -29,7 +29,7 @@ struct Dataset {
   std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
   Timing timing = {};                       ///< of all runs, see fit/timing.h
 
-  std::vector<Record> all() const;
+  RecordRefs all() const;   ///< as long as the dataset stands
   double interval() const;  ///< [s] of a sample of the first training run
 };
 

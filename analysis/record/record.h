@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +46,9 @@ struct Record : ObservedRun {
   double angle_wander = 0;      ///< [rad^2/s] variance that an integrated angle gains
   bool lags_in_itself = false;  ///< no timing explains it: what lags by less than a row is the machine
 };
+
+/// Records that need not lie side by side: none is copied, which an hour's would not bear.
+using RecordRefs = std::vector<std::reference_wrapper<const Record>>;
 
 enum class Chaining { staged, chained };
 
