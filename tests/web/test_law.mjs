@@ -13,6 +13,14 @@ test("what no effect explains is told, with a law and its picture", async () => 
   expect(violations === "", violations);
 });
 
+test("the error of the fitted model is one number in verdict, panel and law", async () => {
+  const panel = await page.locator("#error-held-out").innerText();
+  const verdict = await page.locator("section[aria-label=Verdict]").innerText();
+  const law = /Error held out\s+(\S+) →/.exec(await page.locator("#discovered").innerText())?.[1];
+  expect(verdict.includes(`${panel} noise floors`), `the panel says ${panel}; the verdict: ${verdict}`);
+  expect(law === panel, `the panel says ${panel}, the law ${law}`);
+});
+
 test("adding the law makes the error fall; undo brings it back", async () => {
   const before = await errorHeldOut();
   await page.locator("#add-law").click();

@@ -262,6 +262,11 @@ function bandsOf(traces: Trace[]): uPlot.Band[] {
   });
 }
 
+/// Plots share the cursor. What is dragged in one is told to the others as a range, once.
+function notOfDrag(event: string): boolean {
+  return event !== "mousedown" && event !== "mouseup";
+}
+
 function chartOptions(plot: Plot, width: number, zoom: (range: [number, number]) => void): uPlot.Options {
   const {options} = plot;
   const axis = {stroke: () => colour("muted"), grid: {stroke: () => colour("grid"), width: 1}, ticks: {stroke: () => colour("grid"), size: 4}, font: "12px system-ui, sans-serif"};
@@ -270,7 +275,7 @@ function chartOptions(plot: Plot, width: number, zoom: (range: [number, number])
   const xUnit = unitText(options.x.unit) && ` ${unitText(options.x.unit)}`;
   return {
     width, height: plot.height(), pxAlign: 0, padding: [8, 22, 0, 0],
-    cursor: {sync: options.group ? {key: options.group.key, setSeries: false} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
+    cursor: {sync: options.group ? {key: options.group.key, setSeries: false, filters: {pub: notOfDrag}} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
     legend: {show: false},
     scales: {x: {time: false, auto: false, distr: options.logX ? 3 : 1}, y: {distr: options.log ? 3 : 1, range: (_u, low, high) => yRange(plot, low, high)}},
     series: [{}, ...plot.traces.flatMap(seriesOf)],

@@ -156,7 +156,9 @@ class Diagnose {
 
   private async run(): Promise<void> {
     try {
-      work.diagnosis = await work.lasting("diagnose", {}, "Looking for what is missing");
+      const {work: fitted, ...diagnosis} = await work.lasting("diagnose", {}, "Looking for what is missing");
+      work.diagnosis = diagnosis;
+      work.take(fitted);  // the diagnosis is of the model once fitted
       work.diagnosed = work.state;
     } catch (error) {
       put(this.verdict, h("p", {class: "bad"}, String((error as Error).message)));
