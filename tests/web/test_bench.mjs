@@ -1,5 +1,7 @@
 // The bench, live: start, watch, stop, a fault, two pages, a daemon that comes back, a connection that is lost.
-import {Bench, benchFile, expect, goTo, newPage, open, patience, runAll, servePage, test, until} from "./harness.mjs";
+import fs from "node:fs";
+import path from "node:path";
+import {axe, Bench, benchFile, expect, folder, goTo, newPage, open, patience, runAll, servePage, test, until} from "./harness.mjs";
 
 let bench, served, page;
 const state = (p) => p.locator("#state .word").innerText();
@@ -66,6 +68,33 @@ test("Esc stops a run, in a text field too", async () => {
   await until("the run is over", async () => (await state(page)) === "Armed");
 });
 
+test("a profile asks the operator before and in mid-run, and goes on when told", async () => {
+  await page.locator("#profile").selectOption("fh2_ask");
+  await until("what it needs is said", async () => /motor is at rest/.test(await page.locator("main").innerText()));
+  expect((await page.locator("section[aria-label=Run]").innerText()).includes("set the brake to <b>2 A</b>"), "the pause is not announced beforehand, as text");
+  await until("the motor is at rest", async () => Math.abs(Number((await page.locator(".strip", {hasText: "Speed"}).locator(".value").innerText()).replace("−", "-"))) < 0.5);
+  await until("the start is allowed", () => page.locator("#start").isEnabled());
+  await page.locator("#start").click();
+  expect((await page.locator("dialog").innerText()).includes("set the brake to <b>2 A</b>"), "the question does not name the pause");
+  await page.locator("dialog").getByRole("button", {name: "Start the run"}).click();
+  const prompt = page.locator("[role=alert]", {hasText: "set the brake to <b>2 A</b>"});
+  await prompt.waitFor();
+  const violations = await axe(page);
+  expect(violations === "", violations);
+  const far = () => page.locator("section[aria-label=Run] progress").evaluate((bar) => bar.value);
+  await until("the run waits", async () => {
+    const before = await far();
+    await page.waitForTimeout(400);
+    return (await far()) === before;
+  });
+  await page.locator("#confirm").focus();
+  await page.waitForTimeout(1200);
+  expect(await page.locator("#confirm").evaluate((button) => button === document.activeElement), "the button loses the focus while the run waits");
+  await page.keyboard.press("Enter");
+  await until("the prompt is gone", async () => (await prompt.count()) === 0 || !(await prompt.isVisible()));
+  await until("the run is done", async () => /fh2_ask is done/.test(await page.locator("#last-run").innerText().catch(() => "")));
+});
+
 test("live estimates are shown while a run is on", async () => {
   await startRun(page, "fh2_step_low");
   await goTo(page, "estimates");
@@ -107,6 +136,8 @@ test("a lost connection greys the values with their age, and STOP says that noth
 test("nothing broke in the page meanwhile", async () => expect(page.wrong.length === 0, page.wrong.join("\n")));
 
 await runAll(async () => {
+  fs.mkdirSync(path.join(folder, "profiles"));
+  fs.writeFileSync(path.join(folder, "profiles/fh2_ask.yaml"), `name: fh2_ask\nkind: step\nlevel: 1\nbefore: 1\nhold: 1\nafter: 1\nneeds: {at_rest: true}\npauses: [{at: 0.5, say: "set the brake to <b>2 A</b>"}]\n`);
   bench = await new Bench(benchFile("bench.yaml")).start();
   served = await servePage([], ["--socket", bench.socket]);
   page = await newPage();
