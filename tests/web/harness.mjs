@@ -133,6 +133,12 @@ export async function newPage(options = {}) {
   return page;
 }
 
+/// The next page starts another.
+export async function closeBrowser() {
+  await browser?.close();
+  browser = undefined;
+}
+
 export async function open(page, url, view) {
   await page.goto(url);
   await page.locator("nav.views a").first().waitFor();
@@ -183,7 +189,7 @@ export async function runAll(prepare = async () => undefined) {
     ++wrong;
     console.log(`WRONG before the tests\n${error.stack}`);
   }
-  await browser?.close();
+  await closeBrowser();
   for (const child of [...children]) await end(child, "SIGKILL");
   fs.rmSync(folder, {recursive: true, force: true});
   process.exit(wrong ? 1 : 0);

@@ -80,6 +80,9 @@ export class Plot {
   private keyValues: HTMLElement[] = [];
   size = 0;  ///< largest value drawn; a strip keeps it, so that its digits do not jump
   private readonly watch: ResizeObserver;
+  private readonly sight: IntersectionObserver;
+  private inSight = true;
+  private stale = false;  ///< what is out of sight is drawn when it comes into it
   private readonly forget: () => void;
   private xRange: [number, number] | null = null;
 
@@ -96,6 +99,11 @@ export class Plot {
     this.canvas.addEventListener("dblclick", () => this.zoomTo(null));
     this.watch = new ResizeObserver(() => this.resize());
     this.watch.observe(this.canvas);
+    this.sight = new IntersectionObserver((changes) => {
+      this.inSight = changes[changes.length - 1].isIntersecting;
+      if (this.inSight) this.drawNow();
+    }, {rootMargin: "100px"});
+    this.sight.observe(this.canvas);
     this.forget = onTheme(() => this.chart?.redraw(true, true));
     options.group?.join(this);
     this.xRange = options.group?.range ?? null;
@@ -104,15 +112,17 @@ export class Plot {
   /// Ends the plot; its view is gone.
   destroy(): void {
     this.watch.disconnect();
+    this.sight.disconnect();
     this.forget();
     this.options.group?.leave(this);
     this.chart?.destroy();
     this.chart = null;
   }
 
-  /// Draws these instead. As long as labels and kinds stay, only the data change.
-  show(traces: Trace[]): void {
+  /// Draws these instead. As long as labels and kinds stay, only the data change. @param range of x, where it changes, too
+  show(traces: Trace[], range?: [number, number]): void {
     this.traces = traces;
+    if (range) this.xRange = range;
     this.columns = aligned(traces);
     const size = Math.max(largest(traces, this.floor), this.options.smallest ?? 0, this.options.bare ? this.size : 0);
     this.size = size;
@@ -122,11 +132,19 @@ export class Plot {
       this.signature = signature;
       this.build();
     } else {
-      this.chart.setData(this.columns, false);
-      this.fit();
+      this.stale = true;
+      if (this.inSight) this.drawNow();
     }
     this.labelAxis();
     if (!this.table.hidden) put(this.table, numbersTable(this));
+  }
+
+  /// Draws what was shown while nobody saw it.
+  drawNow(): void {
+    if (!this.stale || !this.chart) return;
+    this.stale = false;
+    this.chart.setData(this.columns, false);
+    this.fit();
   }
 
   /// The part of x that is shown; null: all of it.
@@ -152,6 +170,7 @@ export class Plot {
     this.chart?.destroy();
     this.canvas.textContent = "";
     const width = Math.max(120, this.canvas.clientWidth || 600);
+    this.stale = false;
     this.chart = new uPlot(chartOptions(this, width, (range) => this.zoomTo(range)), this.columns, this.canvas);
     this.fit();
     this.keyValues = [];

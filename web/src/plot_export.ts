@@ -55,6 +55,7 @@ export function exportCsv(plot: Plot): void {
 }
 
 export function exportPng(plot: Plot): void {
+  plot.drawNow();
   const source = plot.chart?.ctx.canvas;
   if (!source) return;
   const ratio = devicePixelRatio, head = 34 * ratio;

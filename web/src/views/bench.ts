@@ -30,8 +30,7 @@ class Strip {
     if (!trail) return;
     const now = bench.clock();
     const {x, low, high} = trail.view(now - bench.span, 900, now);
-    this.plot.show([{label: "", ink: "model", x, y: low, high, width: 1.2}]);
-    this.plot.showRange([-bench.span, 0]);
+    this.plot.show([{label: "", ink: "model", x, y: low, high, width: 1.2}], [-bench.span, 0]);
   }
 
   write(): void {
@@ -58,7 +57,7 @@ function smallest(unit: string): number {
 }
 
 function strips(): {element: HTMLElement; close: () => void} {
-  let list: Strip[] = [], of = "", frame = 0, drawn = 0;
+  let list: Strip[] = [], of = "", frame = 0, due = 0;
   const host = h("div", {class: "strips"});
   const dropped = h("span", {class: "muted small"});
   const buttons = windows.map((span) => h("button", {class: "quiet", onclick: () => bench.watch(span)}, duration(span).replace(/\.0/, "").replace(/\u00a000\u00a0s/, "")));
@@ -78,8 +77,9 @@ function strips(): {element: HTMLElement; close: () => void} {
   };
   const draw = (at: number) => {
     frame = requestAnimationFrame(draw);
-    if (at - drawn < Math.max(30, 0.8 * bench.span) || paused()) return;  // half a pixel of movement
-    drawn = at;
+    if (at < due || paused()) return;
+    const period = Math.max(32, 0.8 * bench.span);  // [ms] 30 times a second; with long spans half a pixel of movement
+    due = Math.max(due + period, at - period);  // what comes late does not put off the next
     for (const strip of list) strip.draw();
   };
   const values = setInterval(() => paused() || list.forEach((s) => s.write()), 150);
