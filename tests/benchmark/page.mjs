@@ -1,6 +1,8 @@
 // See page.sh. Each measurement prints what it measured and ends with 1 where that is beyond what is asked for.
+import {spawn} from "node:child_process";
 import fs from "node:fs";
 import net from "node:net";
+import os from "node:os";
 import path from "node:path";
 import {Bench, benchFile, closeBrowser, emtb, expect, folder, newPage, open, recordStory, root, runAll, servePage, test, until} from "../web/harness.mjs";
 
@@ -8,7 +10,7 @@ const [part, ...words] = process.argv.slice(2);
 const option = (name, usual) => Number(words[words.indexOf(`--${name}`) + 1 || words.length] ?? usual);
 const pause = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
 const status = (bench) => JSON.parse(emtb("--socket", bench.socket, "status", "--json", "-"));
-const median = (values) => quantile(values, 0.5);
+const median = (values) => (quantile(values, 0.5) + quantile(values, 0.5 - 1e-9)) / 2;
 const quantile = (values, share) => values.toSorted((a, b) => a - b)[Math.min(values.length - 1, Math.floor(share * values.length))];
 
 /// A run of the daemon's, held by a connection of its own for as long as that stands.
@@ -71,7 +73,10 @@ async function lateness(seconds, pages) {
 
 async function loop() {
   const pairs = option("pairs", 10), seconds = option("seconds", 20), ratios = [];
-  console.log(`1 kHz, SCHED_FIFO, a run on, ${seconds} s each; lateness of the loop [us]\npair   without p50   p99   three pages p50   p99   ratio of p99`);
+  const others = words.includes("--busy") ? os.cpus().length - 1 : 0;  // emtbd takes the last processor
+  const load = Array.from({length: others}, (_, cpu) => spawn("taskset", ["-c", String(cpu), "sh", "-c", "while :; do :; done"]));
+  process.on("exit", () => load.forEach((one) => one.kill("SIGKILL")));
+  console.log(`1 kHz, SCHED_FIFO, a run on, ${seconds} s each, ${others ? "the other processors kept busy" : "nothing else started"}; lateness of the loop [us]\npair   without p50   p99   three pages p50   p99   ratio of p99`);
   for (let pair = 0; pair < pairs; ++pair) {
     const first = pair % 2 ? 3 : 0;
     const legs = {[first]: await lateness(seconds, first), [3 - first]: await lateness(seconds, 3 - first)};

@@ -7,7 +7,9 @@ const errorHeldOut = () => number(page, "#error-held-out");
 test("what no effect explains is told, with a law and its picture", async () => {
   await page.locator("#diagnose").click();
   await page.locator("#discovered").waitFor({timeout: 200_000});
-  await page.locator("#discovered svg").first().waitFor();
+  await page.locator("#discovered canvas").waitFor();
+  await page.getByRole("button", {name: "Numbers of The law against"}).click();
+  await until("the law's numbers", async () => (await page.locator("#discovered .numbers tbody tr").count()) > 10);
   expect(/speed|omega/.test(await page.locator("#discovered").innerText()), "the card does not say over what the rest lives");
   const violations = await axe(page);
   expect(violations === "", violations);

@@ -76,6 +76,8 @@ export class Plot {
   private readonly canvas = h("div", {class: "canvas", tabindex: "0", role: "img"});
   private readonly keys = h("span", {class: "row"});
   private readonly axis = h("span", {class: "axis"});
+  readonly tools: HTMLElement;  ///< in the header; without one, wherever the view puts it
+  private tableTimer = 0;
   private readonly table = h("div", {class: "numbers", hidden: true, tabindex: "0", role: "region", "aria-label": "Numbers of this plot"});
   private keyValues: HTMLElement[] = [];
   size = 0;  ///< largest value drawn; a strip keeps it, so that its digits do not jump
@@ -89,11 +91,11 @@ export class Plot {
   constructor(readonly options: PlotOptions) {
     this.floor = options.floor;
     this.canvas.setAttribute("aria-label", `${options.title}: ${options.about}`);
-    const numbers = h("button", {class: "quiet", "aria-expanded": "false", onclick: () => this.toggleNumbers(numbers)}, "Numbers");
-    const tools = h("span", {class: "tools"}, numbers,
+    const numbers = h("button", {class: "quiet", "aria-expanded": "false", "aria-label": `Numbers of ${options.title}`, onclick: () => this.toggleNumbers(numbers)}, "Numbers");
+    this.tools = h("span", {class: "tools"}, numbers,
       h("button", {class: "quiet", "aria-label": `PNG of ${options.title}`, onclick: () => exportPng(this)}, "PNG"),
       h("button", {class: "quiet", "aria-label": `CSV of ${options.title}`, onclick: () => exportCsv(this)}, "CSV"));
-    const header = options.bare ? null : h("header", {}, h("span", {class: "title"}, options.title), this.axis, this.keys, tools);
+    const header = options.bare ? null : h("header", {}, h("span", {class: "title"}, options.title), this.axis, this.keys, this.tools);
     this.element = h("figure", {class: "figure"}, header, this.canvas, this.table);
     this.canvas.addEventListener("keydown", (event) => this.key(event));
     this.canvas.addEventListener("dblclick", () => this.zoomTo(null));
@@ -113,6 +115,7 @@ export class Plot {
   destroy(): void {
     this.watch.disconnect();
     this.sight.disconnect();
+    clearTimeout(this.tableTimer);
     this.forget();
     this.options.group?.leave(this);
     this.chart?.destroy();
@@ -136,7 +139,12 @@ export class Plot {
       if (this.inSight) this.drawNow();
     }
     this.labelAxis();
-    if (!this.table.hidden) put(this.table, numbersTable(this));
+    if (!this.table.hidden && !this.tableTimer) this.tableTimer = window.setTimeout(() => this.writeTable(), 300);  // not 30 times a second
+  }
+
+  private writeTable(): void {
+    this.tableTimer = 0;
+    put(this.table, this.table.hidden ? null : numbersTable(this));
   }
 
   /// Draws what was shown while nobody saw it.
@@ -225,7 +233,7 @@ export class Plot {
   private toggleNumbers(button: HTMLElement): void {
     this.table.hidden = !this.table.hidden;
     button.setAttribute("aria-expanded", String(!this.table.hidden));
-    put(this.table, this.table.hidden ? null : numbersTable(this));
+    this.writeTable();
   }
 }
 
@@ -293,7 +301,7 @@ function chartOptions(plot: Plot, width: number, zoom: (range: [number, number])
   const gridX = options.logX ? {grid: decades, ticks: decades} : {}, gridY = options.log ? {grid: decades, ticks: decades} : {};
   const xUnit = unitText(options.x.unit) && ` ${unitText(options.x.unit)}`;
   return {
-    width, height: plot.height(), pxAlign: 0, padding: [8, 22, 0, 0],
+    width, height: plot.height(), pxAlign: 0, padding: [8, options.logX ? 40 : 22, 0, 0],
     cursor: {sync: options.group ? {key: options.group.key, setSeries: false, filters: {pub: notOfDrag}} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
     legend: {show: false},
     scales: {x: {time: false, auto: false, distr: options.logX ? 3 : 1}, y: {distr: options.log ? 3 : 1, range: (_u, low, high) => yRange(plot, low, high)}},

@@ -35,15 +35,15 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
   let profile: Profile | null = null;
   let loaded = false;
   const select = h("select", {id: "profile", onchange: () => choose()});
-  const preview = new Plot({title: "Preview", about: "the reference over the time of the run", bare: true, height: 110, x: {name: "t", unit: "s"}, y: {name: "u_ref", unit: "V"}, zero: true});
+  const preview = new Plot({title: "Preview of the reference", about: "the reference over the time of the run", bare: true, height: 110, x: {name: "t", unit: "s"}, y: {name: "u_ref", unit: "V"}, zero: true});
   const about = h("div", {class: "stack"});
   const note = h("input", {type: "text", maxlength: "500", autocomplete: "off"});
   const brake = h("input", {type: "text", maxlength: "100", autocomplete: "off", placeholder: "e.g. released"});
   const start = h("button", {class: "main", id: "start", onclick: () => begin()}, "Start run …");
   const arm = h("button", {id: "arm", onclick: () => armBench()}, "Arm …");
   const why = h("p", {class: "muted small", id: "start-why"});
-  const form = h("div", {class: "stack"}, h("label", {class: "field"}, "Profile", select), preview.element, about,
-    h("label", {class: "field"}, "Note, kept in the session", note), h("label", {class: "field"}, "Brake", brake),
+  const form = h("div", {class: "stack"}, h("label", {class: "field"}, "Profile", select), h("div", {}, preview.element, h("div", {class: "figure"}, h("header", {}, preview.tools))), about,
+    h("details", {}, h("summary", {}, "Note and brake ", h("span", {class: "muted"}, "kept in the session")), h("div", {class: "stack"}, h("label", {class: "field"}, "Note", note), h("label", {class: "field"}, "Brake", brake))),
     h("div", {class: "row"}, start, arm), why);
   // Built once, so that a click or the focus is not lost while the run goes on.
   const which = h("b", {}), howFar = h("span", {}), bar = h("progress", {max: 1, "aria-label": "Progress of the run"}), sessionFile = h("p", {class: "muted small mono"});
