@@ -127,6 +127,13 @@ test("the report and the model are saved, the shipped model is untouched", async
   const file = path.join(folder, "report.html");
   await report.saveAs(file);
   expect(/<html/i.test(fs.readFileSync(file, "utf8")) && fs.statSync(file).size > 50_000, "the report is no page");
+  const phone = await newPage({viewport: {width: 360, height: 740}});
+  await phone.goto(`file://${file}`);
+  const over = await phone.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  expect(over <= 0, `on a phone the report is ${over} px too wide`);
+  const violations = await axe(phone);
+  expect(violations === "", violations);
+  await phone.context().close();
   const [saved] = await Promise.all([page.waitForEvent("download"), page.locator("#save-model").click()]);
   await saved.saveAs(path.join(folder, "saved.yaml"));
   expect(/effects:/.test(fs.readFileSync(path.join(folder, "saved.yaml"), "utf8")), "the model file has no effects");

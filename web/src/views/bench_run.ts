@@ -43,8 +43,8 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
   const arm = h("button", {id: "arm", onclick: () => armBench()}, "Arm …");
   const why = h("p", {class: "muted small", id: "start-why"});
   const form = h("div", {class: "stack"}, h("label", {class: "field"}, "Profile", select), h("div", {}, preview.element, h("div", {class: "figure"}, h("header", {}, preview.tools))), about,
-    h("details", {}, h("summary", {}, "Note and brake ", h("span", {class: "muted"}, "kept in the session")), h("div", {class: "stack"}, h("label", {class: "field"}, "Note", note), h("label", {class: "field"}, "Brake", brake))),
-    h("div", {class: "row"}, start, arm), why);
+    h("div", {class: "row"}, start, arm), why,
+    h("details", {}, h("summary", {}, "Note and brake ", h("span", {class: "muted"}, "kept in the session")), h("div", {class: "stack"}, h("label", {class: "field"}, "Note", note), h("label", {class: "field"}, "Brake", brake))));
   // Built once, so that a click or the focus is not lost while the run goes on.
   const which = h("b", {}), howFar = h("span", {}), bar = h("progress", {max: 1, "aria-label": "Progress of the run"}), sessionFile = h("p", {class: "muted small mono"});
   const say = h("p", {class: "verdict"}), within = h("p", {class: "muted small"});
