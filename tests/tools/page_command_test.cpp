@@ -202,6 +202,15 @@ TEST_F(PageCommand, MakesSessionsOfPartsAndOfForeignColumns) {
   EXPECT_TRUE(page->ask("session_cut", {{"path", recording}, {"from", 1e6}}).contains("error"));
   EXPECT_TRUE(page->ask("session_cut", {{"path", "/etc/passwd"}, {"from", 1}}).contains("error"));
 
+  const std::string two = write("work/two.csv", "run,t_s,omega_rad_s\na,0,1\na,1,2\nb,0,3\nb,1,4\nb,2,5\n");
+  const json runs = result(*page, "session_data", {{"path", two}})["runs"];
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs[1]["run"], "b");
+  const json of_b = result(*page, "session_cut", {{"path", two}, {"run", "b"}, {"from", 1}});
+  EXPECT_EQ(result(*page, "session_data", {{"path", of_b["path"]}})["runs"][0]["signals"]["omega"]["value"],
+            json({4, 5}));
+  EXPECT_TRUE(page->ask("session_cut", {{"path", two}, {"run", "c"}, {"from", 1}}).contains("error"));
+
   const std::string foreign = write("work/bench.csv", "zeit;n\n0;0\n500;60\n1000;120\n");
   const json columns = result(*page, "csv_columns", {{"path", foreign}})["columns"];
   EXPECT_EQ(columns[1],

@@ -8,6 +8,7 @@ const out = process.env.EMTB_PICTURES;
 let served, bench;
 async function shot(page, name, height = 720) {
   await page.mouse.move(4, 700);  // nothing under the pointer
+  await page.evaluate(() => globalThis.scrollTo(0, 0));
   await page.evaluate((user) => {  // whoever draws them is of no interest
     for (const place of document.querySelectorAll("#controller, .session-notes p")) place.textContent = place.textContent.replaceAll(user, "operator").replace(/process \d+/, "process 1234");
   }, os.userInfo().username);
@@ -76,7 +77,6 @@ test("pictures", async () => {
   await open(law, (await serveHump()).url, "diagnose");
   await law.locator("#diagnose").click();
   await law.locator("#discovered").waitFor({timeout: 200_000});
-  await law.evaluate(() => globalThis.scrollTo(0, 0));
   await shot(law, "law");
 
   const phone = await newPage({viewport: {width: 360, height: 740}, hasTouch: true});

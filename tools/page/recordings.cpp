@@ -165,7 +165,7 @@ void Recordings::note(const json& params) {
 json Recordings::data(const json& params, const Mapping& mapping) const {
   const auto file = checked(rpc::Params(params).text("path"));
   json runs = json::array();
-  for (const Run& run : read_runs(file.string(), mapping)) {
+  for (const Run& run : read_session(file, mapping).runs) {
     runs.push_back({{"run", run.name},
                     {"duration", number(run.duration())},
                     {"signals", binned(run, Window::of(params, run.duration()))}});

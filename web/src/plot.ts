@@ -16,7 +16,7 @@ export interface Trace {
   y: Values;
   high?: Values;
   error?: Values;  ///< standard errors of y
-  as?: "line" | "steps" | "points" | "area";
+  as?: "line" | "steps" | "points" | "area" | "envelope";  ///< envelope: one line to and fro between y and high, cheap to draw
   dash?: boolean;
   width?: number;
 }
@@ -278,12 +278,35 @@ function seriesOf(trace: Trace): uPlot.Series[] {
   if (points) one.paths = () => null;
   if (trace.as === "steps" && uPlot.paths.stepped) one.paths = uPlot.paths.stepped({align: 1});
   if (trace.as === "area") one.width = 0;
+  if (trace.as === "envelope") return [{...one, paths: () => null}, {...one, paths: envelope}];
   return trace.high ? [one, {...one}] : [one];
+}
+
+/// A stroke from bin to bin, and within each from its smallest to its largest: what a live strip can afford 30 times a second.
+function envelope(u: uPlot, series: number, from: number, to: number): uPlot.Series.Paths {
+  const [x, low, high] = [u.data[0], u.data[series - 1], u.data[series]], {left, top, width, height} = u.bbox;
+  const {min: x0 = 0, max: x1 = 1} = u.scales.x, {min: y0 = 0, max: y1 = 1} = u.scales.y;
+  const perX = width / ((x1 ?? 1) - (x0 ?? 0)), perY = height / ((y1 ?? 1) - (y0 ?? 0));
+  const stroke = new Path2D();
+  let down = false;
+  for (let n = from; n <= to; ++n) {
+    const a = low[n], b = high[n];
+    if (a === null || b === null || a === undefined || b === undefined) {
+      down = false;
+      continue;
+    }
+    const at = left + (x[n] - (x0 ?? 0)) * perX, first = top + height - ((n % 2 ? b : a) - (y0 ?? 0)) * perY;
+    if (down) stroke.lineTo(at, first);
+    else stroke.moveTo(at, first);
+    if (a !== b) stroke.lineTo(at, top + height - ((n % 2 ? a : b) - (y0 ?? 0)) * perY);
+    down = true;
+  }
+  return {stroke, fill: null, clip: null, band: null, flags: 0};
 }
 
 function bandsOf(traces: Trace[]): uPlot.Band[] {
   return traces.flatMap((trace, n) => {
-    if (!trace.high) return [];
+    if (!trace.high || trace.as === "envelope") return [];
     const from = columnOf(traces, n);
     return [{series: [from + 1, from] as [number, number], fill: () => faint(trace.ink, trace.as === "area" || trace.ink === "measured" ? 0.3 : 0.55)} as unknown as uPlot.Band];
   });

@@ -30,7 +30,7 @@ class Strip {
     if (!trail) return;
     const now = bench.clock();
     const {x, low, high} = trail.view(now - bench.span, 900, now);
-    this.plot.show([{label: "", ink: "model", x, y: low, high, width: 1.2}], [-bench.span, 0]);
+    this.plot.show([{label: "", ink: "model", x, y: low, high, width: 1.2, as: "envelope"}], [-bench.span, 0]);
   }
 
   write(): void {
