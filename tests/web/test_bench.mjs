@@ -79,7 +79,7 @@ test("a profile asks the operator before and in mid-run, and goes on when told",
   await page.locator("#profile").selectOption("fh2_ask");
   await until("what it needs is said", async () => /motor is at rest/.test(await page.locator("main").innerText()));
   expect((await page.locator("section[aria-label=Run]").innerText()).includes("set the brake to <b>2 A</b>"), "the pause is not announced beforehand, as text");
-  await until("the motor is at rest", async () => /^.?0\.[0-4]/.test(await page.locator(".strip", {hasText: "Speed"}).locator(".value").innerText()));
+  await until("the motor is at rest", async () => /^−?0\.[0-4]/.test(await page.locator(".strip", {hasText: "Speed"}).locator(".value").innerText()));
   await until("the start is allowed", () => page.locator("#start").isEnabled());
   await page.locator("#start").click();
   expect((await page.locator("dialog").innerText()).includes("set the brake to <b>2 A</b>"), "the question does not name the pause");
