@@ -44,8 +44,9 @@ Mapping::Source read_source(const YamlMap& yaml, Signal signal) {
 
 }  // namespace
 
-Mapping read_mapping(const std::filesystem::path& path) {
-  const YamlMap yaml = YamlMap::load(path);
+Mapping read_mapping(const std::filesystem::path& path) { return read_mapping(YamlMap::load(path)); }
+
+Mapping read_mapping(const YamlMap& yaml) {
   yaml.only({"time", "time_unit", "run", "columns", "window", "delimiter", "decimal"});
   Mapping mapping;
   mapping.time = yaml.text_or("time", mapping.time);

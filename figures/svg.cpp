@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -32,8 +33,10 @@ void draw_x_axis(Canvas& canvas, const Layout& layout, double bottom) {
     free_from = x + half + 4;
   }
   if (layout.x().title().empty()) return;
-  canvas.text(layout.left() + layout.width() / 2, y + line_height * static_cast<double>(layout.x_lines()),
-              layout.x().title(), {.anchor = "middle", .bold = true});
+  const double half = 0.53 * width_of(layout.x().title()), width = layout.figure().width;  // bold
+  const double middle = std::max(half, std::min(layout.left() + layout.width() / 2, width - half - 2));
+  canvas.text(middle, y + line_height * static_cast<double>(layout.x_lines()), layout.x().title(),
+              {.anchor = "middle", .bold = true});
 }
 
 std::string opening_tag(const Figure& figure, const Layout& layout, Theme theme) {

@@ -21,7 +21,7 @@ p{margin:.6rem 0}
 .summary,figcaption,caption{color:var(--faint)}
 .lead{font-size:1.15rem;border-left:4px solid var(--blue);padding:.4rem 0 .4rem 1rem;margin:1rem 0}
 nav{font-size:.9rem;margin:1rem 0}
-nav a{margin-right:1.1rem;white-space:nowrap}
+nav a{display:inline-block;margin-right:1.1rem;padding:.25rem 0;white-space:nowrap}
 a{color:var(--blue)}
 figure{margin:1.4rem 0;break-inside:avoid}
 figcaption{font-size:.9rem;margin-top:.3rem;max-width:46rem}
@@ -53,7 +53,7 @@ sub{font-size:.75em;line-height:0}
   .plot.narrow{display:block}
   .hero,dl{display:block}
   dd{margin-bottom:.5rem}
-  .scroll{overflow:visible}
+  thead th,tbody th{white-space:normal;overflow-wrap:anywhere}
   .cards,.cards tbody,.cards tr,.cards th,.cards td,.cards caption{display:block;text-align:left;white-space:normal}
   .cards thead{display:none}
   .cards tr{border-bottom:1px solid var(--frame);padding:.35rem 0}
@@ -108,12 +108,23 @@ std::string without_marks(std::string text) {
   return text;
 }
 
+/// On a phone there is room for a bar's value at its end; what stands behind the colon stands in the table, too.
+void shorten_labels(Figure& figure) {
+  for (Panel& panel : figure.panels) {
+    for (Trace& trace : panel.traces) {
+      if (trace.kind != Trace::Kind::horizontal_bars) continue;
+      for (std::string& label : trace.labels) label.resize(std::min(label.size(), label.find(": ")));
+    }
+  }
+}
+
 /// A figure, and where it is too wide for a phone, once more as wide as that.
 std::string drawn(const Figure& figure) {
   constexpr double phone = 380;  // [px]
   if (figure.width <= phone) return "<div class=\"plot\">" + to_svg(figure, Theme::page) + "</div>";
   Figure narrow = figure;
   narrow.width = phone;
+  shorten_labels(narrow);
   return "<div class=\"plot whole\">" + to_svg(figure, Theme::page) + "</div><div class=\"plot narrow\">" +
          to_svg(narrow, Theme::page) + "</div>";
 }

@@ -297,6 +297,35 @@ Session read_csv_text(const std::filesystem::path& path, const std::string& text
   return session;
 }
 
+CsvHead read_csv_head(const std::filesystem::path& path, std::size_t rows) {
+  constexpr std::size_t enough = std::size_t{1} << 18;
+  if (std::error_code error; !std::filesystem::is_regular_file(path, error))
+    throw SessionError(path.string() + ": is no file");
+  std::ifstream in(path, std::ios::binary);
+  std::string text(enough, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(enough));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (text.size() == enough) text.resize(text.rfind('\n') + 1);  // the last line may have been cut
+  const Mapping shown_by_file = completed({}, text);
+  CsvHead head{.delimiter = shown_by_file.delimiter, .decimal = shown_by_file.decimal, .columns = {}};
+  CsvTable table(path, text, head.delimiter);
+  if (!table.next()) throw SessionError(path.string() + ": has no line of column names");
+  for (const std::string_view cell : table.cells()) {
+    CsvHead::Column column{
+        .name = unescaped(cell), .cells = {}, .is_time = may_be_time(cell), .signal = {}, .unit = {}};
+    if (const auto named = named_column(column.name)) {
+      column.signal = named->signal;
+      column.unit = named->unit;
+    }
+    head.columns.push_back(std::move(column));
+  }
+  while (rows-- > 0 && table.next()) {
+    const std::size_t width = std::min(head.columns.size(), table.cells().size());
+    for (std::size_t c = 0; c < width; ++c) head.columns[c].cells.push_back(unescaped(table.cells()[c]));
+  }
+  return head;
+}
+
 void write_csv(const std::filesystem::path& path, const Session& session) {
   std::vector<Signal> columns;
   for (const Signal signal : all_signals()) {

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "hal/signal.h"
 #include "session/mapping.h"
 #include "session/session.h"
 
@@ -28,6 +32,23 @@ Session read_csv(const std::filesystem::path& path, const Mapping& mapping = {})
 
 /// The same of a text. @param path for messages
 Session read_csv_text(const std::filesystem::path& path, const std::string& text, const Mapping& mapping);
+
+/// What a person looks at who says which column is which.
+struct CsvHead {
+  struct Column {
+    std::string name;
+    std::vector<std::string> cells;  ///< below it, as they stand in the file
+    bool is_time = false;            ///< its name may well mean the time
+    std::optional<Signal> signal;    ///< as its own name says, unit and all: `omega_rad_s`, `i_a_mA`
+    std::string unit;                ///< of that
+  };
+  char delimiter = ',', decimal = '.';  ///< as the file shows
+  std::vector<Column> columns;
+};
+
+/// Reads the names of the columns and the first rows, of however large a file.
+/// @throws SessionError where there is no line of names
+CsvHead read_csv_head(const std::filesystem::path& path, std::size_t rows);
 
 /// Writes the contract's columns: a row for each time at which any signal has a reading, empty cells for the others,
 /// the shortest digits that read back the same. Several runs: a column `run`. Where a

@@ -58,11 +58,6 @@ std::optional<Signal> meant_for(std::string_view column) {
   return std::nullopt;
 }
 
-bool meant_for_time(std::string_view column) {
-  constexpr std::string_view names = " t ts tms tus time times timems timesec timeseconds timestamp seconds sec s ";
-  return names.find(" " + bare(column) + " ") != std::string_view::npos;
-}
-
 /// A column in a unit of its own, named like the contract's: `omega_rpm`, `i_a_mA`, `theta_deg`.
 std::optional<CsvColumn> in_other_unit(const std::string& column) {
   for (const Signal signal : all_signals()) {
@@ -105,7 +100,7 @@ std::size_t time_position(const CsvTable& table, const std::vector<std::string>&
     hint = " The cells seem to be separated by " +
            (found == '\t' ? std::string("tabs") : "`" + std::string(1, found) + "`") +
            ": name it with --map, delimiter: \"" + (found == '\t' ? std::string("\\t") : std::string(1, found)) + "\".";
-  } else if (const auto time_like = std::ranges::find_if(names, meant_for_time); time_like != names.end()) {
+  } else if (const auto time_like = std::ranges::find_if(names, may_be_time); time_like != names.end()) {
     hint = " If `" + shown(*time_like) +
            "` is the time in s, rename it or name it with --map, time: " + shown(*time_like) + ".";
   }
@@ -169,6 +164,20 @@ std::vector<CsvProperty> properties_by_name(const CsvTable& table, const std::ve
 }
 
 }  // namespace
+
+bool may_be_time(std::string_view column) {
+  constexpr std::string_view names = " t ts tms tus time times timems timesec timeseconds timestamp seconds sec s ";
+  return names.find(" " + bare(column) + " ") != std::string_view::npos;
+}
+
+std::optional<NamedColumn> named_column(const std::string& column) {
+  if (const auto signal = signal_of_column(column)) return NamedColumn{*signal, std::string(info(*signal).unit)};
+  if (const auto other = in_other_unit(column)) {
+    const std::string unit = column.substr(info(other->signal).name.size() + 1);
+    return NamedColumn{other->signal, std::string(unit_named(other->signal, unit))};
+  }
+  return std::nullopt;
+}
 
 std::string lsb_column(Signal signal) {
   const std::string unit = std::string(info(signal).column).substr(info(signal).name.size());

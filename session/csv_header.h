@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "session/csv_table.h"
@@ -31,6 +32,16 @@ struct CsvProperty {
 /// What a column of an instrument's resolution is called, `i_a_lsb_A`, and that of its window, `i_a_window_s`.
 std::string lsb_column(Signal signal);
 std::string window_column(Signal signal);
+
+/// May a column of that name be the time? `t`, `Time [ms]`, `seconds`
+bool may_be_time(std::string_view column);
+
+/// The signal and its unit, where a column's own name says both: `omega_rad_s`, `i_a_mA`.
+struct NamedColumn {
+  Signal signal{};
+  std::string unit;
+};
+std::optional<NamedColumn> named_column(const std::string& column);
 
 /// What the columns of a CSV file are.
 struct CsvHeader {

@@ -69,6 +69,13 @@ std::optional<UnitConversion> unit_of(Signal signal, std::string_view unit) {
   return std::nullopt;
 }
 
+std::string_view unit_named(Signal signal, std::string_view unit) {
+  for (const Unit& known : units_of(signal)) {
+    if (tight(known.name) == tight(unit)) return known.name;
+  }
+  return {};
+}
+
 std::optional<double> time_unit(std::string_view unit) {
   constexpr std::array<std::pair<std::string_view, double>, 5> known{
       {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 60}, {"h", 3600}}};

@@ -19,6 +19,9 @@ struct UnitConversion {
 /// @return nothing where the unit is not one of this signal
 std::optional<UnitConversion> unit_of(Signal signal, std::string_view unit);
 
+/// The same unit as known_units() writes it; empty where it is none of the signal.
+std::string_view unit_named(Signal signal, std::string_view unit);
+
 /// [s] that one unit of time is: `ms`, `us`, `min`, `h`.
 std::optional<double> time_unit(std::string_view unit);
 

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <tuple>
 
 #include "analysis/diagnose/diagnose.h"
 #include "analysis/discover/discover.h"
@@ -22,7 +23,15 @@ inline std::unique_ptr<Discovery> discover_rest(const Diagnosis& d, std::span<co
   DiscoverOptions options;
   options.read = read_law;
   try {
-    return std::make_unique<Discovery>(discover(train, held_out, d.final, options));
+    auto rest = std::make_unique<Discovery>(discover(train, held_out, d.final, options));
+    if (!rest->with_disturbances) {  // of the same model on the same runs: one number, which the last digits of a
+                                     // second fit do not change
+      rest->train = d.final_train;
+      rest->held_out = d.final_held_out;
+      if (rest->law)
+        std::tie(rest->law->train_before, rest->law->held_out_before) = std::tie(d.final_train, d.final_held_out);
+    }
+    return rest;
   } catch (const ModelError&) {
     return nullptr;  // the verdict stands without it
   }

@@ -105,7 +105,7 @@ int page_command(const PageOptions& o) {
                      .version = version,
                      .socket = files.socket,
                      .files = files.any(),
-                     .imports = files.state / "imports",
+                     .imports = files.imports(),
                      .worker = worker_words(o, files),
                      .methods = page::work_methods(),
                      .file = [&o](std::string_view path) -> std::optional<PageFile> {

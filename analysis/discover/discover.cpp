@@ -51,6 +51,13 @@ class Fitted {
   const Trial& base() const { return base_; }
   std::span<const Record> all() const { return all_; }  ///< in the order of the runs, those that judge at the end
   std::size_t confirmed_by() const { return confirm_.size(); }
+  /// On all runs that judge, those that confirm among them.
+  std::map<Signal, double> held_out_squares() const {
+    if (!confirm_.empty()) return squares_on_held_out(data_, confirm_, model());
+    std::map<Signal, double> squares;
+    for (const Signal signal : base_.held_out.signals()) squares[signal] = base_.held_out.mean_square(signal);
+    return squares;
+  }
   bool worth_a_name() const { return worth_a_name_; }
   bool judged_on_training() const { return data_.held_out.empty() && data_.train.size() == 1; }
 
@@ -83,9 +90,10 @@ void look(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
   d.judged_on_training = fitted.judged_on_training();
   d.fitted = with_standard_errors(fitted.data().train, fitted.model()).model;
   d.train = fitted.base().train;
-  d.held_out = fitted.base().held_out.error();
-  for (const Signal signal : fitted.base().held_out.signals()) {
-    d.rmse[signal] = std::sqrt(fitted.base().held_out.mean_square(signal)) * fitted.data().noise.at(signal).sigma;
+  const std::map<Signal, double> squares = fitted.held_out_squares();
+  d.held_out = error_of(squares);
+  for (const auto& [signal, square] : squares) {
+    d.rmse[signal] = std::sqrt(square) * fitted.data().noise.at(signal).sigma;
   }
   d.left = what_is_left(fitted.data().train, fitted.model());
   d.torque = shares_of(d.left, false);

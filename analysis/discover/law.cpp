@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "analysis/diagnose/bench_parts.h"
 #include "analysis/numerics/parallel.h"
@@ -221,6 +222,12 @@ struct Fitted {
 
 }  // namespace
 
+std::map<Signal, double> squares_on_held_out(const Dataset& data, std::span<const Record> confirm, const Model& model) {
+  std::vector<Residuals> left = residuals(data.held_out, model, model.values(), {});
+  std::ranges::move(residuals(confirm, model, model.values(), {}), std::back_inserter(left));
+  return mean_squares(left);
+}
+
 std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model& given, const Criterion& criterion,
                             std::span<const Record> confirm, const WhatIsLeft& left, const Shares& torque,
                             const Shares& voltage, const ReadFormula& read) {
@@ -256,6 +263,8 @@ std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model&
       law.confirm_before = error_on(confirm, base.model());
       law.confirm_after = error_on(confirm, law.model);
       if (!(*law.confirm_after < *law.confirm_before)) continue;
+      law.held_out_before = error_of(squares_on_held_out(data, confirm, base.model()));
+      law.held_out_after = error_of(squares_on_held_out(data, confirm, law.model));
     }
     for (const Fitted& other : good) {
       if (other.text == best.text || !criterion.tied(best.trial.held_out, other.trial.held_out)) continue;

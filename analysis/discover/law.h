@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,7 @@ namespace emtb {
 struct Law {
   FormulaText text;                                                                   ///< with the fitted values
   std::vector<Parameter> parameters;                                                  ///< with standard errors
-  double train_before = 0, train_after = 0, held_out_before = 0, held_out_after = 0;  ///< in noise floors
+  double train_before = 0, train_after = 0, held_out_before = 0, held_out_after = 0;  ///< in noise floors, on all runs
   std::optional<double> confirm_before, confirm_after;  ///< the same, on runs that neither choice nor fit saw
   double nats = 0;                                      ///< by which Q rises
   std::vector<double> at, value;          ///< the curve over the first quantity: torque, voltage or factor
@@ -29,6 +30,9 @@ struct Law {
   std::vector<FormulaText> tied_with;     ///< formulas that do as well
   Model model;                            ///< the fitted model with the law
 };
+
+/// Mean squares of a model's residuals on all runs held out, those that confirm among them, as a diagnosis counts.
+std::map<Signal, double> squares_on_held_out(const Dataset& data, std::span<const Record> confirm, const Model& model);
 
 /// Searches a law for what a fitted model leaves.
 /// @param base the model fitted to data.train, as trials judge it @param confirm runs that nothing has seen; may be

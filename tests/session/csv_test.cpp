@@ -104,6 +104,25 @@ TEST_F(Csv, ColumnsNamedLikeTheContractsMayBeInAnotherUnit) {
   EXPECT_NEAR(run.at(Signal::temperature).value[0], 20, 1e-9);
 }
 
+TEST_F(Csv, AHeadShowsWhoNamesTheColumnsTheFirstCells) {
+  std::string text = "Time [ms];omega_rpm;i_a_A;\"my \"\"own\"\"\"\n";
+  for (int row = 0; row < 40000; ++row) text += std::to_string(row) + ";1,5;-2;x\n";
+  const CsvHead head = read_csv_head(write("steps.csv", text), 2);
+  ASSERT_EQ(head.columns.size(), 4u);
+  EXPECT_EQ(head.delimiter, ';');
+  EXPECT_EQ(head.decimal, ',');
+  EXPECT_TRUE(head.columns[0].is_time);
+  EXPECT_THAT(head.columns[0].cells, ElementsAre("0", "1"));
+  EXPECT_EQ(head.columns[1].signal, Signal::omega);
+  EXPECT_EQ(head.columns[1].unit, "rpm");
+  EXPECT_EQ(head.columns[2].unit, "A");
+  EXPECT_EQ(head.columns[3].name, "my \"own\"");
+  EXPECT_FALSE(head.columns[3].signal);
+  EXPECT_THAT(read_csv_head(write("short.csv", "a;b\n1\n"), 5).columns[1].cells, ElementsAre());
+  EXPECT_THAT(message_of<SessionError>([&] { read_csv_head(write("empty.csv", ""), 5); }), HasSubstr("no line"));
+  EXPECT_THAT(message_of<SessionError>([&] { read_csv_head(path("nowhere.csv"), 5); }), HasSubstr("no file"));
+}
+
 TEST_F(Csv, OfTwoColumnsOfOneSignalNoneIsDroppedInSilence) {
   EXPECT_THAT(message_of<SessionError>([&] { session("t_s,omega_rpm,omega_deg_s\n0,1,2\n"); }),
               HasSubstr("columns `omega_rpm` and `omega_deg_s` are both omega. Rename the one that shall not count"));

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -160,6 +161,70 @@ TEST_F(PageCommand, DiagnosesReportsAndIsCancelled) {
   EXPECT_EQ(result(*page, "work")["parameters"]["R_a"]["value"], 40);
 }
 
+TEST_F(PageCommand, ADiagnosisLeavesTheFittedModelAndItsFloorsWithUndo) {
+  start();
+  auto page = open();
+  const json given = result(*page, "work");
+  const json found = result(*page, "diagnose");
+  const auto other = open();
+  for (const json& work : {found["work"], result(*page, "work"), result(*other, "work")}) {
+    const double base = found["error"]["base"]["held_out"];
+    EXPECT_NEAR(work["error"]["held_out"].get<double>(), base, 1e-3 * base);
+    EXPECT_EQ(work["undo"], "fit");
+    for (const json& signal : work["signals"]) {
+      const double sigma = found["signals"][signal["name"].get<std::string>()]["sigma"];
+      EXPECT_NEAR(signal["floor"].get<double>(), sigma, 1e-6 * sigma) << signal["name"];
+    }
+  }
+  page_->signal(SIGTERM);
+  EXPECT_EQ(page_->wait(), 0);
+  start();
+  page = open();
+  EXPECT_EQ(result(*page, "work")["signals"], found["work"]["signals"]);
+  const double before = given["error"]["train"];
+  EXPECT_NEAR(result(*page, "undo")["error"]["train"].get<double>(), before, 1e-3 * before);
+}
+
+TEST_F(PageCommand, MakesSessionsOfPartsAndOfForeignColumns) {
+  start();
+  const auto page = open();
+  const json low = result(*page, "sessions")["sessions"][0];
+  EXPECT_EQ(low["picture"]["signal"], "omega");
+  EXPECT_GT(low["picture"]["t"].size(), 20u);
+  const std::string recording = low["path"], before = read(recording);
+  const json part = result(*page, "session_cut", {{"path", recording}, {"from", 2}, {"to", 5.5}});
+  EXPECT_EQ(part["name"], "step_low_2-5.5s.h5");
+  EXPECT_NEAR(result(*page, "session_data", {{"path", part["path"]}})["runs"][0]["duration"].get<double>(), 3.5, 0.01);
+  EXPECT_EQ(result(*page, "session_cut", {{"path", recording}, {"from", 2}, {"to", 5.5}})["name"],
+            "step_low_2-5.5s-2.h5")
+      << "nothing is overwritten";
+  EXPECT_EQ(read(recording), before);
+  EXPECT_TRUE(page->ask("session_cut", {{"path", recording}, {"from", 1e6}}).contains("error"));
+  EXPECT_TRUE(page->ask("session_cut", {{"path", "/etc/passwd"}, {"from", 1}}).contains("error"));
+
+  const std::string two = write("work/two.csv", "run,t_s,omega_rad_s\na,0,1\na,1,2\nb,0,3\nb,1,4\nb,2,5\n");
+  const json runs = result(*page, "session_data", {{"path", two}})["runs"];
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs[1]["run"], "b");
+  const json of_b = result(*page, "session_cut", {{"path", two}, {"run", "b"}, {"from", 1}});
+  EXPECT_EQ(result(*page, "session_data", {{"path", of_b["path"]}})["runs"][0]["signals"]["omega"]["value"],
+            json({4, 5}));
+  EXPECT_TRUE(page->ask("session_cut", {{"path", two}, {"run", "c"}, {"from", 1}}).contains("error"));
+
+  const std::string foreign = write("work/bench.csv", "zeit;n\n0;0\n500;60\n1000;120\n");
+  const json columns = result(*page, "csv_columns", {{"path", foreign}})["columns"];
+  EXPECT_EQ(columns[1],
+            (json{{"name", "n"}, {"cells", {"0", "60", "120"}}, {"time", false}, {"signal", nullptr}, {"unit", ""}}));
+  const std::string map = "time: zeit\ntime_unit: ms\ncolumns:\n  omega: {from: n, unit: rpm}\n";
+  const json read_so = result(*page, "csv_map", {{"path", foreign}, {"map", map}});
+  const json omega = result(*page, "session_data", {{"path", read_so["path"]}})["runs"][0]["signals"]["omega"];
+  EXPECT_EQ(omega["t"], json({0, 0.5, 1}));
+  EXPECT_NEAR(omega["value"][2].get<double>(), 4 * M_PI, 1e-5);
+  EXPECT_EQ(read(foreign), "zeit;n\n0;0\n500;60\n1000;120\n") << "a recording stays where it is";
+  EXPECT_THAT(page->ask("csv_map", {{"path", foreign}, {"map", "time: nowhere"}})["error"]["message"],
+              HasSubstr("nowhere"));
+}
+
 TEST_F(PageCommand, ALawForWhatTheLibraryLacksIsDrawnAndAdded) {
   const std::string hump =
       "hump: {torque: \"-a*tanh(omega/2)*exp(-((abs(omega) - 70)/15)^2)\", parameters: "
@@ -176,7 +241,9 @@ TEST_F(PageCommand, ALawForWhatTheLibraryLacksIsDrawnAndAdded) {
   EXPECT_EQ(law["of"][0], "omega");
   EXPECT_EQ(law["curve"]["at"].size(), law["curve"]["value"].size());
   EXPECT_NEAR(law["parameters"]["c"]["value"].get<double>(), 70, 1) << law["formula"];
-  const double before = result(*page, "fit")["error"]["held_out"].get<double>();
+  const double before = result(*page, "work")["error"]["held_out"].get<double>();
+  EXPECT_NEAR(law["error"]["before"]["held_out"].get<double>(), before, 1e-3 * before);
+  EXPECT_NEAR(found["error"]["final"]["held_out"].get<double>(), before, 1e-3 * before);
   const json with = result(*page, "add", {{"formula", law["add"]}});
   EXPECT_EQ(with["effects"][0]["id"], law["id"]);
   EXPECT_LT(with["error"]["held_out"].get<double>(), 0.1 * before);

@@ -128,9 +128,16 @@ export async function newPage(options = {}) {
   const page = await context.newPage();
   page.setDefaultTimeout(patience);
   page.wrong = [];
+  page.leaving = 0;  // times that it asked before it was left
   page.on("pageerror", (error) => page.wrong.push(error.message));
-  page.on("dialog", (dialog) => dialog.type() === "beforeunload" ? dialog.accept() : (page.wrong.push(`a dialog: ${dialog.message()}`), dialog.dismiss()));
+  page.on("dialog", (dialog) => dialog.type() === "beforeunload" ? (++page.leaving, dialog.accept()) : (page.wrong.push(`a dialog: ${dialog.message()}`), dialog.dismiss()));
   return page;
+}
+
+/// The next page starts another.
+export async function closeBrowser() {
+  await browser?.close();
+  browser = undefined;
 }
 
 export async function open(page, url, view) {
@@ -154,6 +161,16 @@ export async function axe(page) {
   const result = await page.evaluate(() => globalThis.axe.run(document, {runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}));
   return result.violations.map((v) => `${v.id}: ${v.help}: ${v.nodes.slice(0, 3).map((n) => `${n.html.slice(0, 160)} ${(n.any[0]?.message ?? "").slice(0, 200)}`).join(" | ")}`).join("\n");
 }
+
+/// Clicks one of a plot's buttons and reads the file that it gives.
+export async function saved(page, button) {
+  const [download] = await Promise.all([page.waitForEvent("download"), button.click()]);
+  const file = path.join(folder, download.suggestedFilename());
+  await download.saveAs(file);
+  return fs.readFileSync(file);
+}
+
+export const isPng = (bytes) => bytes.length > 500 && bytes.subarray(1, 4).toString() === "PNG";
 
 export function expect(condition, what) {
   if (!condition) throw new Error(what);
@@ -183,7 +200,7 @@ export async function runAll(prepare = async () => undefined) {
     ++wrong;
     console.log(`WRONG before the tests\n${error.stack}`);
   }
-  await browser?.close();
+  await closeBrowser();
   for (const child of [...children]) await end(child, "SIGKILL");
   fs.rmSync(folder, {recursive: true, force: true});
   process.exit(wrong ? 1 : 0);

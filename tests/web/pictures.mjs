@@ -1,12 +1,14 @@
 // The pictures of docs/page.md: every view, as it stands in the middle of the story.
+import fs from "node:fs";
 import os from "node:os";
 import path from "node:path";
-import {Bench, benchFile, emtb, goTo, newPage, open, recordStory, root, runAll, serveHump, servePage, test, until} from "./harness.mjs";
+import {Bench, benchFile, emtb, folder, goTo, newPage, open, recordStory, root, runAll, serveHump, servePage, test, until} from "./harness.mjs";
 
 const out = process.env.EMTB_PICTURES;
 let served, bench;
 async function shot(page, name, height = 720) {
   await page.mouse.move(4, 700);  // nothing under the pointer
+  await page.evaluate(() => globalThis.scrollTo(0, 0));
   await page.evaluate((user) => {  // whoever draws them is of no interest
     for (const place of document.querySelectorAll("#controller, .session-notes p")) place.textContent = place.textContent.replaceAll(user, "operator").replace(/process \d+/, "process 1234");
   }, os.userInfo().username);
@@ -40,6 +42,19 @@ test("pictures", async () => {
   await page.locator(".figure canvas").first().waitFor();
   await shot(page, "sessions");
 
+  const csv = path.join(folder, "logger.csv");
+  const reading = (n) => `${20 * n};${(n < 100 ? 0 : 1450 * (1 - Math.exp((100 - n) / 60))).toFixed(1)};${n < 100 ? 12 : 480};ok`;
+  fs.writeFileSync(csv, `clock;speed 1;shunt;remark\n${Array.from({length: 500}, (_, n) => reading(n + 97)).join("\n")}\n`);
+  await page.locator("#import-file").setInputFiles(csv);
+  const dialog = page.locator("dialog.columns");
+  for (const [column, what, unit] of [["clock", "time", "ms"], ["speed 1", "angular velocity", "rpm"], ["shunt", "armature current", "mA"]]) {
+    await dialog.getByRole("button", {name: column}).click();
+    await dialog.locator(".chips").getByRole("button", {name: what, exact: true}).click();
+    await dialog.locator("#column-unit").selectOption(unit);
+  }
+  await shot(page, "columns");
+  await page.keyboard.press("Escape");
+
   await goTo(page, "report");
   await page.locator("pre").waitFor();
   await shot(page, "report");
@@ -62,7 +77,6 @@ test("pictures", async () => {
   await open(law, (await serveHump()).url, "diagnose");
   await law.locator("#diagnose").click();
   await law.locator("#discovered").waitFor({timeout: 200_000});
-  await law.evaluate(() => globalThis.scrollTo(0, 0));
   await shot(law, "law");
 
   const phone = await newPage({viewport: {width: 360, height: 740}, hasTouch: true});

@@ -3,7 +3,7 @@ import fs from "node:fs";
 import http from "node:http";
 import net from "node:net";
 import path from "node:path";
-import {Bench, benchFile, expect, folder, goTo, newPage, open, recordStory, root, runAll, servePage, test, until} from "./harness.mjs";
+import {axe, Bench, benchFile, expect, folder, goTo, newPage, open, recordStory, root, runAll, servePage, test, until} from "./harness.mjs";
 
 let bench, served, page, sessions;
 const hostile = '<img src=x onerror="window.broken=1">';
@@ -57,6 +57,17 @@ test("without the token nothing is told, and STOP works all the same", async () 
   await other.context().close();
 });
 
+test("a server of another version is told from one that is lost", async () => {
+  const other = await newPage();
+  await other.routeWebSocket(/\/ws$/, (near) => {
+    const far = near.connectToServer();
+    far.onMessage((message) => near.send(String(message).replace('"protocol":1', '"protocol":2')));
+  });
+  await other.goto(served.url);
+  await until("the page says so", async () => /speaks protocol 1, the server 2/.test(await other.locator(".lost-bar").innerText().catch(() => "")));
+  await other.context().close();
+});
+
 test("the policy forbids scripts in the page, and the answers say so", async () => {
   const response = await page.request.get(served.origin + "/");
   const policy = response.headers()["content-security-policy"] ?? "";
@@ -81,9 +92,11 @@ test("a fault in mid-run is named, announced once, and its black box is shown", 
   await until("the start is allowed", () => page.locator("#start").isEnabled());
   await page.locator("#start").click();
   await page.locator("dialog").getByRole("button", {name: "Start the run"}).click();
-  await until("the fault is named", async () => /over_speed/.test(await page.locator(".fault-bar").innerText().catch(() => "")));
+  await until("the fault is named", async () => /over_speed/.test(await page.locator(".fault-bar").first().innerText().catch(() => "")));
   expect(/over_speed/.test(await page.locator("#announcer").innerText()), "the fault was not announced");
   await until("the black box is drawn", async () => (await page.getByRole("heading", {name: /^Black box/}).isVisible()) && (await page.locator(".black-box canvas").count()) > 0);
+  const violations = await axe(page);
+  expect(violations === "", violations);
 });
 
 test("nothing broke in the page meanwhile", async () => expect(page.wrong.length === 0, page.wrong.join("\n")));

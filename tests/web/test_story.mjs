@@ -1,7 +1,7 @@
 // The whole story on files: compare, drag, diagnose, add, see the error fall, undo, save a report.
 import fs from "node:fs";
 import path from "node:path";
-import {end, expect, folder, goTo, newPage, number, open, recordStory, root, runAll, servePage, test, until} from "./harness.mjs";
+import {axe, end, expect, folder, goTo, isPng, newPage, number, open, recordStory, root, runAll, saved, servePage, test, until} from "./harness.mjs";
 
 let sessions, served, page;
 const model = path.join(root, "config/models/fh2.yaml");
@@ -53,12 +53,39 @@ test("arrow keys and typed numbers move a parameter, within its bounds", async (
   await page.locator("#undo").click();
 });
 
+test("what the model misses is told against the speed, and each residual map with its standard errors", async () => {
+  await page.getByRole("button", {name: "Numbers of Missing torque against speed"}).click();
+  const table = (title) => page.locator("figure", {has: page.getByRole("button", {name: `Numbers of ${title}`})}).locator("table");
+  await until("the missing torque's numbers", async () => (await table("Missing torque against speed").locator("tbody tr").count()) > 5);
+  await page.getByText("Residual maps").click();
+  await page.getByRole("button", {name: "Numbers of Speed against speed"}).click();
+  await until("the map's numbers", async () => (await table("Speed against speed").locator("tbody tr").count()) > 5);
+  const head = await table("Speed against speed").locator("thead").innerText();
+  expect(/standard error/.test(head) && /rad\/s/.test(head), `the columns of a map: ${head}`);
+  const violations = await axe(page);
+  expect(violations === "", violations);
+});
+
+test("a worker that dies is told, and nothing is lost", async () => {
+  const error = await number(page, "#error-train");
+  process.kill(Number(fs.readFileSync(`/proc/${served.child.pid}/task/${served.child.pid}/children`, "utf8").trim().split(" ")[0]), "SIGKILL");
+  const notice = page.locator(".notice.bad", {hasText: "it was ended by signal 9"});
+  await notice.first().waitFor();
+  await page.reload();
+  await until("the work as it was", async () => (await number(page, "#error-train")) === error);
+});
+
 test("the diagnosis names dry friction, with cards", async () => {
   await goTo(page, "diagnose");
   await page.locator("#diagnose").click();
   await page.locator("#verdict").waitFor({timeout: 60_000});
   expect(/^Found/.test(await page.locator("#verdict").innerText()), `the verdict is: ${await page.locator("#verdict").innerText()}`);
   expect((await page.locator(".card.best").count()) === 1, "one card is marked as missing");
+  const violations = await axe(page);
+  expect(violations === "", violations);
+  const tools = (what) => page.locator(".card.best").getByRole("button", {name: new RegExp(`^${what} of Signature`)});
+  expect(isPng(await saved(page, tools("PNG"))), "the PNG of a signature is none");
+  expect((await saved(page, tools("CSV"))).toString().startsWith("t [s],"), "the CSV of a signature has no time");
 });
 
 test("adding it makes the error fall to the floor; undo brings it back; redo", async () => {
@@ -67,6 +94,8 @@ test("adding it makes the error fall to the floor; undo brings it back; redo", a
   await until("the error falls", async () => (await number(page, "#error-held-out")) < 1.3, 60_000);
   expect(before > 5, `the error was only ${before}`);
   await until("the staircase has another step", async () => (await page.locator("#staircase tbody tr").count()) >= 2);
+  expect(isPng(await saved(page, page.getByRole("button", {name: "PNG of The falling error"}))), "the PNG of the staircase is none");
+  expect(/coulomb friction/i.test((await saved(page, page.getByRole("button", {name: "CSV of The falling error"}))).toString()), "the CSV of the staircase names no step");
   await page.locator("#undo").click();
   await until("the error from before", async () => (await number(page, "#error-held-out")) > 5);
   await page.locator("#redo").click();
@@ -98,6 +127,13 @@ test("the report and the model are saved, the shipped model is untouched", async
   const file = path.join(folder, "report.html");
   await report.saveAs(file);
   expect(/<html/i.test(fs.readFileSync(file, "utf8")) && fs.statSync(file).size > 50_000, "the report is no page");
+  const phone = await newPage({viewport: {width: 360, height: 740}});
+  await phone.goto(`file://${file}`);
+  const over = await phone.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  expect(over <= 0, `on a phone the report is ${over} px too wide`);
+  const violations = await axe(phone);
+  expect(violations === "", violations);
+  await phone.context().close();
   const [saved] = await Promise.all([page.waitForEvent("download"), page.locator("#save-model").click()]);
   await saved.saveAs(path.join(folder, "saved.yaml"));
   expect(/effects:/.test(fs.readFileSync(path.join(folder, "saved.yaml"), "utf8")), "the model file has no effects");
@@ -108,14 +144,11 @@ test("a plot gives its numbers, its CSV and its PNG", async () => {
   await goTo(page, "compare");
   const figure = page.locator(".figure").first();
   await figure.locator("canvas").waitFor();
-  await figure.getByRole("button", {name: "Numbers"}).click();
+  await figure.getByRole("button", {name: "Numbers of"}).click();
   await until("a table of numbers", async () => (await figure.locator("tbody tr").count()) > 50);
-  for (const kind of ["CSV", "PNG"]) {
-    const [saved] = await Promise.all([page.waitForEvent("download"), figure.getByRole("button", {name: kind}).click()]);
-    const file = path.join(folder, `plot.${kind}`);
-    await saved.saveAs(file);
-    expect(fs.statSync(file).size > 500, `the ${kind} is empty`);
-  }
+  expect(isPng(await saved(page, figure.getByRole("button", {name: "PNG"}))), "the PNG is none");
+  const csv = (await saved(page, figure.getByRole("button", {name: "CSV"}))).toString();
+  expect(/^t \[s\],.*measured/.test(csv) && csv.split("\n").length > 50, `the CSV: ${csv.slice(0, 200)}`);
 });
 
 test("nothing broke in the page meanwhile", async () => expect(page.wrong.length === 0, page.wrong.join("\n")));

@@ -23,6 +23,21 @@ constexpr std::size_t longest_note = 4000;
 
 bool is_recording(const std::filesystem::path& file) { return file.extension() == ".h5" || file.extension() == ".csv"; }
 
+/// One signal of the longest run, in as few bins as a row of a list has room for: the speed, or what comes next to it.
+json picture(const Session& session) {
+  constexpr std::size_t bins = 48;
+  const auto longest = std::ranges::max_element(session.runs, {}, &Run::duration);
+  if (longest == session.runs.end()) return nullptr;
+  for (const Signal signal : {Signal::omega, Signal::theta, Signal::i_a, Signal::e_a, Signal::u_ref, Signal::torque}) {
+    if (!longest->has(signal)) continue;
+    json one = binned(longest->at(signal), {.from = 0, .to = longest->duration(), .points = bins});
+    one["signal"] = info(signal).name;
+    one["unit"] = info(signal).unit;
+    return one;
+  }
+  return nullptr;
+}
+
 /// What the daemon says, or an empty object where none is there.
 json asked(const std::filesystem::path& socket, const std::string& method) {
   if (socket.empty()) return json::object();
@@ -47,7 +62,7 @@ std::vector<std::filesystem::path> Recordings::folders() const {
   for (const auto* specs : {&files_.sessions, &files_.held_out}) {
     for (const std::string& spec : *specs) take(std::filesystem::absolute(parse_session_spec(spec).path).parent_path());
   }
-  take(files_.state / "imports");
+  take(files_.imports());
   if (const json config = asked(files_.socket, "config"); config.contains("data")) {
     take(config["data"].get<std::string>());
   }
@@ -86,6 +101,7 @@ json Recordings::described(const std::filesystem::path& file, const Mapping& map
       for (const auto& [signal, series] : run.signals) signals.insert(std::string(info(signal).name));
     }
     one["duration"] = number(duration);
+    one["picture"] = picture(session);
     one["signals"] = signals;
   } catch (const Error& e) {
     one["complete"] = false;
@@ -149,7 +165,7 @@ void Recordings::note(const json& params) {
 json Recordings::data(const json& params, const Mapping& mapping) const {
   const auto file = checked(rpc::Params(params).text("path"));
   json runs = json::array();
-  for (const Run& run : read_runs(file.string(), mapping)) {
+  for (const Run& run : read_session(file, mapping).runs) {
     runs.push_back({{"run", run.name},
                     {"duration", number(run.duration())},
                     {"signals", binned(run, Window::of(params, run.duration()))}});

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/refit.h"
@@ -102,6 +103,8 @@ void Work::load_runs() {
   std::ostringstream findings;
   findings_ = may_be_fitted(train_, held_out_, given_, false, findings) ? "" : findings.str();
   data_ = prepare(train_, held_out_, given_);
+  const auto signal = [](const Noise::value_type& of) { return of.first; };
+  if (std::ranges::equal(quieter_, data_.noise, {}, signal, signal)) set_noise(data_, quieter_, given_);
   settle_timing(data_, now_.model);
   settle_starts(data_, now_.model);
   diagnosis_.reset();
@@ -341,7 +344,7 @@ void Work::redo() {
 void Work::use(const std::string& session, const std::string& as) {
   if (as != "train" && as != "held_out" && !as.empty())
     throw Error("a session is used as train, held_out or not at all");
-  const auto before = std::pair(train_specs_, held_out_specs_);
+  const auto before = std::tuple(train_specs_, held_out_specs_, quieter_);
   const auto same = [&](const std::string& spec) {
     std::error_code ignored;
     return std::filesystem::equivalent(parse_session_spec(spec).path, session, ignored);
@@ -352,15 +355,21 @@ void Work::use(const std::string& session, const std::string& as) {
   if (as == "held_out") held_out_specs_.push_back(session);
   try {
     if (train_specs_.empty()) throw Error("one session at least is needed to fit to");
+    quieter_.clear();
     load_runs();
   } catch (...) {
-    std::tie(train_specs_, held_out_specs_) = before;
+    std::tie(train_specs_, held_out_specs_, quieter_) = before;
     load_runs();
     throw;
   }
-  for (Step& step : now_.steps) step.train = step.held_out = std::nan("");  // of other runs
-  now_.steps.back() = step_of(now_.steps.back().added, now_.model);
+  count_steps_anew();
   save();
+}
+
+/// Runs or floors are others now: what was reached with those before is no number beside these.
+void Work::count_steps_anew() {
+  for (Step& step : now_.steps) step.train = step.held_out = std::nan("");
+  now_.steps.back() = step_of(now_.steps.back().added, now_.model);
 }
 
 std::string Work::use_of(const std::filesystem::path& session) const {

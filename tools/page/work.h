@@ -28,6 +28,7 @@ struct Files {
   std::string command;
 
   bool any() const { return !model.empty(); }
+  std::filesystem::path imports() const { return state / "imports"; }  ///< where what comes from a page goes
 };
 
 /// A model, the runs that it is held against, and every change of it with undo and redo.
@@ -84,10 +85,14 @@ class Work {
   void load_runs();
   void change(State next, const std::string& label);
   void refit(const Model& start, State& next);
+  void count_steps_anew();
   Step step_of(const std::string& added, const Model& model) const;
   double error_on(std::span<const Record> records, const Model& model) const;
   void refuse_unless_fit_for_fitting() const;
   const Diagnosis& diagnosis(const Progress& progress);
+  std::string question() const;
+  void take_floors_of(const Diagnosis& d);
+  void take_fit_of(const Diagnosis& d);
   const Record& record(const std::string& id) const;
   bool held_out(std::size_t run) const { return run >= data_.train.size(); }
   std::vector<const Record*> records() const;
@@ -103,12 +108,13 @@ class Work {
   std::string findings_;               // why nothing may be fitted; empty: it may
   Model given_;
   Dataset data_;
+  Noise quieter_;  // floors of which a diagnosis took what has a law; empty: they are as the runs tell
   State now_;
   std::vector<State> past_, future_;
   std::filesystem::path file_;
   std::unique_ptr<Diagnosis> diagnosis_;
   std::unique_ptr<Discovery> rest_;  // what is left of it without a name; null: nothing
-  std::string diagnosed_;            // the model and the runs that it is of
+  std::string diagnosed_;            // the question() that it answers
 };
 
 }  // namespace emtb::page

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "analysis/diagnose/next_experiment.h"
 #include "analysis/diagnose/overlay.h"
@@ -123,11 +124,48 @@ json card_of(const Discovery& rest) {
 
 }  // namespace
 
-const Diagnosis& Work::diagnosis(const Progress& progress) {
-  refuse_unless_fit_for_fitting();
+/// The model and the runs that a diagnosis is of.
+std::string Work::question() const {
   std::string of = to_yaml(now_.model);
   for (const Run& run : train_) of += "\n" + run.name;
   for (const Run& run : held_out_) of += "\nheld out " + run.name;
+  return of;
+}
+
+/// One floor has one number: errors are counted from now on in the floors, with the weights and the timing, that the
+/// diagnosis counts in.
+void Work::take_floors_of(const Diagnosis& d) {
+  const auto sigma = [](const Noise::value_type& of) { return std::pair(of.first, of.second.sigma); };
+  const bool same = std::ranges::equal(d.data->noise, data_.noise, {}, sigma, sigma);
+  data_ = *d.data;
+  if (same) return;
+  quieter_ = data_.noise;
+  count_steps_anew();
+  save();
+}
+
+/// A diagnosis is of the model once fitted, and so is what stands beside it: a change like any other, with undo.
+void Work::take_fit_of(const Diagnosis& d) {
+  constexpr double visible = 1e-3;  // errors are shown with three digits
+  const Step now = step_of("", now_.model);
+  const auto near = [](double a, double b) { return !(std::abs(a - b) > visible * b); };
+  if (near(now.train, d.base_train) && (data_.held_out.empty() || near(now.held_out, d.base_held_out))) return;
+  State next = now_;
+  for (std::size_t i = 0; i < next.model.names().size(); ++i) {
+    Parameter& p = next.model.at(i);
+    if (p.fixed) continue;
+    p.value = d.base.at(i).value;
+    p.std_error = d.base.at(i).std_error;
+  }
+  next.at_bound.clear();
+  next.steps.back() = step_of(next.steps.back().added, next.model);
+  next.model.history.push_back({"calibrated", next.steps.back().train, {}, train_specs_});
+  change(std::move(next), "fit");
+}
+
+const Diagnosis& Work::diagnosis(const Progress& progress) {
+  refuse_unless_fit_for_fitting();
+  const std::string of = question();
   if (diagnosis_ && diagnosed_ == of) return *diagnosis_;
   DiagnoseOptions options;
   options.progress = [&](double share, const std::string& doing) { progress(0.9 * share, doing); };
@@ -135,11 +173,14 @@ const Diagnosis& Work::diagnosis(const Progress& progress) {
   progress(0.9, "looking into what is left");
   rest_ = discover_rest(*diagnosis_, train_, held_out_);
   diagnosed_ = of;
+  take_floors_of(*diagnosis_);
   return *diagnosis_;
 }
 
 json Work::diagnose(const Progress& progress) {
   const Diagnosis& d = diagnosis([&](double share, const std::string& doing) { progress(0.95 * share, doing); });
+  take_fit_of(d);
+  diagnosed_ = question();
   progress(0.95, "drawing what the candidates would do");
   json out = to_json(d);
   const double squares = squares_of(d.data->train, d.base);
@@ -154,6 +195,7 @@ json Work::diagnose(const Progress& progress) {
     out["next_experiment"]["why"] = in_words(d.next.front());
     if (out["next_experiment"]["profile"].is_string()) out["next_experiment"]["text"] = to_yaml(d.next.front().profile);
   }
+  out["work"] = state();
   return out;
 }
 

@@ -29,6 +29,33 @@ double number_of(const json& value) {
   return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
+json floors_json(const Noise& noise) {
+  json out = json::object();
+  for (const auto& [signal, f] : noise) {
+    out[std::string(info(signal).name)] = {f.sigma,       static_cast<int>(f.from), f.lower_bound,
+                                           f.upper_bound, f.relative_error,         f.autocorrelation};
+  }
+  return out;
+}
+
+Noise floors_of(const json& saved) {
+  Noise noise;
+  for (const auto& [name, f] : saved.items()) {
+    const auto signal = signal_named(name);
+    const int from = f.at(1);
+    if (!signal || !(f.at(0) > 0) || from < 0 || from > static_cast<int>(FloorSource::assumed)) {
+      throw Error("a floor is none");
+    }
+    noise[*signal] = {.sigma = f.at(0),
+                      .from = static_cast<FloorSource>(from),
+                      .lower_bound = f.at(2),
+                      .upper_bound = f.at(3),
+                      .relative_error = f.at(4),
+                      .autocorrelation = f.at(5)};
+  }
+  return noise;
+}
+
 }  // namespace
 
 void Work::save() const {
@@ -45,6 +72,7 @@ void Work::save() const {
                 {"at_bound", s.at_bound}};
   };
   json all{{"version", version}, {"train", train_specs_}, {"held_out", held_out_specs_}, {"now", to_json(now_)}};
+  all["floors"] = floors_json(quieter_);
   all["past"] = all["future"] = json::array();
   for (const State& s : past_) all["past"].push_back(to_json(s));
   for (const State& s : future_) all["future"].push_back(to_json(s));
@@ -90,8 +118,10 @@ void Work::restore() {
     std::vector<State> past, future;
     for (const json& s : all.at("past")) past.push_back(state(s));
     for (const json& s : all.at("future")) future.push_back(state(s));
+    Noise floors = floors_of(all.value("floors", json::object()));
     train_specs_ = all.at("train");
     held_out_specs_ = all.at("held_out");
+    quieter_ = std::move(floors);
     now_ = std::move(now);
     past_ = std::move(past);
     future_ = std::move(future);

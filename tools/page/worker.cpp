@@ -12,6 +12,7 @@
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "server/rpc.h"
+#include "tools/page/made_files.h"
 #include "tools/page/recordings.h"
 
 namespace emtb::page {
@@ -108,6 +109,13 @@ class Worker {
     });
   }
 
+  /// Leaves the model fitted, which the other pages are told.
+  json diagnose() {
+    json answer = work().diagnose(progress("diagnose"));
+    lines_.say('W', rpc::notification("work", answer["work"]));
+    return answer;
+  }
+
   json answered(const std::string& method, const json& params) {
     if (method == "simulate") return work().simulate(params);
     if (method == "work") return work().state();
@@ -120,7 +128,7 @@ class Worker {
     if (method == "redo") return changed([](Work& w) { w.redo(); });
     if (method == "compare") return work().compare();
     if (method == "missing") return work().missing();
-    if (method == "diagnose") return work().diagnose(progress(method));
+    if (method == "diagnose") return diagnose();
     if (method == "report") return work().report(progress(method));
     if (method == "formula") return work().score_formula(params);
     if (method == "export") return work().exported(params);
@@ -140,7 +148,11 @@ class Worker {
       const std::string file = recordings_.checked(checked.text("path")).string();
       return changed([&](Work& w) { w.use(file, checked.text_or("as", "")); });
     }
-    if (method == "session_data") return recordings_.data(params, files_.any() ? work().mapping() : Mapping{});
+    const auto mapping = [&] { return files_.any() ? work().mapping() : Mapping{}; };
+    if (method == "session_data") return recordings_.data(params, mapping());
+    if (method == "session_cut") return cut_session(params, files_, recordings_, mapping());
+    if (method == "csv_columns") return csv_columns(params, recordings_);
+    if (method == "csv_map") return map_csv(params, files_, recordings_);
     if (method == "profiles") return profile_names(files_.socket);
     if (method == "profile") return profile(params, files_.socket);
     if (method == "black_box") return black_box(params, files_.socket);
@@ -165,13 +177,14 @@ class Worker {
 std::vector<WorkMethod> work_methods() {
   constexpr double long_work = 7200;  // [s]
   std::vector<WorkMethod> all{{.name = "simulate", .newest = true, .limit = 60},
-                              {.name = "diagnose", .abandoned = true, .limit = long_work},
+                              {.name = "diagnose", .changes = true, .abandoned = true, .limit = long_work},
                               {.name = "report", .abandoned = true, .limit = long_work}};
-  for (const char* name : {"set", "lock", "fit", "add", "remove", "undo", "redo", "session_note", "session_use"}) {
+  for (const char* name : {"set", "lock", "fit", "add", "remove", "undo", "redo", "session_note", "session_use",
+                           "session_cut", "csv_map"}) {
     all.push_back({.name = name, .changes = true, .limit = long_work});
   }
   for (const char* name : {"work", "compare", "missing", "formula", "export", "model_text", "effect", "sessions",
-                           "session_data", "profiles", "profile", "black_box"}) {
+                           "session_data", "csv_columns", "profiles", "profile", "black_box"}) {
     all.push_back({.name = name});
   }
   return all;

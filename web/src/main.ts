@@ -25,6 +25,8 @@ const what = h("span", {class: "what"});
 const link = h("span", {class: "link", role: "status"}, "connecting");
 const lostBar = h("div", {class: "lost-bar", hidden: true, role: "alert"});
 const faultBar = h("div", {class: "fault-bar", hidden: true});
+const promptSay = h("span", {});
+const promptBar = h("div", {class: "fault-bar prompt-bar", role: "alert", hidden: true}, promptSay, h("a", {href: "#bench"}, "To the bench"));
 const theme = h("button", {class: "quiet", onclick: toggleTheme});
 const stop = stopButton();
 let leave: () => void = () => undefined;
@@ -51,6 +53,7 @@ function navigate(): void {
   main.className = `view-${view.id}`;
   document.title = `${view.title} – emtb ${what.textContent ?? ""}`.trim();
   leave = view.show(main);
+  showPrompt();
   window.scrollTo(0, 0);
 }
 
@@ -76,6 +79,14 @@ function showBench(): void {
   if (bench.daemonLost) put(faultBar, h("b", {}, "emtbd does not answer."), bench.daemonLost);
   else if (bench.fault) put(faultBar, h("b", {}, `${bench.fault.code} ${bench.fault.name}`), h("span", {}, bench.fault.text));
   setText(what, bench.present ? bench.name : work.name);
+  showPrompt();
+}
+
+/// A run that waits for its operator says so in the other views, too.
+function showPrompt(): void {
+  const pause = bench.run?.pause;
+  promptBar.hidden = !pause || current?.id === "bench";
+  if (pause) setText(promptSay, `${bench.run?.profile} waits for you: ${pause.say}`);
 }
 
 function frame(): void {
@@ -84,7 +95,7 @@ function frame(): void {
     main.focus();
   }}, "To the content"),
     h("header", {class: "bar"}, h("div", {class: "brand"}, h("b", {}, "emtb"), what), nav, h("div", {class: "right"}, link, theme, stop)),
-    lostBar, faultBar, main, startNotices());
+    lostBar, faultBar, promptBar, main, startNotices());
   const label = () => {
     setText(theme, isDark() ? "Light" : "Dark");
     theme.setAttribute("aria-label", isDark() ? "Use light colours" : "Use dark colours");

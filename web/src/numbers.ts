@@ -80,10 +80,10 @@ export function withError(value: number | null | undefined, error: number | null
   return withUnit(/^10/.test(scale.unit) ? `(${both})` : both, scale.unit);
 }
 
-/// "1.04": an error in units of the noise floor.
+/// "1.04": an error in units of the noise floor, with three digits as reports have it.
 export function floors(value: number | null | undefined): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  return value >= 100 ? String(Math.round(value)) : value >= 10 ? value.toFixed(1) : value.toFixed(2);
+  return value >= 100 ? String(Math.round(value)) : value >= 10 ? value.toFixed(1) : value >= 1 ? value.toFixed(2) : value.toFixed(3);
 }
 
 export function percent(value: number | null | undefined): string {

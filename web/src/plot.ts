@@ -16,7 +16,7 @@ export interface Trace {
   y: Values;
   high?: Values;
   error?: Values;  ///< standard errors of y
-  as?: "line" | "steps" | "points" | "area";
+  as?: "line" | "steps" | "points" | "area" | "envelope";  ///< envelope: one line to and fro between y and high, cheap to draw
   dash?: boolean;
   width?: number;
 }
@@ -76,26 +76,36 @@ export class Plot {
   private readonly canvas = h("div", {class: "canvas", tabindex: "0", role: "img"});
   private readonly keys = h("span", {class: "row"});
   private readonly axis = h("span", {class: "axis"});
+  readonly tools: HTMLElement;  ///< in the header; without one, wherever the view puts it
+  private tableTimer = 0;
   private readonly table = h("div", {class: "numbers", hidden: true, tabindex: "0", role: "region", "aria-label": "Numbers of this plot"});
   private keyValues: HTMLElement[] = [];
   size = 0;  ///< largest value drawn; a strip keeps it, so that its digits do not jump
   private readonly watch: ResizeObserver;
+  private readonly sight: IntersectionObserver;
+  private inSight = true;
+  private stale = false;  ///< what is out of sight is drawn when it comes into it
   private readonly forget: () => void;
   private xRange: [number, number] | null = null;
 
   constructor(readonly options: PlotOptions) {
     this.floor = options.floor;
     this.canvas.setAttribute("aria-label", `${options.title}: ${options.about}`);
-    const numbers = h("button", {class: "quiet", "aria-expanded": "false", onclick: () => this.toggleNumbers(numbers)}, "Numbers");
-    const tools = h("span", {class: "tools"}, numbers,
+    const numbers = h("button", {class: "quiet", "aria-expanded": "false", "aria-label": `Numbers of ${options.title}`, onclick: () => this.toggleNumbers(numbers)}, "Numbers");
+    this.tools = h("span", {class: "tools"}, numbers,
       h("button", {class: "quiet", "aria-label": `PNG of ${options.title}`, onclick: () => exportPng(this)}, "PNG"),
       h("button", {class: "quiet", "aria-label": `CSV of ${options.title}`, onclick: () => exportCsv(this)}, "CSV"));
-    const header = options.bare ? null : h("header", {}, h("span", {class: "title"}, options.title), this.axis, this.keys, tools);
+    const header = options.bare ? null : h("header", {}, h("span", {class: "title"}, options.title), this.axis, this.keys, this.tools);
     this.element = h("figure", {class: "figure"}, header, this.canvas, this.table);
     this.canvas.addEventListener("keydown", (event) => this.key(event));
     this.canvas.addEventListener("dblclick", () => this.zoomTo(null));
     this.watch = new ResizeObserver(() => this.resize());
     this.watch.observe(this.canvas);
+    this.sight = new IntersectionObserver((changes) => {
+      this.inSight = changes[changes.length - 1].isIntersecting;
+      if (this.inSight) this.drawNow();
+    }, {rootMargin: "100px"});
+    this.sight.observe(this.canvas);
     this.forget = onTheme(() => this.chart?.redraw(true, true));
     options.group?.join(this);
     this.xRange = options.group?.range ?? null;
@@ -104,15 +114,18 @@ export class Plot {
   /// Ends the plot; its view is gone.
   destroy(): void {
     this.watch.disconnect();
+    this.sight.disconnect();
+    clearTimeout(this.tableTimer);
     this.forget();
     this.options.group?.leave(this);
     this.chart?.destroy();
     this.chart = null;
   }
 
-  /// Draws these instead. As long as labels and kinds stay, only the data change.
-  show(traces: Trace[]): void {
+  /// Draws these instead. As long as labels and kinds stay, only the data change. @param range of x, where it changes, too
+  show(traces: Trace[], range?: [number, number]): void {
     this.traces = traces;
+    if (range) this.xRange = range;
     this.columns = aligned(traces);
     const size = Math.max(largest(traces, this.floor), this.options.smallest ?? 0, this.options.bare ? this.size : 0);
     this.size = size;
@@ -122,11 +135,24 @@ export class Plot {
       this.signature = signature;
       this.build();
     } else {
-      this.chart.setData(this.columns, false);
-      this.fit();
+      this.stale = true;
+      if (this.inSight) this.drawNow();
     }
     this.labelAxis();
-    if (!this.table.hidden) put(this.table, numbersTable(this));
+    if (!this.table.hidden && !this.tableTimer) this.tableTimer = window.setTimeout(() => this.writeTable(), 300);  // not 30 times a second
+  }
+
+  private writeTable(): void {
+    this.tableTimer = 0;
+    put(this.table, this.table.hidden ? null : numbersTable(this));
+  }
+
+  /// Draws what was shown while nobody saw it.
+  drawNow(): void {
+    if (!this.stale || !this.chart) return;
+    this.stale = false;
+    this.chart.setData(this.columns, false);
+    this.fit();
   }
 
   /// The part of x that is shown; null: all of it.
@@ -152,6 +178,7 @@ export class Plot {
     this.chart?.destroy();
     this.canvas.textContent = "";
     const width = Math.max(120, this.canvas.clientWidth || 600);
+    this.stale = false;
     this.chart = new uPlot(chartOptions(this, width, (range) => this.zoomTo(range)), this.columns, this.canvas);
     this.fit();
     this.keyValues = [];
@@ -206,7 +233,7 @@ export class Plot {
   private toggleNumbers(button: HTMLElement): void {
     this.table.hidden = !this.table.hidden;
     button.setAttribute("aria-expanded", String(!this.table.hidden));
-    put(this.table, this.table.hidden ? null : numbersTable(this));
+    this.writeTable();
   }
 }
 
@@ -251,15 +278,43 @@ function seriesOf(trace: Trace): uPlot.Series[] {
   if (points) one.paths = () => null;
   if (trace.as === "steps" && uPlot.paths.stepped) one.paths = uPlot.paths.stepped({align: 1});
   if (trace.as === "area") one.width = 0;
+  if (trace.as === "envelope") return [{...one, paths: () => null}, {...one, paths: envelope}];
   return trace.high ? [one, {...one}] : [one];
+}
+
+/// A stroke from bin to bin, and within each from its smallest to its largest: what a live strip can afford 30 times a second.
+function envelope(u: uPlot, series: number, from: number, to: number): uPlot.Series.Paths {
+  const [x, low, high] = [u.data[0], u.data[series - 1], u.data[series]], {left, top, width, height} = u.bbox;
+  const {min: x0 = 0, max: x1 = 1} = u.scales.x, {min: y0 = 0, max: y1 = 1} = u.scales.y;
+  const perX = width / ((x1 ?? 1) - (x0 ?? 0)), perY = height / ((y1 ?? 1) - (y0 ?? 0));
+  const stroke = new Path2D();
+  let down = false;
+  for (let n = from; n <= to; ++n) {
+    const a = low[n], b = high[n];
+    if (a === null || b === null || a === undefined || b === undefined) {
+      down = false;
+      continue;
+    }
+    const at = left + (x[n] - (x0 ?? 0)) * perX, first = top + height - ((n % 2 ? b : a) - (y0 ?? 0)) * perY;
+    if (down) stroke.lineTo(at, first);
+    else stroke.moveTo(at, first);
+    if (a !== b) stroke.lineTo(at, top + height - ((n % 2 ? a : b) - (y0 ?? 0)) * perY);
+    down = true;
+  }
+  return {stroke, fill: null, clip: null, band: null, flags: 0};
 }
 
 function bandsOf(traces: Trace[]): uPlot.Band[] {
   return traces.flatMap((trace, n) => {
-    if (!trace.high) return [];
+    if (!trace.high || trace.as === "envelope") return [];
     const from = columnOf(traces, n);
     return [{series: [from + 1, from] as [number, number], fill: () => faint(trace.ink, trace.as === "area" || trace.ink === "measured" ? 0.3 : 0.55)} as unknown as uPlot.Band];
   });
+}
+
+/// Plots share the cursor. What is dragged in one is told to the others as a range, once.
+function notOfDrag(event: string): boolean {
+  return event !== "mousedown" && event !== "mouseup";
 }
 
 function chartOptions(plot: Plot, width: number, zoom: (range: [number, number]) => void): uPlot.Options {
@@ -269,8 +324,8 @@ function chartOptions(plot: Plot, width: number, zoom: (range: [number, number])
   const gridX = options.logX ? {grid: decades, ticks: decades} : {}, gridY = options.log ? {grid: decades, ticks: decades} : {};
   const xUnit = unitText(options.x.unit) && ` ${unitText(options.x.unit)}`;
   return {
-    width, height: plot.height(), pxAlign: 0, padding: [8, 22, 0, 0],
-    cursor: {sync: options.group ? {key: options.group.key, setSeries: false} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
+    width, height: plot.height(), pxAlign: 0, padding: [8, options.logX ? 40 : 22, 0, 0],
+    cursor: {sync: options.group ? {key: options.group.key, setSeries: false, filters: {pub: notOfDrag}} : undefined, drag: {x: true, y: false, setScale: false}, points: {size: 7}},
     legend: {show: false},
     scales: {x: {time: false, auto: false, distr: options.logX ? 3 : 1}, y: {distr: options.log ? 3 : 1, range: (_u, low, high) => yRange(plot, low, high)}},
     series: [{}, ...plot.traces.flatMap(seriesOf)],

@@ -22,7 +22,7 @@ class Strip {
       x: {name: "t", unit: "s"}, y: {name: channel.signal, unit: channel.unit}, smallest: smallest(channel.unit), zero: true,
     });
     this.element = h("div", {class: "strip"}, h("div", {class: "now ages"}, h("span", {class: "small muted"}, signalWords(channel.signal), " ", isSymbol(channel.signal) ? symbol(channel.signal) : null),
-      h("span", {}, this.value, " ", this.unit), this.age), this.plot.element);
+      h("span", {}, this.value, " ", this.unit), this.age, this.plot.tools), this.plot.element);
   }
 
   draw(): void {
@@ -30,8 +30,7 @@ class Strip {
     if (!trail) return;
     const now = bench.clock();
     const {x, low, high} = trail.view(now - bench.span, 900, now);
-    this.plot.show([{label: "", ink: "model", x, y: low, high, width: 1.2}]);
-    this.plot.showRange([-bench.span, 0]);
+    this.plot.show([{label: "", ink: "model", x, y: low, high, width: 1.2, as: "envelope"}], [-bench.span, 0]);
   }
 
   write(): void {
@@ -58,11 +57,12 @@ function smallest(unit: string): number {
 }
 
 function strips(): {element: HTMLElement; close: () => void} {
-  let list: Strip[] = [], of = "", frame = 0, drawn = 0;
+  let list: Strip[] = [], of = "", frame = 0, due = 0;
   const host = h("div", {class: "strips"});
   const dropped = h("span", {class: "muted small"});
   const buttons = windows.map((span) => h("button", {class: "quiet", onclick: () => bench.watch(span)}, duration(span).replace(/\.0/, "").replace(/\u00a000\u00a0s/, "")));
   const pause = h("button", {class: "quiet", "aria-pressed": "false", onclick: () => pause.setAttribute("aria-pressed", String(!paused()))}, "Freeze");
+  const tools = h("button", {class: "quiet", "aria-pressed": "false", "aria-label": "Numbers, PNG and CSV of the signals", onclick: () => tools.setAttribute("aria-pressed", String(host.classList.toggle("with-tools")))}, "Export");
   const paused = () => pause.getAttribute("aria-pressed") === "true";
 
   const change = () => {
@@ -78,8 +78,9 @@ function strips(): {element: HTMLElement; close: () => void} {
   };
   const draw = (at: number) => {
     frame = requestAnimationFrame(draw);
-    if (at - drawn < Math.max(30, 0.8 * bench.span) || paused()) return;  // half a pixel of movement
-    drawn = at;
+    if (at < due || paused()) return;
+    const period = Math.max(32, 0.8 * bench.span);  // [ms] 30 times a second; with long spans half a pixel of movement
+    due = Math.max(due + period, at - period);  // what comes late does not put off the next
     for (const strip of list) strip.draw();
   };
   const values = setInterval(() => paused() || list.forEach((s) => s.write()), 150);
@@ -87,7 +88,7 @@ function strips(): {element: HTMLElement; close: () => void} {
   change();
   frame = requestAnimationFrame(draw);
   const element = h("section", {class: "panel", "aria-label": "Signals"},
-    h("div", {class: "head"}, h("h2", {}, "Signals"), h("span", {class: "muted small"}, "seconds before now"), h("span", {class: "grow"}), dropped, ...buttons, pause), host);
+    h("div", {class: "head"}, h("h2", {}, "Signals"), h("span", {class: "muted small"}, "seconds before now"), h("span", {class: "grow"}), dropped, ...buttons, pause, tools), host);
   return {element, close: () => {
     cancelAnimationFrame(frame);
     clearInterval(values);
@@ -131,7 +132,7 @@ export const benchView: View = {
     const parts = [strips(), statePanel(), runPanel(), details()];
     const [signals, state, run, more] = parts;
     main.append(h("h1", {class: "only-read"}, "Bench"),
-      h("div", {class: "two"}, h("div", {class: "stack"}, signals.element, more.element), h("div", {class: "stack sticky"}, state.element, run.element)));
+      h("div", {class: "two with-more"}, signals.element, h("div", {class: "stack sticky"}, state.element, run.element), more.element));
     return () => parts.forEach((part) => part.close());
   },
 };

@@ -35,17 +35,23 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
   let profile: Profile | null = null;
   let loaded = false;
   const select = h("select", {id: "profile", onchange: () => choose()});
-  const preview = new Plot({title: "Preview", about: "the reference over the time of the run", bare: true, height: 110, x: {name: "t", unit: "s"}, y: {name: "u_ref", unit: "V"}, zero: true});
+  const preview = new Plot({title: "Preview of the reference", about: "the reference over the time of the run", bare: true, height: 110, x: {name: "t", unit: "s"}, y: {name: "u_ref", unit: "V"}, zero: true});
   const about = h("div", {class: "stack"});
   const note = h("input", {type: "text", maxlength: "500", autocomplete: "off"});
   const brake = h("input", {type: "text", maxlength: "100", autocomplete: "off", placeholder: "e.g. released"});
   const start = h("button", {class: "main", id: "start", onclick: () => begin()}, "Start run …");
   const arm = h("button", {id: "arm", onclick: () => armBench()}, "Arm …");
   const why = h("p", {class: "muted small", id: "start-why"});
-  const form = h("div", {class: "stack"}, h("label", {class: "field"}, "Profile", select), preview.element, about,
-    h("label", {class: "field"}, "Note, kept in the session", note), h("label", {class: "field"}, "Brake", brake),
-    h("div", {class: "row"}, start, arm), why);
-  const running = h("div", {class: "stack", hidden: true});
+  const form = h("div", {class: "stack"}, h("label", {class: "field"}, "Profile", select), h("div", {}, preview.element, h("div", {class: "figure"}, h("header", {}, preview.tools))), about,
+    h("div", {class: "row"}, start, arm), why,
+    h("details", {}, h("summary", {}, "Note and brake ", h("span", {class: "muted"}, "kept in the session")), h("div", {class: "stack"}, h("label", {class: "field"}, "Note", note), h("label", {class: "field"}, "Brake", brake))));
+  // Built once, so that a click or the focus is not lost while the run goes on.
+  const which = h("b", {}), howFar = h("span", {}), bar = h("progress", {max: 1, "aria-label": "Progress of the run"}), sessionFile = h("p", {class: "muted small mono"});
+  const say = h("p", {class: "verdict"}), within = h("p", {class: "muted small"});
+  const goOn = h("button", {class: "main", id: "confirm", onclick: () => confirm()}, "Done, go on");
+  const prompt = h("div", {class: "stack prompt", role: "alert", hidden: true}, say, within, goOn);
+  const running = h("div", {class: "stack", hidden: true}, h("p", {}, which, howFar), bar, prompt, sessionFile);
+  let confirmed = "";  // the pause that is answered already
   const last = h("div", {class: "small"});
 
   async function choose(): Promise<void> {
@@ -108,13 +114,27 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
     const run = bench.run;
     running.hidden = !run;
     form.hidden = Boolean(run) && bench.runIsOn();
+    prompt.hidden = !run?.pause;
     if (!run) return;
-    const part = run.duration > 0 ? Math.min(1, run.t / run.duration) : 0;
-    put(running, h("p", {}, h("b", {}, run.profile), ` is running, ${duration(run.t)} of ${duration(run.duration)}`),
-      h("progress", {value: part, max: 1, "aria-label": "Progress of the run"}),
-      run.pause ? h("div", {class: "stack", role: "alert"}, h("p", {}, h("b", {}, run.pause.say)),
-        h("button", {class: "main", onclick: () => rpc.call("confirm").catch(failed)}, "Done, go on")) : null,
-      h("p", {class: "muted small mono"}, run.session));
+    setText(which, run.profile);
+    const done = bench.elapsed(run);
+    setText(howFar, `${run.pause ? " waits for you at" : " is running,"} ${duration(done)} of ${duration(run.duration)}`);
+    bar.value = run.duration > 0 ? done / run.duration : 0;
+    setText(sessionFile, run.session);
+    if (!run.pause) return;
+    setText(say, run.pause.say);
+    setText(within, `The reference is held. Without an answer within ${duration(run.pause.within).replace("\u00a000\u00a0s", "")} the run ends.`);
+    goOn.disabled = !bench.mayMove || rpc.state !== "open" || confirmed === `${run.id} ${run.pause.number}`;
+  }
+
+  /// What the operator was asked to do is done.
+  function confirm(): void {
+    confirmed = bench.run?.pause ? `${bench.run.id} ${bench.run.pause.number}` : "";
+    goOn.disabled = true;
+    rpc.call("confirm").catch((error) => {
+      confirmed = "";
+      failed(error);
+    }).finally(() => bench.refresh());
   }
 
   function showLast(): void {

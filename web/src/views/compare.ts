@@ -60,7 +60,7 @@ class Compare {
   private readonly ownError = h("span", {class: "big", id: "error-run"});
   private readonly thisRun = h("div", {class: "scoreboard compact"}, h("div", {class: "one"}, h("span", {class: "what"}, "this run"), this.ownError));
   private readonly select = h("select", {"aria-label": "Run", onchange: () => this.choose(this.select.value)});
-  private readonly figures = h("div", {class: "stack"});
+  private readonly figures = h("div", {class: "stack of-signals"});
   private readonly missing = missingFigures();
   private readonly table = h("div", {class: "wide", tabindex: "0", role: "region", "aria-label": "Errors by run and signal"});
   private readonly sliders = new Sliders((name, value) => this.dragged(name, value), (name, value) => this.done(name, value));
@@ -83,7 +83,7 @@ class Compare {
     const side = h("div", {class: "stack sticky"}, h("section", {class: "panel stack", "aria-label": "Parameters"},
       h("div", {class: "row"}, h("h2", {}, "Parameters"), h("span", {class: "grow"}), this.fit), this.sliders.element));
     this.element = h("div", {class: "stack"}, this.head.element,
-      h("div", {class: "two"}, h("div", {class: "stack"}, this.figures, this.missing.element,
+      h("div", {class: "two of-compare"}, h("div", {class: "stack"}, this.figures, this.missing.element,
         h("section", {class: "panel"}, h("h2", {}, "Errors by run and signal"), this.table)), side));
     this.forget = work.onChange(() => this.change());
     this.change();

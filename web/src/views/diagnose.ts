@@ -2,8 +2,10 @@
 
 import {bench} from "../bench";
 import {ask, failed} from "../dialog";
-import {h, marked, put, setText, svg, symbol} from "../dom";
-import {floors, plain, quantity, withError} from "../numbers";
+import {h, marked, put, setText, signalWords, svg, symbol} from "../dom";
+import {duration, floors, plain, quantity, unitText, withError} from "../numbers";
+import {Plot} from "../plot";
+import {drawingTools} from "../plot_export";
 import {rpc} from "../rpc";
 import {stopButton} from "../stop";
 import {View} from "../view";
@@ -16,18 +18,22 @@ const verdictWords: {[verdict: string]: string} = {
   nothing_missing: "Nothing is missing: the model agrees with the runs within the instruments' noise", cannot_tell: "These runs cannot tell",
 };
 
-/// What the candidate would do, over what is left of the measurement.
-function signature(s: any): SVGElement | null {
+/// What the candidate would do, over what is left of the measurement, and what gives its numbers away.
+function signature(name: string, s: any): {picture: HTMLElement; tools: HTMLElement} | null {
   if (!s?.x?.length) return null;
   const width = 300, height = 84;
   const all = [...s.residual, ...s.effect].filter((v: number | null) => v !== null && Number.isFinite(v));
   const low = Math.min(0, ...all), high = Math.max(0, ...all), x0 = s.x[0], x1 = s.x[s.x.length - 1];
   const at = (x: number, y: number) => `${((width * (x - x0)) / (x1 - x0 || 1)).toFixed(1)},${(height - 4 - ((height - 8) * (y - low)) / (high - low || 1)).toFixed(1)}`;
   const line = (values: number[]) => s.x.map((x: number, n: number) => (values[n] === null ? "" : at(x, values[n]))).join(" ");
-  return svg("svg", {viewBox: `0 0 ${width} ${height}`, class: "signature", role: "img", preserveAspectRatio: "none", "aria-label": "the effect's signature over the residual"},
+  const drawing = svg("svg", {viewBox: `0 0 ${width} ${height}`, class: "signature", role: "img", preserveAspectRatio: "none", "aria-label": "the effect's signature over the residual"},
     svg("polyline", {points: `${at(x0, 0)} ${at(x1, 0)}`, class: "axis-line"}),
     svg("polyline", {points: line(s.residual), class: "curve ink-measured", "fill-opacity": 0, "vector-effect": "non-scaling-stroke"}),
     svg("polyline", {points: line(s.effect), class: "curve ink-base", "fill-opacity": 0, "vector-effect": "non-scaling-stroke"}));
+  const unit = unitText(s.unit) && ` [${s.unit}]`;
+  const {tools, table} = drawingTools(`Signature of ${name}`, drawing, [{head: "t [s]", values: s.x}, {head: `${s.signal}, what is left${unit}`, values: s.residual}, {head: `${s.signal}, the effect${unit}`, values: s.effect}]);
+  const words = `${signalWords(s.signal)}, ${quantity(low, s.unit, 2)} to ${quantity(high, s.unit, 2)} over ${duration(x1 - x0)}`;
+  return {picture: h("div", {class: "figure"}, drawing, h("p", {class: "under"}, words), table), tools};
 }
 
 function card(c: any, best: boolean): HTMLElement {
@@ -36,10 +42,10 @@ function card(c: any, best: boolean): HTMLElement {
     return h("div", {}, symbol(name), " = ", p.std_error ? withError(p.value, p.std_error, p.unit) : quantity(p.value, p.unit ?? ""));
   });
   const add = h("button", {class: best ? "main" : "", "data-add": c.id, "aria-label": `Add ${c.name}`, onclick: () => work.change("add", {effect: c.id}, `Adding ${c.name} and fitting again`)}, "Add");
-  const what = c.what ?? "";
+  const what = c.what ?? "", small = signature(c.name ?? c.id, c.signature);
   return h("article", {class: best ? "card best" : "card", "data-candidate": c.id},
     h("header", {}, h("h2", {}, c.name ?? c.id.replace(/_/g, " ")), best ? h("span", {class: "tag good"}, "missing") : c.tied ? h("span", {class: "tag warn"}, "tied") : null),
-    what ? h("p", {class: "small"}, what) : null, signature(c.signature),
+    what ? h("p", {class: "small"}, what) : null, small?.picture,
     h("dl", {class: "facts small"},
       c.held_out_error !== null && c.held_out_error !== undefined ? h("dt", {}, "Error held out with it") : null, c.held_out_error !== null && c.held_out_error !== undefined ? h("dd", {}, floors(c.held_out_error)) : null,
       h("dt", {}, "Drop foretold"), h("dd", {}, dropWords(c)),
@@ -47,40 +53,29 @@ function card(c: any, best: boolean): HTMLElement {
       c.tied_with?.length ? h("dt", {}, "Tied with") : null, c.tied_with?.length ? h("dd", {}, c.tied_with.map((id: string) => id.replace(/_/g, " ")).join(", ")) : null,
       c.detectable_size !== null && c.detectable_size !== undefined ? h("dt", {}, "Would be found from") : null,
       c.detectable_size !== null && c.detectable_size !== undefined ? h("dd", {}, quantity(c.detectable_size, firstUnit(c), 2)) : null),
-    c.equation ? h("p", {class: "mono muted"}, c.equation) : null, h("div", {class: "actions"}, add));
+    c.equation ? h("p", {class: "mono muted"}, c.equation) : null, h("div", {class: "actions"}, add, small?.tools));
 }
 
 /// The curve of a law with its band of 95 %, over the first quantity that it holds.
-function curve(law: any): SVGElement | null {
-  const x: number[] = law.curve?.at ?? [], y: number[] = law.curve?.value ?? [], error: number[] = law.curve?.std_error ?? [];
+function curve(law: any): Plot | null {
+  const x: number[] = law.curve?.at ?? [], y: number[] = law.curve?.value ?? [], error: number[] = law.curve?.std_error ?? [], of: string = law.of?.[0] ?? "";
   if (!x.length) return null;
-  const width = 300, height = 120, band = y.map((_, n) => 1.96 * (error[n] ?? 0));
-  const low = Math.min(0, ...y.map((v, n) => v - band[n])), high = Math.max(0, ...y.map((v, n) => v + band[n]));
-  const at = (n: number, v: number) => `${((width * (x[n] - x[0])) / (x[x.length - 1] - x[0] || 1)).toFixed(1)},${(height - 4 - ((height - 8) * (v - low)) / (high - low || 1)).toFixed(1)}`;
-  const upper = y.map((v, n) => at(n, v + band[n])), lower = y.map((v, n) => at(n, v - band[n])).reverse();
-  return svg("svg", {viewBox: `0 0 ${width} ${height}`, class: "signature", role: "img", preserveAspectRatio: "none", "aria-label": `the law's ${law.place} against ${law.of?.[0] ?? ""}`},
-    svg("polyline", {points: `${at(0, 0)} ${at(x.length - 1, 0)}`, class: "axis-line"}),
-    svg("polygon", {points: [...upper, ...lower].join(" "), class: "band"}),
-    svg("polyline", {points: y.map((v, n) => at(n, v)).join(" "), class: "curve ink-base", "fill-opacity": 0, "vector-effect": "non-scaling-stroke"}));
+  const band = y.map((_, n) => 1.96 * (error[n] ?? 0)), place = law.place === "factor" ? "factor on the flux" : law.place;
+  const plot = new Plot({title: `The law against the ${signalWords(of).toLowerCase()}`, about: "with its 95 % band", x: {name: of, unit: unitOf[of] ?? ""}, y: {name: place, unit: unitOfPlace[law.place] ?? "1"}, height: 170, zero: true});
+  plot.show([{label: "95 % band", ink: "base", as: "area", x, y: y.map((v, n) => v - band[n]), high: y.map((v, n) => v + band[n])}, {label: "law", ink: "base", x, y}]);
+  return plot;
 }
 
 const unitOf: {[quantity: string]: string} = {omega: "rad/s", i_a: "A", theta: "rad", u_ref: "V", t: "s"};
-const unitOfPlace: {[place: string]: string} = {torque: "N m", voltage: "V", factor: ""};
-
-/// The first and last value of an axis, with its unit.
-function ends(values: number[], unit: string): string {
-  return `${quantity(Math.min(...values), unit)} to ${quantity(Math.max(...values), unit)}`;
-}
+const unitOfPlace: {[place: string]: string} = {torque: "N m", voltage: "V", factor: "1"};
 
 /// What is left without a name: a law for it, and runs that are not as the others.
-function remainder(rest: any, named: boolean): HTMLElement {
+function remainder(rest: any, named: boolean, plot: Plot | null): HTMLElement {
   const law = rest.law;
   const machine: string[] = rest.machine ?? [];
   const panel = h("article", {class: "card", id: "discovered"}, h("header", {}, h("h2", {}, "What is left"), law ? h("span", {class: "tag good"}, "a law") : h("span", {class: "tag"}, "no law")));
   if (law) {
-    const x: number[] = law.curve?.at ?? [], y: number[] = law.curve?.value ?? [], of: string = law.of?.[0] ?? "";
-    panel.append(...[h("p", {class: "mono"}, `${law.place} = ${law.formula}`), curve(law),
-      x.length ? h("p", {class: "muted small"}, `Drawn with its 95 % band: `, symbol(of), ` from ${ends(x, unitOf[of] ?? "")}, ${law.place} from ${ends([0, ...y], unitOfPlace[law.place] ?? "")}.`) : null,
+    panel.append(...[h("p", {class: "mono"}, `${law.place} = ${law.formula}`), plot?.element ?? null,
       h("dl", {class: "facts small"},
         h("dt", {}, "Error held out"), h("dd", {}, `${floors(law.error?.before?.held_out)} → `, h("b", {}, floors(law.error?.after?.held_out))),
         ...Object.entries<any>(law.parameters ?? {}).flatMap(([name, p]) => [h("dt", {}, symbol(name)), h("dd", {}, p.std_error ? withError(p.value, p.std_error, p.unit) : quantity(p.value, p.unit ?? ""))]),
@@ -120,12 +115,14 @@ class Diagnose {
   private readonly button = h("button", {class: "main", id: "diagnose", onclick: () => this.run()}, "Diagnose");
   private readonly head = workHead("Diagnose", this.button);
   private readonly forget: () => void;
+  private law: Plot | null = null;
+  private steps: unknown = null;  // that the staircase shows
 
   constructor() {
     this.element = h("div", {class: "stack"}, this.head.element,
       h("div", {class: "two"},
         h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Verdict"}, this.verdict), this.rest, this.key, this.cards, this.more),
-        h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Error"}, this.board.element, h("h2", {}, "The falling error"), this.stairs),
+        h("div", {class: "stack"}, h("section", {class: "panel stack", "aria-label": "Error"}, this.board.element, this.stairs),
           h("section", {class: "panel stack"}, h("h2", {}, "In the model"), this.model))));
     this.forget = work.onChange(() => this.change());
     this.change();
@@ -135,6 +132,7 @@ class Diagnose {
   close(): void {
     this.forget();
     this.head.close();
+    this.law?.destroy();
   }
 
   private change(): void {
@@ -146,7 +144,8 @@ class Diagnose {
     const law = this.rest.querySelector<HTMLButtonElement>("#add-law"), id = work.diagnosis?.discovered?.law?.add?.id;
     if (law) law.disabled = Boolean(work.busy) || state.effects.some((e) => e.id === id);
     this.board.write(state.error);
-    put(this.stairs, staircase(state.steps));
+    if (state.steps !== this.steps) put(this.stairs, staircase(state.steps));
+    this.steps = state.steps;
     put(this.model, state.effects.length ? h("div", {class: "stack"}, ...state.effects.map((e) => h("div", {class: "row"}, h("span", {}, e.name),
       h("button", {class: "quiet", "aria-label": `Remove ${e.name}`, disabled: Boolean(work.busy), onclick: () => work.change("remove", {effect: e.id}, `Removing ${e.name} and fitting again`)}, "Remove"))))
       : h("p", {class: "muted small"}, "No effect beyond the linear model."));
@@ -156,7 +155,9 @@ class Diagnose {
 
   private async run(): Promise<void> {
     try {
-      work.diagnosis = await work.lasting("diagnose", {}, "Looking for what is missing");
+      const {work: fitted, ...diagnosis} = await work.lasting("diagnose", {}, "Looking for what is missing");
+      work.diagnosis = diagnosis;
+      work.take(fitted);  // the diagnosis is of the model once fitted
       work.diagnosed = work.state;
     } catch (error) {
       put(this.verdict, h("p", {class: "bad"}, String((error as Error).message)));
@@ -183,7 +184,9 @@ class Diagnose {
     const inFront = (c: any) => missing.has(c.id) || tied.has(c.id);
     const list: any[] = (d.candidates ?? []).map((c: any) => ({...c, tied: tied.has(c.id)}));
     const front = [...list.filter(inFront), ...list.filter((c) => !inFront(c)).slice(0, Math.max(0, 6 - list.filter(inFront).length))];
-    put(this.rest, d.discovered ? remainder(d.discovered, missing.size > 0) : null);
+    this.law?.destroy();
+    this.law = d.discovered?.law ? curve(d.discovered.law) : null;
+    put(this.rest, d.discovered ? remainder(d.discovered, missing.size > 0, this.law) : null);
     this.key.hidden = !list.some((c) => c.signature?.x?.length);
     put(this.cards, ...front.map((c) => card(c, missing.has(c.id))));
     const rest = list.filter((c) => !front.includes(c));

@@ -166,8 +166,7 @@ class Estimates {
         this.innovation.append(one.element);
       }
       const {x, low} = (innovations.get(signal) as Trail).view(e.t - seconds, 480, e.t);
-      one.show([{label: "RMS", ink: "model", x, y: low}, {label: "right model", ink: "floor", x, y: x.map(() => 1), dash: true}]);
-      one.showRange([-seconds, 0]);
+      one.show([{label: "RMS", ink: "model", x, y: low}, {label: "right model", ink: "floor", x, y: x.map(() => 1), dash: true}], [-seconds, 0]);
     }
     if (this.plots.size === 0) put(this.innovation, h("p", {class: "empty"}, "Nothing yet: it begins with a run."));
     else this.innovation.querySelector(".empty")?.remove();

@@ -21,6 +21,7 @@ interface Row {
   value: string;
   min: string;
   max: string;
+  unit: string;
 }
 
 class Formula {
@@ -41,13 +42,13 @@ class Formula {
 
   constructor() {
     this.text.value = "-T*tanh(omega/w)";
-    this.kept.set("T", {value: "0", min: "0", max: "1"});
-    this.kept.set("w", {value: "5", min: "0.5", max: "50"});
+    this.kept.set("T", {value: "0", min: "0", max: "1", unit: "N m"});
+    this.kept.set("w", {value: "5", min: "0.5", max: "50", unit: "rad/s"});
     this.element = h("div", {class: "stack"}, this.head.element, h("div", {class: "two"},
       h("section", {class: "panel stack", "aria-label": "Expression"},
         h("label", {class: "field"}, "It is a", this.place), h("label", {class: "field"}, "Expression", this.text),
         h("p", {class: "muted small"}, "It may use omega, i_a, theta, u_ref, t and pi; + − * / ^, comparisons, a ? b : c; abs sign sqrt exp log sin cos tan tanh atan2 min max and their like. Every other name is a parameter, fitted between its bounds."),
-        h("div", {class: "wide"}, h("table", {}, h("thead", {}, h("tr", {}, ...["parameter", "start", "from", "to"].map((t) => h("th", {scope: "col"}, t)))), this.rows)),
+        h("div", {class: "wide"}, h("table", {}, h("thead", {}, h("tr", {}, ...["parameter", "start", "from", "to", "unit"].map((t) => h("th", {scope: "col"}, t)))), this.rows)),
         h("label", {class: "field"}, "Name in the model", this.name), h("div", {class: "row"}, this.add)),
       h("div", {class: "stack"}, h("section", {class: "panel", "aria-label": "Score"}, h("h2", {}, "Score"), this.answer), h("section", {class: "panel", "aria-label": "Error"}, this.board.element))));
     this.forget = work.onChange(() => this.change());
@@ -77,13 +78,13 @@ class Formula {
   }
 
   private row(name: string): HTMLElement {
-    const row = this.kept.get(name) ?? {value: "0", min: "0", max: "1"};
+    const row = this.kept.get(name) ?? {value: "0", min: "0", max: "1", unit: ""};
     this.kept.set(name, row);
-    const cell = (key: keyof Row, label: string) => h("td", {}, h("input", {type: "text", inputmode: "decimal", size: "7", value: row[key], "aria-label": `${name}, ${label}`, oninput: (event: Event) => {
+    const cell = (key: keyof Row, label: string) => h("td", {}, h("input", {type: "text", inputmode: key === "unit" ? "text" : "decimal", size: "7", maxlength: "40", autocomplete: "off", value: row[key], "aria-label": `${name}, ${label}`, oninput: (event: Event) => {
       row[key] = (event.target as HTMLInputElement).value;
       this.edited();
     }}));
-    return h("tr", {}, h("th", {scope: "row"}, symbol(name)), cell("value", "start"), cell("min", "from"), cell("max", "to"));
+    return h("tr", {}, h("th", {scope: "row"}, symbol(name)), cell("value", "start"), cell("min", "from"), cell("max", "to"), cell("unit", "unit"));
   }
 
   private request(): any {
@@ -91,7 +92,7 @@ class Formula {
     for (const name of parametersOf(this.text.value)) {
       const row = this.kept.get(name) as Row;
       const [value, min, max] = [row.value, row.min, row.max].map((t) => Number(t.replace(",", ".")));
-      parameters[name] = {value, min, max};
+      parameters[name] = {value, min, max, unit: row.unit.trim() || "1"};
     }
     return {id: this.name.value, place: this.place.value, formula: this.text.value, parameters};
   }

@@ -1,24 +1,25 @@
 // Recorded sessions: what they are, notes and tags, two side by side, and files from elsewhere.
 
 import {failed, notice} from "../dialog";
-import {h, put, setText, signalWords} from "../dom";
+import {h, put, setText} from "../dom";
 import {duration, localTime} from "../numbers";
-import {Group, Plot} from "../plot";
 import {rpc} from "../rpc";
 import {View} from "../view";
 import {work} from "../work";
+import {askColumns} from "./columns";
+import {SessionFigures} from "./session_figures";
+import {thumbnail} from "./thumbnail";
 
 const mostBytes = 2 ** 30;
+const columns = ["show", "picture", "session", "recorded", "profile", "length", "tags", "used for"];
 
 class Sessions {
   readonly element: HTMLElement;
   private list: any[] = [];
   private chosen: string[] = [];
-  private plots: Plot[] = [];
-  private asked = 0;
   private readonly rows = h("tbody", {});
   private readonly detail = h("div", {class: "stack"});
-  private readonly figures = h("div", {class: "stack"});
+  private readonly figures = new SessionFigures((paths) => this.made(paths));
   private readonly filter = h("input", {type: "search", placeholder: "Filter by name, tag, profile, note", "aria-label": "Filter", oninput: () => this.writeList()});
   private readonly file = h("input", {type: "file", accept: ".csv,text/csv", class: "only-read", id: "import-file", onchange: () => this.send()});
   private readonly forget: () => void;
@@ -27,15 +28,15 @@ class Sessions {
     const pick = h("label", {class: "button", for: "import-file"}, "Import CSV …");
     this.element = h("div", {class: "stack"}, h("div", {class: "head"}, h("h1", {}, "Sessions"), h("span", {class: "grow"}), this.filter, this.file, pick),
       h("section", {class: "panel"}, h("div", {class: "wide", tabindex: "0", role: "region", "aria-label": "Sessions"}, h("table", {class: "folds"},
-        h("thead", {}, h("tr", {}, ...["show", "session", "recorded", "profile", "length", "tags", "used for"].map((t) => h("th", {scope: "col", class: t === "length" ? "n" : null}, t)))), this.rows))),
-      h("div", {class: "two"}, this.figures, this.detail));
+        h("thead", {}, h("tr", {}, ...columns.map((t) => h("th", {scope: "col", class: t === "length" ? "n" : null}, t)))), this.rows))),
+      h("div", {class: "two"}, this.figures.element, h("div", {class: "stack"}, this.figures.part.element, this.detail)));
     this.forget = rpc.on("ended", () => this.load());
     this.load();
   }
 
   close(): void {
     this.forget();
-    this.plots.forEach((p) => p.destroy());
+    this.figures.close();
   }
 
   private async load(): Promise<void> {
@@ -45,7 +46,7 @@ class Sessions {
       const first = this.list.find((s) => !s.error);
       if (!this.chosen.length && first) this.choose(first.path, true);
     } catch (error) {
-      put(this.rows, h("tr", {}, h("td", {colspan: "7"}, String((error as Error).message))));
+      put(this.rows, h("tr", {}, h("td", {colspan: columns.length}, String((error as Error).message))));
     }
   }
 
@@ -53,7 +54,7 @@ class Sessions {
     const words = this.filter.value.toLowerCase().split(/\s+/).filter(Boolean);
     const shown = this.list.filter((s) => words.every((w) => [s.name, s.profile, s.note, s.bench, ...(s.tags ?? [])].join(" ").toLowerCase().includes(w)));
     put(this.rows, ...shown.map((s) => this.row(s)));
-    if (!shown.length) put(this.rows, h("tr", {}, h("td", {colspan: "7", class: "muted"}, this.list.length ? "None of this kind." : "There are no sessions under the folders named on the command line.")));
+    if (!shown.length) put(this.rows, h("tr", {}, h("td", {colspan: columns.length, class: "muted"}, this.list.length ? "None of this kind." : "There are no sessions under the folders named on the command line.")));
   }
 
   private row(s: any): HTMLElement {
@@ -64,7 +65,8 @@ class Sessions {
       this.load();
     }, failed)}, ...[["", "–"], ["train", "training"], ["held_out", "held out"]].map(([value, text]) => h("option", {value}, text)));
     use.value = s.used ?? "";
-    return h("tr", {}, h("td", {}, show), h("th", {scope: "row", title: s.path}, s.name, s.error ? h("span", {class: "tag bad after", title: s.error}, "not readable") : null, s.complete === false && !s.error ? h("span", {class: "tag warn after"}, "not complete") : null), h("td", {}, localTime(s.started_utc)), h("td", {}, s.profile ?? ""),
+    const csv = s.error && s.name.endsWith(".csv") ? h("button", {class: "quiet", "aria-label": `Columns of ${s.name}`, onclick: () => this.columns(s)}, "Columns …") : null;
+    return h("tr", {}, h("td", {}, show), h("td", {}, thumbnail(s.picture)), h("th", {scope: "row", title: s.path}, s.name, s.error ? h("span", {class: "tag bad after", title: s.error}, "not readable") : null, csv, s.complete === false && !s.error ? h("span", {class: "tag warn after"}, "not complete") : null), h("td", {}, localTime(s.started_utc)), h("td", {}, s.profile ?? ""),
       h("td", {class: "n"}, s.duration ? duration(s.duration) : "–"), h("td", {}, ...(s.tags ?? []).map((tag: string) => h("span", {class: "tag"}, tag)), s.note ? h("div", {class: "small muted"}, s.note) : null), h("td", {}, use));
   }
 
@@ -72,14 +74,29 @@ class Sessions {
   private choose(path: string, on: boolean): void {
     this.chosen = this.chosen.filter((p) => p !== path);
     if (on) this.chosen = [...this.chosen, path].slice(-2);
+    this.show();
+  }
+
+  private show(): void {
     this.writeList();
     this.writeDetail();
-    this.draw();
+    this.figures.show(this.chosen.map((p) => this.list.find((s) => s.path === p)).filter((s) => s && !s.error));
+  }
+
+  /// New sessions came: they are shown.
+  private async made(paths: string[]): Promise<void> {
+    await this.load();
+    this.chosen = paths.slice(0, 2);
+    this.show();
   }
 
   private writeDetail(): void {
     const sessions = this.chosen.map((p) => this.list.find((s) => s.path === p)).filter(Boolean);
     put(this.detail, sessions.length ? h("section", {class: "panel"}, h("div", {class: "pair"}, ...sessions.map((s) => this.notes(s)))) : null);
+  }
+
+  private columns(s: any): void {
+    askColumns(s.path, s.name, (path) => this.made([path])).catch(failed);
   }
 
   private notes(s: any): HTMLElement {
@@ -89,35 +106,16 @@ class Sessions {
       notice(`Saved the note of ${s.name}.`);
       this.load();
     }, failed);
-    return h("div", {class: "stack session-notes"}, h("h2", {}, s.name), h("p", {class: "small muted"}, [s.bench, s.profile, s.operator].filter(Boolean).join(", ")),
-      h("label", {class: "field"}, "Note", note), h("label", {class: "field"}, "Tags, with commas between", tags), h("div", {class: "row"}, h("button", {onclick: save}, "Save note and tags")));
+    return h("div", {class: "stack session-notes"}, h("h2", {}, s.name), h("p", {class: "small muted"}, [s.bench, s.profile, s.operator].filter(Boolean).join(", ")), s.error ? h("p", {class: "bad small"}, s.error) : null,
+      h("label", {class: "field"}, "Note", note), h("label", {class: "field"}, "Tags, with commas between", tags), h("div", {class: "row"}, h("button", {onclick: save}, "Save note and tags"), s.name.endsWith(".csv") ? h("button", {class: "quiet", onclick: () => this.columns(s)}, "Columns …") : null));
   }
 
-  private async draw(): Promise<void> {
-    const number = ++this.asked, paths = this.chosen.slice();
-    const inks = ["model", "base"] as const;
-    try {
-      const answers = await Promise.all(paths.map((path) => rpc.call("session_data", {path, points: 900})));
-      if (number !== this.asked) return;
-      this.plots.forEach((p) => p.destroy());
-      this.plots = [];
-      this.figures.textContent = "";
-      const group = new Group();
-      const signals: {[name: string]: {unit: string; traces: any[]}} = {};
-      answers.forEach((answer, n) => {
-        const name = this.list.find((s) => s.path === paths[n])?.name ?? paths[n];
-        for (const [signal, bins] of Object.entries<any>(answer.runs?.[0]?.signals ?? answer.signals ?? {}))
-          (signals[signal] ??= {unit: bins.unit ?? "", traces: []}).traces.push({label: name, ink: inks[n], x: bins.t, y: bins.min ?? bins.value, high: bins.max, as: bins.t.length < 400 ? "points" : undefined, width: 1.3});
-      });
-      for (const [signal, {unit, traces}] of Object.entries(signals)) {
-        const plot = new Plot({title: signalWords(signal), about: "of the chosen sessions over their time", x: {name: "t", unit: "s"}, y: {name: signal, unit}, height: 150, group});
-        this.plots.push(plot);
-        this.figures.append(h("section", {class: "panel", "aria-label": signalWords(signal)}, plot.element));
-        plot.show(traces);
-      }
-    } catch (error) {
-      if (number === this.asked) put(this.figures, h("p", {class: "bad"}, String((error as Error).message)));
-    }
+  /// A file whose columns nobody understands by their names is asked about at once.
+  private async imported(name: string, path: string): Promise<void> {
+    await this.load();
+    const s = this.list.find((one) => one.path === path);
+    if (s?.error) this.columns(s);
+    else notice(`${name} is imported.`);
   }
 
   /// Streams a file to the server; it never is in this page's memory as a whole.
@@ -137,8 +135,7 @@ class Sessions {
     request.onloadend = () => {
       panel.remove();
       if (request.status === 200) {
-        notice(`${file.name} is imported.`);
-        this.load();
+        this.imported(file.name, JSON.parse(request.responseText).path);
       } else if (request.status) {
         notice(request.responseText.slice(0, 500) || `The server refused ${file.name} (${request.status}).`, true);
       }

@@ -2,12 +2,13 @@
 
 import {h, svg} from "../dom";
 import {floors} from "../numbers";
+import {drawingTools} from "../plot_export";
 import {Work} from "../work";
 
 const width = 320, height = 210, left = 34, right = 10, top = 14, bottom = 40;
 
 export function staircase(steps: Work["steps"]): HTMLElement {
-  if (!steps.length) return h("p", {class: "muted small"}, "It begins with the first fit.");
+  if (!steps.length) return h("div", {class: "stack"}, h("h2", {}, "The falling error"), h("p", {class: "muted small"}, "It begins with the first fit."));
   const values = steps.flatMap((s) => [s.train, s.held_out]).filter((v): v is number => v !== null && v > 0);
   const lowest = Math.min(0.7, ...values), highest = Math.max(2, ...values) * 1.3;
   const y = (v: number) => top + ((height - top - bottom) * Math.log(highest / v)) / Math.log(highest / lowest);
@@ -29,9 +30,9 @@ export function staircase(steps: Work["steps"]): HTMLElement {
     ...steps.map((s, n) => svg("text", {x: left + (n + 0.5) * span, y: height - bottom + 16, "text-anchor": "middle"}, short(s.added, steps.length))),
     svg("line", {x1: left, x2: left + 20, y1: height - 8, y2: height - 8, class: "curve ink-base", "stroke-dasharray": "6 3"}), svg("text", {x: left + 25, y: height - 4}, "train"),
     svg("line", {x1: left + 80, x2: left + 100, y1: height - 8, y2: height - 8, class: "curve ink-model"}), svg("text", {x: left + 105, y: height - 4}, "held out"));
-  const table = h("details", {}, h("summary", {}, "Numbers"), h("table", {}, h("thead", {}, h("tr", {}, h("th", {scope: "col"}, "step"), h("th", {class: "n", scope: "col"}, "train"), h("th", {class: "n", scope: "col"}, "held out"))),
-    h("tbody", {}, ...steps.map((s) => h("tr", {}, h("td", {}, s.added ? s.added.replace(/_/g, " ") : "fitted"), h("td", {class: "n"}, floors(s.train)), h("td", {class: "n"}, floors(s.held_out)))))));
-  return h("div", {class: "stack", id: "staircase"}, drawing, table);
+  const {tools, table} = drawingTools("The falling error", drawing, [{head: "step", values: steps.map((s) => (s.added ? s.added.replace(/_/g, " ") : "fitted"))},
+    {head: "train [noise floors]", values: steps.map((s) => s.train)}, {head: "held out [noise floors]", values: steps.map((s) => s.held_out)}]);
+  return h("div", {class: "stack figure", id: "staircase"}, h("header", {}, h("h2", {}, "The falling error"), tools), drawing, table);
 }
 
 function short(added: string | null, count: number): string {

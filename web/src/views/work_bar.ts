@@ -61,7 +61,7 @@ export function workHead(title: string, ...more: HTMLElement[]): {element: HTMLE
   const forget = work.onChange(change);
   change();
   return {
-    element: h("div", {}, h("div", {class: "head"}, h("h1", {}, title), ...more, h("span", {class: "grow"}), undo, redo), findings, busy),
+    element: h("div", {}, h("div", {class: "head"}, h("h1", {}, title), ...more, h("span", {class: "grow"}), h("span", {class: "row"}, undo, redo)), findings, busy),
     close: () => {
       window.removeEventListener("keydown", keys);
       forget();
