@@ -3,8 +3,11 @@
 #include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "analysis/check/check.h"
+#include "analysis/numerics/statistics.h"
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
@@ -52,8 +55,9 @@ void refuse_slow_readings(std::span<const Run> runs) {
   for (const Run& run : runs) {
     double fastest = std::numeric_limits<double>::infinity();
     for (const auto& [signal, series] : run.signals) {
-      if (series.t.size() < 2) continue;
-      fastest = std::min(fastest, (series.t.back() - series.t.front()) / static_cast<double>(series.t.size() - 1));
+      std::vector<double> intervals;
+      for (std::size_t k = 1; k < series.t.size(); ++k) intervals.push_back(series.t[k] - series.t[k - 1]);
+      if (!intervals.empty()) fastest = std::min(fastest, median(std::move(intervals)));  // whatever gaps there are
     }
     if (!std::isfinite(fastest) || fastest <= slowest) continue;
     throw Error(run.name + ": its readings are " + pretty(fastest, 3) +

@@ -14,6 +14,7 @@
 #include "drivers/registry.h"
 #include "hal/error.h"
 #include "hal/format_version.h"
+#include "hal/printable.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/rewrite.h"
@@ -120,11 +121,11 @@ void show_difference(const std::string& before, const std::string& after) {
   while (same + unlike < std::min(old.size(), now.size()) && old[old.size() - 1 - same] == now[now.size() - 1 - same])
     ++same;
   const std::size_t begin = unlike > around ? unlike - around : 0;
-  for (std::size_t i = begin; i < unlike; ++i) std::cout << "  " << old[i] << "\n";
-  for (std::size_t i = unlike; i + same < old.size(); ++i) std::cout << "- " << old[i] << "\n";
-  for (std::size_t i = unlike; i + same < now.size(); ++i) std::cout << "+ " << now[i] << "\n";
+  for (std::size_t i = begin; i < unlike; ++i) std::cout << "  " << printable(old[i], "\t") << "\n";
+  for (std::size_t i = unlike; i + same < old.size(); ++i) std::cout << "- " << printable(old[i], "\t") << "\n";
+  for (std::size_t i = unlike; i + same < now.size(); ++i) std::cout << "+ " << printable(now[i], "\t") << "\n";
   for (std::size_t i = old.size() - same; i < std::min(old.size(), old.size() - same + around); ++i)
-    std::cout << "  " << old[i] << "\n";
+    std::cout << "  " << printable(old[i], "\t") << "\n";
 }
 
 int upgrade_file(const std::string& name, bool yes) {

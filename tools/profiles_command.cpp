@@ -7,6 +7,7 @@
 #include "experiment/profile.h"
 #include "figures/figure.h"
 #include "figures/terminal.h"
+#include "hal/printable.h"
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/commands.h"
@@ -43,7 +44,9 @@ void show(const ListedProfile& p, const TerminalStyle& style) {
   Figure figure(p.name, "The reference over time.");
   figure.x({"t", "s"});
   figure.panel({"u_ref", "V"}).line("u_ref", t, u);
-  std::cout << "\n" << to_terminal(figure, style) << "\n# " << p.path.string() << "\n" << YamlMap::read_text(p.path);
+  std::cout << "\n"
+            << to_terminal(figure, style) << "\n# " << p.path.string() << "\n"
+            << printable(YamlMap::read_text(p.path), "\n\t");
 }
 
 int profiles_command(const ProfilesOptions& o) {

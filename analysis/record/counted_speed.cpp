@@ -156,6 +156,35 @@ bool only_counts(std::span<const Series> speeds, double step, std::size_t length
   return of_the_steady(std::move(bends), share) < most;
 }
 
+/// The speed of each row, from means of the last rows. All that a run that begins at rest was counted before is
+/// nothing.
+Series of_each_row(const Series& mean, const CountedSpeed& counted) {
+  const double interval = mean_interval(mean.t), n = static_cast<double>(counted.rows);
+  Series each = mean;
+  std::vector<double> sum(mean.value.size(), 0);  // of the counts, up to each row
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    const double since = std::round(n * mean.value[k] * interval / counted.step);
+    sum[k] = (k < counted.rows ? 0 : sum[k - counted.rows]) + since;
+    each.value[k] = (sum[k] - (k > 0 ? sum[k - 1] : 0)) * counted.step / interval;
+  }
+  return each;
+}
+
+/// Are speeds whose values are multiples of a step means over some rows, of counts that are as many times as large?
+/// Over another number of rows what comes back leaps from row to row; over a part of the right one it is less smooth.
+std::optional<CountedSpeed> mean_of_counts(std::span<const Series> speeds, double step) {
+  constexpr std::size_t most_rows = 40, length = 32;
+  constexpr double close = 1e-2;
+  for (std::size_t rows = most_rows; rows > 1; --rows) {
+    const CountedSpeed counted{static_cast<double>(rows) * step, false, rows};
+    if (off_a_turn(counted.step) > close) continue;
+    std::vector<Series> each;
+    for (const Series& speed : speeds) each.push_back(of_each_row(speed, counted));
+    if (only_counts(each, counted.step, length, often)) return counted;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<const Run> others) {
@@ -180,9 +209,12 @@ std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<c
     constexpr std::size_t brief = 8, long_enough = 32;
     const double off = off_a_turn(*step);
     const bool hardly_else = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
+    if (!measured_time) {
+      if (const auto mean = mean_of_counts(speeds, *step)) return mean;
+    }
     if (adds_up(speeds, *step) || (off < close && only_counts(speeds, *step, long_enough, often)) ||
         (hardly_else && only_counts(speeds, *step, brief, hardly_ever)))
-      return CountedSpeed{*step, measured_time};
+      return CountedSpeed{*step, measured_time, 1};
   }
   return std::nullopt;
 }
@@ -190,7 +222,8 @@ std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<c
 std::vector<Run> with_counted_angle(std::span<const Run> runs, const CountedSpeed& counted) {
   std::vector<Run> all(runs.begin(), runs.end());
   for (Run& run : all) {
-    const Series speed = updates_of(run.at(Signal::omega));
+    const Series logged = updates_of(run.at(Signal::omega));
+    const Series speed = counted.rows > 1 ? of_each_row(logged, counted) : logged;
     run.signals.erase(Signal::omega);
     if (run.has(Signal::theta)) continue;  // the counter itself
     Series& theta = run.signals[Signal::theta];

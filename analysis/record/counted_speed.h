@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,6 +13,7 @@ namespace emtb {
 struct CountedSpeed {
   double step = 0;             ///< [rad] of the encoder
   bool measured_time = false;  ///< divided by the time between two rows; else by the time that is usual
+  std::size_t rows = 1;        ///< of whose counts each reading is the mean
 };
 
 /// Whether the speeds of runs are differences of counts; none where an instrument measured them.
@@ -21,6 +23,10 @@ struct CountedSpeed {
 /// whole counts make; brief ones will do where it is so to a thousandth and the step is no round number of rpm, say.
 /// Or the counts add up: of a counter the sum over any time is right to a count, whereas noise that hops between two
 /// codes adds up like a walk.
+///
+/// A logger that writes the mean of its last n rows writes multiples of an n-th of the step: an encoder n times as
+/// fine, which it is not. From a run that begins at rest the counts of each row come back to the last one: the mean
+/// tells by how much they differ from those n rows before. Where these add up, they are taken.
 /// @param others that were logged alike
 std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<const Run> others = {});
 

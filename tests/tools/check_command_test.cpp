@@ -129,6 +129,13 @@ TEST_F(CheckCommand, APauseOfAnHourTakesNoMemory) {
   EXPECT_THAT(emtb.out(), HasSubstr("error (1 = noise floor)"));
 }
 
+TEST_F(CheckCommand, APauseOfAHundredHoursIsNoSlowMeter) {
+  emtb::Run run = good();
+  planted::pause(run, 5, 360'000);
+  EXPECT_EQ(call({"calibrate", model(), write_run("pause.csv", run)}), 0) << last->err();
+  EXPECT_THAT(last->out() + last->err(), AllOf(HasSubstr("taken as 2 pieces"), Not(HasSubstr("time_unit"))));
+}
+
 TEST_F(CheckCommand, TimesInMillisecondsOfAFastRecordingTakeNoMemory) {
   std::string csv = "t_s,u_ref_V,omega_rad_s\n";  // at 1 kHz: half an hour, taken as seconds
   for (int k = 0; k < 2000; ++k) csv += std::to_string(k) + ",3," + std::to_string(50 + k % 7) + "\n";

@@ -41,7 +41,7 @@ class ForeignText : public CommandCaller {
   void expect_nothing_that_moves_the_cursor(const std::string& command) const {
     for (const std::string& text : {last->out(), last->err()}) {
       EXPECT_TRUE(std::ranges::none_of(
-          text, [](char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7f; }))
+          text, [](char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f; }))
           << command << ": " << text;
     }
   }
@@ -77,6 +77,14 @@ TEST_F(ForeignText, NamesOfRunsAndModelsSendNoEscapeCodeWhateverReadsThem) {
     expect_nothing_that_moves_the_cursor(words[0]);
   }
   ASSERT_EQ(call({"compare", path("m.yaml"), runs}), 0) << "what was written can be read: " << last->err();
+}
+
+TEST_F(ForeignText, AFileIsShownWithoutWhatItWouldDoToATerminal) {
+  std::string text = read(std::filesystem::path(EMTB_SOURCE_DIR) / "tests/formats/model-0.yaml");
+  const std::string file = write("old.yaml", text.insert(text.find("name: "), "# \x1b[31mred\x07\ttab\n"));
+  call({"config", "upgrade", file});
+  expect_nothing_that_moves_the_cursor("config upgrade");
+  EXPECT_THAT(last->out(), HasSubstr("# ?[31mred?\ttab"));
 }
 
 TEST_F(ForeignText, AComplaintIsNoLongerThanAPersonReads) {

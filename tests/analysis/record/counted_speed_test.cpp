@@ -56,6 +56,19 @@ Run converted(double lsb, double noise) {
   return {.name = "converted", .signals = {{Signal::omega, omega}}};
 }
 
+/// What a logger makes of its counts that writes the mean of its last rows.
+Run averaged(const Run& each, std::size_t rows) {
+  Run run = each;
+  Series& omega = run.signals.at(Signal::omega);
+  const std::vector<double> raw = omega.value;
+  for (std::size_t k = 0; k < raw.size(); ++k) {
+    double sum = 0;
+    for (std::size_t j = k + 1 > rows ? k + 1 - rows : 0; j <= k; ++j) sum += raw[j];
+    omega.value[k] = sum / static_cast<double>(rows);
+  }
+  return run;
+}
+
 std::optional<CountedSpeed> look_at(const Run& run) { return counted_speed(std::span(&run, 1)); }
 
 TEST(CountedSpeed, IsToldByItsStepAWholePartOfATurn) {
@@ -158,6 +171,31 @@ TEST(CountedSpeed, StandsBehindAnAngleThatWasLoggedBesideIt) {
   const auto angle = with_counted_angle(std::span(&run, 1), {.step = 1}).front();
   EXPECT_EQ(angle.at(Signal::theta).value, run.at(Signal::omega).value);
   EXPECT_FALSE(angle.has(Signal::omega));
+}
+
+TEST(CountedSpeed, OfAMeanOverRowsTheCountsOfEachRowComeBack) {
+  for (const std::size_t rows : {2U, 5U, 10U, 32U}) {
+    const emtb::Run each = counted({.speed = 31}), mean = averaged(each, rows);
+    const auto found = look_at(mean);
+    ASSERT_TRUE(found) << rows;
+    EXPECT_EQ(found->rows, rows);
+    EXPECT_NEAR(found->step, per_line / 1320, 1e-9);
+    const emtb::Run angle = with_counted_angle(std::span(&mean, 1), *found).front();
+    const emtb::Run as_counted = with_counted_angle(std::span(&each, 1), *look_at(each)).front();
+    const auto &a = angle.at(Signal::theta).value, &b = as_counted.at(Signal::theta).value;
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t k = 0; k < a.size(); ++k) ASSERT_NEAR(a[k], b[k], 1e-6) << rows << ", row " << k;
+  }
+  EXPECT_EQ(look_at(counted({}))->rows, 1U);
+}
+
+TEST(CountedSpeed, AMeanThatBeginsWithinAMotionIsNoneOfEachRow) {
+  emtb::Run run = averaged(counted({.speed = 31}), 10);
+  Series& omega = run.signals.at(Signal::omega);
+  omega.t.erase(omega.t.begin(), omega.t.begin() + 100);
+  omega.value.erase(omega.value.begin(), omega.value.begin() + 100);
+  const auto found = look_at(run);
+  EXPECT_TRUE(!found || found->rows == 1);
 }
 
 }  // namespace
