@@ -31,7 +31,9 @@ Looked look_at(const Run& run) {
   Looked l;
   l.findings = sampling_flaws(run);
   add(l.findings, spikes(run));
-  add(l.findings, leaps(run));
+  const bool spiked = std::ranges::any_of(
+      l.findings, [](const DataFinding& f) { return f.what == Flaw::spikes && f.signal == Signal::omega; });
+  if (!spiked) add(l.findings, leaps(run));  // they may be the same readings
   add(l.findings, clipped(run));
   const DataFindings stays = held(run);
   std::erase_if(l.findings, [&](const DataFinding& f) {  // a value held at the extreme is not cut off

@@ -143,17 +143,24 @@ bool adds_up(std::span<const Series> speeds, double step) {
   return left.size() >= pieces && of_the_steady(std::move(left), often) < most;
 }
 
-/// Is there no more noise in them than whole counts make by themselves?
+/// What second differences are, rms, where the shaft is steady: a counter leaves sqrt(20/12) at the most, however it
+/// turns.
 /// @param length of the pieces, in readings @param share of these that are steady
-bool only_counts(std::span<const Series> speeds, double step, std::size_t length, double share) {
-  constexpr double most = 2;  // counts; a counter leaves sqrt(20/12) at the most, however the shaft turns
+double roughness(std::span<const Series> speeds, double step, std::size_t length, double share) {
   std::vector<double> bends;
   for (const std::vector<double>& counts : hopping(speeds, step, length)) {
     double squares = 0;
     for (std::size_t k = 2; k < length; ++k) squares += std::pow(counts[k] - 2 * counts[k - 1] + counts[k - 2], 2);
     bends.push_back(std::sqrt(squares / static_cast<double>(length - 2)));
   }
-  return of_the_steady(std::move(bends), share) < most;
+  return of_the_steady(std::move(bends), share);
+}
+
+constexpr double of_counts = 2;  // counts: roughness that whole counts make by themselves
+
+/// Is there no more noise in them than that?
+bool only_counts(std::span<const Series> speeds, double step, std::size_t length, double share) {
+  return roughness(speeds, step, length, share) < of_counts;
 }
 
 /// The speed of each row, from means of the last rows. All that a run that begins at rest was counted before is
@@ -170,17 +177,28 @@ Series of_each_row(const Series& mean, const CountedSpeed& counted) {
   return each;
 }
 
+/// How rough the counts of each row are, were the speeds means over so many.
+double roughness_of_each_row(std::span<const Series> speeds, const CountedSpeed& counted) {
+  constexpr std::size_t length = 32;
+  std::vector<Series> each;
+  for (const Series& speed : speeds) each.push_back(of_each_row(speed, counted));
+  return roughness(each, counted.step, length, often);
+}
+
 /// Are speeds whose values are multiples of a step means over some rows, of counts that are as many times as large?
-/// Over another number of rows what comes back leaps from row to row; over a part of the right one it is less smooth.
+/// Over the right number what comes back is as smooth as counts are; over one row more or less it leaps from row to
+/// row.
 std::optional<CountedSpeed> mean_of_counts(std::span<const Series> speeds, double step) {
-  constexpr std::size_t most_rows = 40, length = 32;
-  constexpr double close = 1e-2;
+  constexpr std::size_t most_rows = 40;
+  constexpr double close = 1e-2, leaps = 3;
+  const auto over = [&](std::size_t rows) { return CountedSpeed{static_cast<double>(rows) * step, false, rows}; };
   for (std::size_t rows = most_rows; rows > 1; --rows) {
-    const CountedSpeed counted{static_cast<double>(rows) * step, false, rows};
-    if (off_a_turn(counted.step) > close) continue;
-    std::vector<Series> each;
-    for (const Series& speed : speeds) each.push_back(of_each_row(speed, counted));
-    if (only_counts(each, counted.step, length, often)) return counted;
+    if (off_a_turn(over(rows).step) > close) continue;
+    const double rough = roughness_of_each_row(speeds, over(rows));
+    const auto is_rougher = [&](std::size_t other) {
+      return other == 1 || roughness_of_each_row(speeds, over(other)) > leaps * rough;
+    };
+    if (rough < of_counts && is_rougher(rows - 1) && is_rougher(rows + 1)) return over(rows);
   }
   return std::nullopt;
 }
