@@ -87,7 +87,7 @@ DataFindings leaps(const Run& run) {
   const std::vector<double> sizes = changes_of(x);
   const Undriven undriven(speed, sizes, Drives(run, Signal::omega));
   const Drives exact(run, Signal::omega, Drives::Change::large, 0);
-  const double usual = robust_sigma(sizes), step = std::max(step_of(speed), count_in(speed));
+  const double usual = robust_sigma(sizes), step = step_of_speed(speed);
   std::vector<Group> found;
   for (std::size_t k = 1; k + longest < x.size(); ++k) {
     if (sizes[k] < std::max(clear * usual, 4 * step) || exact.change(speed.t[k], speed.t[k + 1])) continue;

@@ -47,11 +47,12 @@ double count_of(std::span<const double> angles) {
 
 }  // namespace
 
-double count_in(const Series& speed) {
+double step_of_speed(const Series& speed) {
+  const double step = step_of(speed);
   std::vector<double> angles;
   for (std::size_t k = 1; k < speed.t.size(); ++k) angles.push_back(speed.value[k] * (speed.t[k] - speed.t[k - 1]));
-  if (angles.empty()) return 0;
-  return count_of(angles) * static_cast<double>(angles.size()) / (speed.t.back() - speed.t.front());
+  if (angles.empty()) return step;
+  return std::max(step, count_of(angles) * static_cast<double>(angles.size()) / (speed.t.back() - speed.t.front()));
 }
 
 double noise_of(std::span<const double> x, double rest) {

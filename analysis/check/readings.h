@@ -14,9 +14,9 @@ namespace emtb {
 /// The instrument's step: as stated, or the smallest change there is; 0 where nothing changes.
 double step_of(const Series& series);
 
-/// What one count of an encoder makes of a speed from row to row, where its readings are whole counts over the times
-/// between uneven rows; else 0.
-double count_in(const Series& speed);
+/// The same of a speed, or what one count of an encoder makes of it from row to row, where its readings are whole
+/// counts over the times between uneven rows.
+double step_of_speed(const Series& speed);
 
 /// The noise of a signal that also moves, by second differences of its readings off rest; of an instrument without
 /// noise, less than half its step.

@@ -122,7 +122,7 @@ DataFindings spikes(const Run& run) {
     const auto another_sees_it = [&](double time) {
       return std::ranges::any_of(all, [&](const Off& o) { return &o != &own && o.far_at(time, far); });
     };
-    const double step = signal == Signal::omega ? std::max(step_of(series), count_in(series)) : step_of(series);
+    const double step = signal == Signal::omega ? step_of_speed(series) : step_of(series);
     const Drives drives(run, signal);
     std::vector<std::size_t> found;
     double energy = 0;
