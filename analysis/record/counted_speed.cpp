@@ -9,6 +9,7 @@
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/statistics.h"
 #include "analysis/record/repeats.h"
+#include "analysis/record/smoothed_speed.h"
 #include "model/effect.h"
 
 namespace emtb {
@@ -191,7 +192,9 @@ double roughness_of_each_row(std::span<const Series> speeds, const CountedSpeed&
 std::optional<CountedSpeed> mean_of_counts(std::span<const Series> speeds, double step) {
   constexpr std::size_t most_rows = 40;
   constexpr double close = 1e-2, leaps = 3;
-  const auto over = [&](std::size_t rows) { return CountedSpeed{static_cast<double>(rows) * step, false, rows}; };
+  const auto over = [&](std::size_t rows) {
+    return CountedSpeed{.step = static_cast<double>(rows) * step, .rows = rows};
+  };
   for (std::size_t rows = most_rows; rows > 1; --rows) {
     if (off_a_turn(over(rows).step) > close) continue;
     const double rough = roughness_of_each_row(speeds, over(rows));
@@ -201,6 +204,47 @@ std::optional<CountedSpeed> mean_of_counts(std::span<const Series> speeds, doubl
     if (rough < of_counts && is_rougher(rows - 1) && is_rougher(rows + 1)) return over(rows);
   }
   return std::nullopt;
+}
+
+/// What they are counts of, as they were written.
+std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
+  for (const bool measured_time : {false, true}) {
+    std::vector<std::vector<double>> all;
+    for (const Series& speed : speeds) all.push_back(advances(speed, measured_time));
+    const std::optional<double> step = common_step(all);
+    if (!step) continue;
+    constexpr double no_chance = 1e-3,
+                     close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times
+    constexpr std::size_t brief = 8, long_enough = 32;
+    const double off = off_a_turn(*step);
+    const bool hardly_else = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
+    if (!measured_time) {
+      if (const auto mean = mean_of_counts(speeds, *step)) return mean;
+    }
+    if (adds_up(speeds, *step) || (off < close && only_counts(speeds, *step, long_enough, often)) ||
+        (hardly_else && only_counts(speeds, *step, brief, hardly_ever)))
+      return CountedSpeed{.step = *step, .measured_time = measured_time};
+  }
+  return std::nullopt;
+}
+
+/// What smoothed speeds were counts of: whole ones come back wherever the digits that were written suffice.
+std::optional<CountedSpeed> counts_before_smoothing(std::span<const Series> speeds) {
+  constexpr double nothing = 1, clear = 5;  // of what rounding leaves: it makes steps of its own
+  const std::optional<double> kept = share_kept(speeds);
+  if (!kept) return std::nullopt;
+  const double rounding = rounding_before_smoothing(speeds, *kept);
+  std::vector<Series> raw;
+  for (const Series& speed : speeds) {
+    raw.push_back(before_smoothing(speed, *kept));
+    for (double& y : raw.back().value) y = std::abs(y) > nothing * rounding ? y : 0;
+  }
+  std::optional<CountedSpeed> counted = counts_of(raw);
+  if (!counted) return std::nullopt;
+  const double of_a_row = static_cast<double>(counted->rows) * mean_interval(speeds.front().t);
+  if (counted->step / of_a_row < clear * rounding) return std::nullopt;
+  counted->kept = *kept;
+  return counted;
 }
 
 }  // namespace
@@ -217,31 +261,16 @@ std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<c
     }
   }
   if (readings < fewest) return std::nullopt;
-  for (const bool measured_time : {false, true}) {
-    std::vector<std::vector<double>> all;
-    for (const Series& speed : speeds) all.push_back(advances(speed, measured_time));
-    const std::optional<double> step = common_step(all);
-    if (!step) continue;
-    constexpr double no_chance = 1e-3,
-                     close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times
-    constexpr std::size_t brief = 8, long_enough = 32;
-    const double off = off_a_turn(*step);
-    const bool hardly_else = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
-    if (!measured_time) {
-      if (const auto mean = mean_of_counts(speeds, *step)) return mean;
-    }
-    if (adds_up(speeds, *step) || (off < close && only_counts(speeds, *step, long_enough, often)) ||
-        (hardly_else && only_counts(speeds, *step, brief, hardly_ever)))
-      return CountedSpeed{*step, measured_time, 1};
-  }
-  return std::nullopt;
+  if (const auto counted = counts_of(speeds)) return counted;
+  return counts_before_smoothing(speeds);
 }
 
 std::vector<Run> with_counted_angle(std::span<const Run> runs, const CountedSpeed& counted) {
   std::vector<Run> all(runs.begin(), runs.end());
   for (Run& run : all) {
     const Series logged = updates_of(run.at(Signal::omega));
-    const Series speed = counted.rows > 1 ? of_each_row(logged, counted) : logged;
+    const Series raw = counted.kept > 0 ? before_smoothing(logged, counted.kept) : logged;
+    const Series speed = counted.rows > 1 ? of_each_row(raw, counted) : raw;
     run.signals.erase(Signal::omega);
     if (run.has(Signal::theta)) continue;  // the counter itself
     Series& theta = run.signals[Signal::theta];

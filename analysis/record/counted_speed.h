@@ -14,6 +14,7 @@ struct CountedSpeed {
   double step = 0;             ///< [rad] of the encoder
   bool measured_time = false;  ///< divided by the time between two rows; else by the time that is usual
   std::size_t rows = 1;        ///< of whose counts each reading is the mean
+  double kept = 0;             ///< of the last reading, by a logger that smooths (smoothed_speed.h)
 };
 
 /// Whether the speeds of runs are differences of counts; none where an instrument measured them.
@@ -26,7 +27,8 @@ struct CountedSpeed {
 ///
 /// A logger that writes the mean of its last n rows writes multiples of an n-th of the step: an encoder n times as
 /// fine, which it is not. From a run that begins at rest the counts of each row come back to the last one: the mean
-/// tells by how much they differ from those n rows before. Where these add up, they are taken.
+/// tells by how much they differ from those n rows before. Where these add up, they are taken. So are the counts that
+/// a logger has smoothed.
 /// @param others that were logged alike
 std::optional<CountedSpeed> counted_speed(std::span<const Run> runs, std::span<const Run> others = {});
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
 
 namespace emtb {
 namespace {
@@ -65,6 +66,17 @@ Run averaged(const Run& each, std::size_t rows) {
     double sum = 0;
     for (std::size_t j = k + 1 > rows ? k + 1 - rows : 0; j <= k; ++j) sum += raw[j];
     omega.value[k] = sum / static_cast<double>(rows);
+  }
+  return run;
+}
+
+/// What a logger makes of it that smooths, and writes so many digits.
+Run smoothed(const Run& each, double kept, double digit) {
+  Run run = each;
+  double last = 0;
+  for (double& y : run.signals.at(Signal::omega).value) {
+    last = kept * last + (1 - kept) * y;
+    y = digit * std::round(last / digit);
   }
   return run;
 }
@@ -187,6 +199,40 @@ TEST(CountedSpeed, OfAMeanOverRowsTheCountsOfEachRowComeBack) {
     for (std::size_t k = 0; k < a.size(); ++k) ASSERT_NEAR(a[k], b[k], 1e-6) << rows << ", row " << k;
   }
   EXPECT_EQ(look_at(counted({}))->rows, 1U);
+}
+
+/// Do the counts come back to the last one?
+void expect_the_counts_of(const emtb::Run& each, const emtb::Run& logged, const std::string& what) {
+  const auto found = look_at(logged);
+  ASSERT_TRUE(found) << what;
+  const emtb::Run angle = with_counted_angle(std::span(&logged, 1), *found).front();
+  const emtb::Run as_counted = with_counted_angle(std::span(&each, 1), *look_at(each)).front();
+  const auto &a = angle.at(Signal::theta).value, &b = as_counted.at(Signal::theta).value;
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) ASSERT_NEAR(a[k], b[k], 1e-3 * found->step + 1e-4 * b[k]) << what << ", row " << k;
+}
+
+TEST(CountedSpeed, OfALoggerThatSmoothsTheCountsComeBack) {
+  for (const double kept : {0.3, 0.5, 0.8, 0.95}) {
+    const emtb::Run each = counted({.interval = 0.01, .step = per_line / 44, .speed = 300});
+    const emtb::Run logged = smoothed(each, kept, 0.01);
+    expect_the_counts_of(each, logged, "kept " + std::to_string(kept));
+    EXPECT_NEAR(look_at(logged)->kept, kept, 1e-3);
+  }
+}
+
+TEST(CountedSpeed, OfALoggerThatSmoothsTheMeanOfTwoRowsTheCountsComeBack) {
+  const emtb::Run each = counted({.interval = 0.005, .step = per_line / 230, .speed = 90});
+  expect_the_counts_of(each, smoothed(averaged(each, 2), 0.854, 1e-4), "second order");
+}
+
+TEST(CountedSpeed, IsNotThatOfASmoothedTachogenerator) {
+  for (const double kept : {0.5, 0.8}) {
+    for (const double digit : {1e-6, 0.01, 0.1}) {
+      EXPECT_FALSE(look_at(smoothed(converted(1e-4, 500), kept, digit))) << kept << ", " << digit;
+      EXPECT_FALSE(look_at(smoothed(converted(0.23, 0.3), kept, digit))) << kept << ", a coarse converter";
+    }
+  }
 }
 
 TEST(CountedSpeed, AMeanThatBeginsWithinAMotionIsNoneOfEachRow) {
