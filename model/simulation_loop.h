@@ -5,13 +5,11 @@
 
 #include "model/catalogue.h"
 #include "model/lateness.h"
+#include "model/measured_edges.h"
 #include "model/simulation.h"
 #include "model/step.h"
 
 namespace emtb {
-
-/// The value of a row; 0 of a signal that is not there.
-inline double value_at(const std::vector<double>& values, std::size_t k) { return values.empty() ? 0.0 : values[k]; }
 
 /// What drives a machine, row by row.
 class DrivingRows {
@@ -133,6 +131,14 @@ class ShaftFollower {
   ShaftCourse<Scalar> course_;
 };
 
+/// [s] Of a step.
+/// @param halved half of it, where that is finite, and of the longest
+inline double longest_step_of(const ModelStructure& structure, const Excitation& x, double halved) {
+  const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
+  const double longest = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
+  return std::isfinite(halved) ? 0.5 * std::min(halved, longest) : longest;
+}
+
 /// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
 /// instantiated.
 /// @param reader a Reader, or what is called alike
@@ -142,7 +148,6 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   const std::size_t n = x.t.size();
   if (n == 0) return;
   Machine<Scalar> machine(structure, parameters);
-  const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
   const DrivingRows rows(x, variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle);
   DriverMove<Scalar> move;
   ShaftFollower<Scalar> shaft(x.reads_shaft_late);
@@ -155,25 +160,22 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   StepInput in = rows.first();
   machine.start(x.initial, in);
   read(0);
-  double longest_step = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
-  if (variation.half_steps) longest_step = 0.5 * std::min(rows.even(), longest_step);
-  const double one_step = longest_step * (1 + 1e-6);
+  const double longest_step = longest_step_of(structure, x, variation.half_steps ? rows.even() : infinity);
+  const double one_step = longest_step * as_good_as_one;
+  MeasuredEdges<Scalar> edges(structure, x);
   // Over a part of the interval from k on, under the held inputs of a row.
   const auto advance = [&](std::size_t k, std::size_t row, double from, double until, double interval) {
-    const double length = (until - from) * interval;
-    const int steps = length <= one_step ? 1 : static_cast<int>(std::ceil(length / longest_step - 1e-6));
-    const double h = length / steps;
-    for (int s = 0; s < steps; ++s) {
-      const double begin = from + (until - from) * s / steps, end = from + (until - from) * (s + 1) / steps;
+    in_steps(from, until, interval, longest_step, [&](double begin, double end, double h) {
       rows.take(k, row, begin, end, in);
+      edges.tell(machine, begin, end);
       machine.step(in, x.t[k] + begin * interval, h);
       if (machine.driver_moved_for() > 0) move.until = begin + machine.driver_moved_for() / interval;
-    }
+    });
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
   // On from k, as long as nothing but the sums of the step takes time. @return where that ends
-  const bool all_plain =
-      acts_after == 0 && !x.reads_circuit_late && !x.reads_shaft_late && !x.e_a_held && x.armature_open.empty();
+  const bool all_plain = acts_after == 0 && !edges.shaped() && !x.reads_circuit_late && !x.reads_shaft_late &&
+                         !x.e_a_held && x.armature_open.empty();
   const auto go_on_plainly = [&](std::size_t k) {
     for (; k + 1 < n; ++k) {
       const double interval = rows.interval(k);
@@ -200,12 +202,15 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     const bool asked = x.reads_circuit_late;
     const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
     shaft.begin(machine);
-    if (acts > 0) advance(k, early ? k : k - 1, 0, acts, interval);
+    const std::size_t row_before = early ? k : k - 1;  // until then
+    if (edges.shaped()) edges.look_ahead(machine, k, interval, longest_step, acts, row_before, row);
+    if (acts > 0) advance(k, row_before, 0, acts, interval);
     if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);
     const Scalar speed_at_edge = asked ? machine.omega : Scalar(0.0);
     move.from = move.until = acts;
     if (acts == 0 && interval <= one_step) {  // nearly all of any run
       rows.take(k, row, in);
+      edges.tell(machine, 0, 1);
       machine.step(in, x.t[k], interval);
       if (asked && machine.driver_moved_for() > 0) move.until = machine.driver_moved_for() / interval;
     } else if (acts < 1) {

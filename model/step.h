@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
+#include <optional>
 #include <span>
 
 #include "model/catalogue.h"
@@ -79,10 +79,10 @@ class Machine : public Motion<Scalar> {
   void start(const InitialState& initial, const StepInput& in) {
     field_on_ = initial.field_on;
     is_gathered_ = false;
-    reset_motor_terms();
+    reset_motor(equations_);
     late_.start();
     omega = omega_before = Scalar(initial.omega);
-    angle_.start(initial.theta, shortest_period(), in);
+    angle_.start(initial.theta, shortest_period(structure_, equations_.p), in);
     driver_.start(in.u_ref, initial, equations_);
     i_a = i_a_before = first_current(initial, in);
     if (initial.e_driver && initial.as_read) driver_.stand_behind_terminals(equations_.terms, i_a);
@@ -106,10 +106,15 @@ class Machine : public Motion<Scalar> {
 
     const Ramp<Scalar> driven = drive(in.u_ref, t, h);
     gather_motor_terms(in);
-    if (is_linear_ && !in.armature_open) {
-      step_linearly(driven, 2 * in.e_a_mean - in.e_a_end, in.e_a_end, h);
+    if (!is_linear_ || in.armature_open) {
+      step_in_general(in, driven, terminals(in, driven), h);
+    } else if (added_) {
+      const Ramp<Scalar> e = terminals(in, driven);
+      step_linearly(e.start, e.end, h);
+    } else if (structure_.measured_voltage) {
+      step_linearly(2 * in.e_a_mean - in.e_a_end, in.e_a_end, h);
     } else {
-      step_in_general(in, driven, h);
+      step_linearly(driven.start, driven.end, h);
     }
     angle_.advance(in, h, 0.5 * h * (omega_before + omega));
     look_at_load(in, t + h);
@@ -122,7 +127,12 @@ class Machine : public Motion<Scalar> {
   /// The step of such a machine with a closed armature, which takes little more time than its sums.
   /// @param start, end [V] of a measured voltage
   void step_plainly(double u_ref, double start, double end, double t, double h) {
-    step_linearly(drive(u_ref, t, h), start, end, h);
+    const Ramp<Scalar> driven = drive(u_ref, t, h);
+    if (structure_.measured_voltage) {
+      step_linearly(start, end, h);
+    } else {
+      step_linearly(driven.start, driven.end, h);
+    }
     angle_.turn(0.5 * h * (omega_before + omega));
     omega_reading = omega;
     i_a_reading = i_a;
@@ -142,6 +152,20 @@ class Machine : public Motion<Scalar> {
 
   /// [rad] of the shaft.
   const Scalar& angle() const { return angle_.theta(); }
+
+  /// [V] What a measured voltage adds to that of the driver in the next step. Thus the driver says how the voltage goes
+  /// on between two readings, which it does in no straight line where an edge falls between them.
+  void add_measured(const Ramp<Scalar>& added) { added_ = added; }
+
+  /// The driver as it stands.
+  const Driver<Scalar>& driver() const { return driver_; }
+
+  /// Moves a copy of it on, over a step to come.
+  void look_ahead(Driver<Scalar>& ahead, double u_ref, double t, double h) {
+    equations_.middle.t = t + 0.5 * h;
+    equations_.middle.h = h;
+    ahead.follow(u_ref, t, h, equations_);
+  }
 
   /// [s] of the last step, after which the driver's output stood still.
   double driver_moved_for() const { return driver_.moved_for(); }
@@ -163,10 +187,8 @@ class Machine : public Motion<Scalar> {
   };
 
   /// The state at the end of a step.
-  /// @param driven what the driver does
-  void step_in_general(const StepInput& in, const Ramp<Scalar>& driven, double h) {
-    Ramp<Scalar> e = driven;
-    if (structure_.measured_voltage) e = {Scalar(2 * in.e_a_mean - in.e_a_end), Scalar(in.e_a_end)};
+  /// @param driven what the driver does @param e the voltage at the terminals
+  void step_in_general(const StepInput& in, const Ramp<Scalar>& driven, Ramp<Scalar> e, double h) {
     const Circuit circuit = close_circuit(in, h, value_of(driven.mean()), e);
 
     // Both voltages across R and L, but for what the speed at the end takes; then the speed; then the current.
@@ -192,8 +214,9 @@ class Machine : public Motion<Scalar> {
   }
 
   /// The same where it is linear, multiplied out.
-  /// @param start, end [V] of a measured voltage
-  void step_linearly(const Ramp<Scalar>& driven, double start, double end, double h) {
+  /// @param start, end [V] at the terminals
+  template <class Voltage>
+  void step_linearly(const Voltage& start, const Voltage& end, double h) {
     if (h != linear_h_) {
       solve_for(h, true);
       linear_ = LinearStep<Scalar>(armature_, shaft_, equations_.terms);
@@ -201,14 +224,17 @@ class Machine : public Motion<Scalar> {
     }
     omega_before = omega;
     i_a_before = i_a;
-    if (structure_.measured_voltage) {
-      omega = linear_.omega_end(omega_before, i_a_before, start, end);
-      i_a = linear_.i_a_end(omega_before, i_a_before, start, end, omega);
-    } else {
-      omega = linear_.omega_end(omega_before, i_a_before, driven.start, driven.end);
-      i_a = linear_.i_a_end(omega_before, i_a_before, driven.start, driven.end, omega);
-    }
+    omega = linear_.omega_end(omega_before, i_a_before, start, end);
+    i_a = linear_.i_a_end(omega_before, i_a_before, start, end, omega);
     e_a_reading = driver_.terminal_voltage(equations_.terms, i_a);
+  }
+
+  /// The voltage at the terminals over a step: the driver's, or as measured, or the driver's and what that adds to it.
+  Ramp<Scalar> terminals(const StepInput& in, const Ramp<Scalar>& driven) const {
+    if (!structure_.measured_voltage) return driven;
+    if (!added_) return {Scalar(2 * in.e_a_mean - in.e_a_end), Scalar(in.e_a_end)};
+    const Scalar end = driver_.voltage() + added_->end;
+    return {2.0 * (driven.mean() + added_->mean()) - end, end};
   }
 
   Scalar first_current(const InitialState& initial, const StepInput& in) const {
@@ -235,37 +261,11 @@ class Machine : public Motion<Scalar> {
     equations_.middle.temperature = in.temperature;
   }
 
-  /// [rad] Of what repeats with the angle; 0 where nothing does.
-  double shortest_period() const {
-    double most = 0;  // times a turn
-    std::size_t place = ModelStructure::base_count;
-    for (const std::size_t effect : structure_.effects) {
-      const EffectInfo& info = effect_catalogue()[effect];
-      const auto order = info.place_of(Role::order);
-      if (info.periodic) most = std::max({most, 1.0, order ? value_of(equations_.p[place + *order]) : 1.0});
-      place += info.parameter_count;
-    }
-    return most > 0 ? 2 * std::numbers::pi / most : 0;
-  }
-
   /// Driver: u_ref -> e_a. What follows takes the voltage as linear over the step, with the right mean and end.
   Ramp<Scalar> drive(double u_ref, double t, double h) {
     if (structure_.input != Signal::u_ref) return {driver_.voltage(), driver_.voltage()};
     const Scalar mean = driver_.follow(u_ref, t, h, equations_);
     return {2.0 * mean - driver_.voltage(), driver_.voltage()};
-  }
-
-  /// The motor of the base model; effects of armature, air gap, shaft and load change it in every step.
-  void reset_motor_terms() {
-    equations_.terms.resistance = equations_.p[base::R_a];
-    equations_.terms.viscous = equations_.p[base::B];
-    equations_.terms.inertia = equations_.p[base::J];
-    equations_.terms.gap = Scalar(0.0);
-    equations_.terms.flux = Scalar(1.0);
-    equations_.terms.reaction = Scalar(0.0);
-    equations_.terms.inductance = equations_.terms.contact_drop = equations_.terms.contact_knee = Scalar(0.0);
-    equations_.terms.braking_torque = equations_.terms.load_torque = equations_.terms.dry_friction = Scalar(0.0);
-    equations_.terms.gear_friction = equations_.terms.brake = equations_.terms.bristle = Scalar(0.0);
   }
 
   /// What the effects add to the equations of the motor and its load: once, where that stays.
@@ -276,7 +276,7 @@ class Machine : public Motion<Scalar> {
       if (is_there_.reaction) terms.flux = full_flux_;
       return;
     }
-    reset_motor_terms();
+    reset_motor(equations_);
     motor_.apply(equations_.middle, equations_);
     user_.apply(equations_);
     if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
@@ -471,14 +471,15 @@ class Machine : public Motion<Scalar> {
   EffectParts<Scalar> motor_, load_, sensors_;
   UserTerms<Scalar> user_;
   LateReading<Scalar> late_;
-  Scalar steady_load_{};   ///< [N m] of the load's effects, where they add the same in every step
-  Scalar full_flux_{};     ///< [1] before the armature's own field weakens it
-  Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
-  Scalar late_theta_{};    ///< [rad]
-  bool is_late_ = false;   ///< speed and angle are read late
-  Scalar braked_{};        ///< [N m] by a brake of the load, over the last step
-  double field_on_ = 0;    ///< [s] for which the field had been on at the start
-  double solved_h_ = 0;    ///< [s] the step that armature and shaft are solved for
+  std::optional<Ramp<Scalar>> added_;  ///< [V] by a measured voltage to the driver's, in the next step
+  Scalar steady_load_{};               ///< [N m] of the load's effects, where they add the same in every step
+  Scalar full_flux_{};                 ///< [1] before the armature's own field weakens it
+  Scalar contact_drop_{};              ///< [V] of the brushes, over the last step
+  Scalar late_theta_{};                ///< [rad]
+  bool is_late_ = false;               ///< speed and angle are read late
+  Scalar braked_{};                    ///< [N m] by a brake of the load, over the last step
+  double field_on_ = 0;                ///< [s] for which the field had been on at the start
+  double solved_h_ = 0;                ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
   bool is_steady_ = false;    ///< all effects but the sensors' add the same in every step
   bool is_gathered_ = false;  ///< and were asked for it

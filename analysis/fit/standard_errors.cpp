@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "analysis/fit/at_bound.h"
 #include "analysis/fit/typical_size.h"
@@ -111,6 +113,33 @@ Eigen::MatrixXd jackknife_of(const Eigen::MatrixXd& sts, const std::vector<Block
   return (n - 1) / n * factor * factor * variance;
 }
 
+/// The mean square of what a normal distribution leaves beyond a bound, from there, in its variances: its mean lies t
+/// standard deviations before the bound.
+double mean_square_beyond(double t) {
+  constexpr double far = 30;  // where the distribution is hardly left: that of an exponential one
+  if (t > far) return 2 / (t * t);
+  const double ratio = std::sqrt(2 / std::numbers::pi) * std::exp(-0.5 * t * t) / std::erfc(t / std::numbers::sqrt2);
+  return std::max(0.0, 1 + t * t - t * ratio);
+}
+
+/// What the others gain in variance because parameters that rest on a bound may as well lie a little within it.
+Eigen::MatrixXd by_bounds(const NormalEquations& n, const Eigen::VectorXd& inflation,
+                          const std::vector<Eigen::Index>& inner, const Eigen::MatrixXd& inverse) {
+  constexpr double told = 1e-9;  // of what a parameter's readings say: else the others say the same
+  Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  for (Eigen::Index b = 0; b < n.str.size(); ++b) {
+    if (!(n.sts(b, b) > 0) || std::ranges::find(inner, b) != inner.end()) continue;
+    const Eigen::VectorXd shared = n.sts(inner, std::array{b});
+    const Eigen::VectorXd goes_with = product(inverse, Eigen::MatrixXd(shared));
+    const double alone = n.sts(b, b) - shared.dot(goes_with);
+    if (alone <= told * n.sts(b, b)) continue;
+    const double variance = inflation[b] / alone, pull = n.str[b] - goes_with.dot(Eigen::VectorXd(n.str(inner)));
+    const double beyond = std::abs(pull) / alone / std::sqrt(variance);
+    gained += variance * mean_square_beyond(beyond) * goes_with * goes_with.transpose();
+  }
+  return gained;
+}
+
 }  // namespace
 
 void judge_optimum(Calibration& result, const FitProblem& problem, std::span<const double> x) {
@@ -139,7 +168,9 @@ void judge_optimum(Calibration& result, const FitProblem& problem, std::span<con
   const Eigen::MatrixXd rounded = product(product(inverse, scatter), inverse);
   variances = variances.cwiseMax(rounded.diagonal());
   const Eigen::VectorXd off = product(inverse, Eigen::MatrixXd(n.str_of_step(inner)));  // by the steps' length
-  result.covariance(inner, inner) = together;
+  const Eigen::MatrixXd gained = by_bounds(n, result.inflation, inner, inverse);
+  variances += gained.diagonal();
+  result.covariance(inner, inner) = together + gained;
   for (std::size_t k = 0; k < inner.size(); ++k) {
     const auto a = static_cast<Eigen::Index>(k);
     const double variance = variances[a] + off[a] * off[a];

@@ -56,15 +56,10 @@ std::map<Signal, double> jumpiness(std::span<const Residuals> residuals) {
 /// of the sum of squares, over x (1 - x) at x samples.
 double noise_averaged(const Record& record, const Observation& o, const Model& model) {
   const InputNoise& noise = record.voltage_noise;
-  if (o.signal != Signal::i_a || o.slow || noise.sigma.empty()) return 0;
-  const double R_a = model.values()[base::R_a], interval = mean_interval(record.excitation.t);
+  if (o.signal != Signal::i_a || o.slow || noise.change.empty()) return 0;
+  const double R_a = model.values()[base::R_a];
   double sum = 0;
-  for (std::size_t i = 0; i < o.size(); ++i) {
-    const std::size_t k = o.last[i];
-    const double predicted = noise.sigma[k] / R_a / o.sigma[i];
-    const double differs = std::min(1.0, interval / (2 * noise.correlated[k]));  // from one reading to the next
-    sum += 2 * predicted * predicted * differs;
-  }
+  for (std::size_t i = 0; i < o.size(); ++i) sum += std::pow(noise.change[o.last[i]] / R_a / o.sigma[i], 2);
   return sum;
 }
 

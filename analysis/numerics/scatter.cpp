@@ -72,6 +72,8 @@ ColouredNoise coloured_noise(std::span<const double> x, double least) {
   return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
 }
 
+ColouredNoise white_noise(std::span<const double> x) { return {second_difference(x, 1, 0) / std::sqrt(6.0), 0}; }
+
 double difference_scatter(std::span<const double> x) {
   if (x.size() < 2) return 0;
   std::vector<double> differences;

@@ -19,6 +19,10 @@ struct ColouredNoise {
 /// @param least what sigma is at the least: the instrument's resolution, its step/sqrt(12)
 ColouredNoise coloured_noise(std::span<const double> x, double least);
 
+/// What of the noise hops from sample to sample, by second differences over one: of a series that has as many edges as a
+/// long structure function has samples.
+ColouredNoise white_noise(std::span<const double> x);
+
 /// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where
 /// most readings repeat the one before, their standard deviation. Coloured noise makes it too small.
 double difference_scatter(std::span<const double> x);

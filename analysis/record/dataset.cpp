@@ -7,6 +7,7 @@
 #include "analysis/record/counted_speed.h"
 #include "analysis/record/reference_row.h"
 #include "analysis/record/shaft_angle.h"
+#include "analysis/record/voltage_noise.h"
 #include "analysis/record/weights.h"
 
 namespace emtb {
@@ -110,13 +111,14 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   }
   const std::optional<double> order = data.ripple_order = ripple_order(train);
   if (chaining == Chaining::staged) data.timing.acts_after = reference_acts_after(train, model);
-  const double acts_after = data.timing.acts_after;
+  const bool voltage_hops = voltage_hops_alone(train, model);
   std::vector<ObservedRun> observed(train.size() + held_out.size());
   parallel_for(observed.size(), [&](std::size_t i) {
     const bool trains = i < train.size();
     const Run& run = trains ? train[i] : held_out[i - train.size()];
     const std::optional<double> its_order = trains || order ? order : ripple_order(std::span(&run, 1));
-    observed[i] = observe_run(run, model, chaining, its_order, acts_after);
+    observed[i] = observe_run(run, model, chaining,
+                              {.order = its_order, .acts_after = data.timing.acts_after, .voltage_hops = voltage_hops});
   });
   data.noise = estimate_noise(observed, model);
   data.train = weighed_all(std::span(observed).first(train.size()), data.noise, model);
@@ -129,7 +131,8 @@ std::vector<Record> prepare_with(const Noise& noise, std::span<const Run> runs, 
   std::vector<Run> with_angle;
   if (const auto counted = counted_speed(runs)) runs = with_angle = with_counted_angle(runs, *counted);
   std::vector<ObservedRun> observed;
-  for (const Run& run : runs) observed.push_back(observe_run(run, model, chaining, order));
+  const Logging logging{.order = order, .voltage_hops = voltage_hops_alone(runs, model)};
+  for (const Run& run : runs) observed.push_back(observe_run(run, model, chaining, logging));
   return weighed_all(observed, noise, model);
 }
 

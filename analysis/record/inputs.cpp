@@ -22,15 +22,29 @@ std::size_t longest_reach(double interval) {
   return static_cast<std::size_t>(std::max(1.0, longest_smoothing / interval));
 }
 
+/// Means of x over [k - r, k + r].
+class Means {
+ public:
+  explicit Means(std::span<const double> x) : sum_(x.size() + 1, 0.0) {
+    std::partial_sum(x.begin(), x.end(), sum_.begin() + 1);
+  }
+
+  double operator()(std::size_t k, std::size_t r) const {
+    return (sum_[k + r + 1] - sum_[k - r]) / static_cast<double>(2 * r + 1);
+  }
+
+ private:
+  std::vector<double> sum_;
+};
+
 /// The mean of x over [k - half[k], k + half[k]], for every k.
 std::vector<double> moving_mean(std::span<const double> x, std::span<const std::size_t> half) {
-  std::vector<double> sum(x.size() + 1, 0.0), mean(x.size());
-  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
+  const Means mean(x);
+  std::vector<double> all(x.size());
   for (std::size_t k = 0; k < x.size(); ++k) {
-    const std::size_t reach = std::min({half[k], k, x.size() - 1 - k});  // symmetric up to the ends: no delay
-    mean[k] = (sum[k + reach + 1] - sum[k - reach]) / static_cast<double>(2 * reach + 1);
+    all[k] = mean(k, std::min({half[k], k, x.size() - 1 - k}));  // symmetric up to the ends: no delay
   }
-  return mean;
+  return all;
 }
 
 /// How far each grid point is from the next corner of a piecewise smooth voltage, in samples, at most `longest`.
@@ -49,11 +63,7 @@ std::vector<std::size_t> distance_to_corner(std::span<const double> e, double re
 /// can: a corner that nobody foresaw, of a driver that is not as known.
 std::vector<std::size_t> trusted_reach(std::span<const double> x, std::vector<std::size_t> reach,
                                        const ColouredNoise& noise) {
-  std::vector<double> sum(x.size() + 1, 0.0);
-  std::partial_sum(x.begin(), x.end(), sum.begin() + 1);
-  const auto mean = [&](std::size_t k, std::size_t r) {
-    return (sum[k + r + 1] - sum[k - r]) / static_cast<double>(2 * r + 1);
-  };
+  const Means mean(x);
   std::vector<double> tolerance(std::ranges::max(reach) / 2 + 1);
   for (std::size_t r = 0; r < tolerance.size(); ++r) {
     tolerance[r] = 2 * noise.of_mean(2.0 * static_cast<double>(r) + 1);
@@ -66,15 +76,42 @@ std::vector<std::size_t> trusted_reach(std::span<const double> x, std::vector<st
   return reach;
 }
 
+/// The same where edges are many and none is foretold: twice as far as long as no mean differs from that over half of
+/// it. From the longest down two means across several edges may agree by chance.
+std::vector<std::size_t> reach_between_edges(std::span<const double> x, std::size_t longest,
+                                             const ColouredNoise& noise) {
+  const Means mean(x);
+  std::vector<std::size_t> reach(x.size(), 0);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const std::size_t most = std::min({longest, k, x.size() - 1 - k});
+    for (std::size_t r = 1; r <= most; r *= 2) {
+      const std::size_t half = r / 2;
+      if (std::abs(mean(k, r) - mean(k, half)) > 2 * noise.of_mean(2.0 * static_cast<double>(half) + 1)) break;
+      reach[k] = r;
+    }
+  }
+  return reach;
+}
+
+/// What is left of the noise in the change from one moving mean to the next, which shares readings with it.
+double change_of_means(const ColouredNoise& noise, std::size_t before, std::size_t now) {
+  const auto b = static_cast<double>(before), n = static_cast<double>(now);
+  const double shared = std::max(0.0, std::min(n, b - 1) - std::max(-n, -b - 1) + 1);
+  const double of_before = 2 * b + 1, of_now = 2 * n + 1;
+  const double of_one = 1 / of_before + 1 / of_now - 2 * shared / (of_before * of_now);
+  return noise.sigma * std::sqrt(std::max(0.0, (1 - noise.autocorrelation) * of_one));
+}
+
 /// What is left of the noise in moving means. They take none of its slow part away, the product of variance and
 /// correlation time: what they leave is smaller and lasts longer.
 InputNoise noise_of_means(const ColouredNoise& noise, std::span<const std::size_t> half, double interval) {
   InputNoise left;
   const double own = 0.5 * interval * (1 + noise.autocorrelation) / (1 - noise.autocorrelation);  // [s]
-  for (const std::size_t r : half) {
-    const double sigma = noise.of_mean(2.0 * static_cast<double>(r) + 1);
+  for (std::size_t k = 0; k < half.size(); ++k) {
+    const double sigma = noise.of_mean(2.0 * static_cast<double>(half[k]) + 1);
     left.sigma.push_back(sigma);
     left.correlated.push_back(sigma > 0 ? own * noise.sigma * noise.sigma / (sigma * sigma) : own);
+    left.change.push_back(k > 0 ? change_of_means(noise, half[k - 1], half[k]) : 0);
   }
   return left;
 }
@@ -213,6 +250,12 @@ MeasuredInput measured_load(const std::string& run, const Series& torque, std::s
   }
   if (!loaded) return {};
   return {std::move(load), std::move(left)};
+}
+
+MeasuredInput quiet_voltage(std::span<const double> e_a, double interval) {
+  const ColouredNoise noise = white_noise(e_a);
+  const std::vector<std::size_t> half = reach_between_edges(e_a, longest_reach(interval), noise);
+  return {moving_mean(e_a, half), noise_of_means(noise, half, interval)};
 }
 
 MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model) {

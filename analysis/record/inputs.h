@@ -15,6 +15,7 @@ namespace emtb {
 struct InputNoise {
   std::vector<double> sigma;       ///< in the unit of the input; empty: none
   std::vector<double> correlated;  ///< [s] over which it stays about the same: the integral of its autocorrelation
+  std::vector<double> change;      ///< from the grid point before, as sigma
 };
 
 /// The series on the grid: the reading nearest to each grid point, at most half an interval away.
@@ -53,5 +54,9 @@ struct MeasuredVoltage : MeasuredInput {
   std::vector<double> bulge;  ///< see Excitation::e_a_bulge
 };
 MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model);
+
+/// The same of a voltage that is the model's input, whose driver nobody knows: never across a corner that is clear of
+/// its noise.
+MeasuredInput quiet_voltage(std::span<const double> e_a, double interval);
 
 }  // namespace emtb

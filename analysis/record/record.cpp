@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/record/first_states.h"
 #include "analysis/record/reference_row.h"
 #include "analysis/record/repeats.h"
@@ -132,11 +133,10 @@ ModelStructure ObservedRun::structure(const Model& model) const {
 }
 
 ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining) {
-  return observe_run(run, model, chaining, ripple_order(std::span(&run, 1)));
+  return observe_run(run, model, chaining, {.order = ripple_order(std::span(&run, 1))});
 }
 
-ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order,
-                        double acts_after) {
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, const Logging& logging) {
   if (!run.has(model.input)) {
     throw ModelError(run.name + " has no " + std::string(info(model.input).column) + ", the input of model `" +
                      model.name + "`. Record it, map it with --map, or give the model another `input`");
@@ -144,13 +144,18 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, s
   ObservedRun record;
   record.name = run.name;
   set_inputs(record, run, model);
-  record.excitation.acts_after = acts_after;
-  observe_motion(record, run, order);
+  record.excitation.acts_after = logging.acts_after;
+  observe_motion(record, run, logging.order);
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(record, read(run, Signal::i_a, record.excitation.t));
   if (run.has(Signal::torque)) observe_load(record, run);
   const bool voltage_is_read = model.input == Signal::u_ref && run.has(Signal::e_a);
   if (voltage_is_read) add(record, read(run, Signal::e_a, record.excitation.t));
   record.measured_voltage = model.input == Signal::e_a;
+  if (logging.voltage_hops) {
+    MeasuredInput quiet = quiet_voltage(record.excitation.e_a, mean_interval(record.excitation.t));
+    record.excitation.e_a = std::move(quiet.value);
+    record.voltage_noise = std::move(quiet.noise);
+  }
   if (record.observations.empty()) {
     throw ModelError(run.name + " holds nothing to compare the model with: add omega_rad_s, theta_rad or i_a_A");
   }

@@ -52,12 +52,16 @@ using RecordRefs = std::vector<std::reference_wrapper<const Record>>;
 
 enum class Chaining { staged, chained };
 
+/// What runs that were logged alike tell of how they were.
+struct Logging {
+  std::optional<double> order = {};  ///< of the shaft with which the speeds repeat, see ripple_order(); absent: none
+  double acts_after = 0;             ///< [s] when the reference acts, see reference_acts_after()
+  bool voltage_hops = false;         ///< the input is a noisy reading, see voltage_hops_alone()
+};
+
 /// The first step from a run to a record.
-/// @param order of the shaft with which the speeds of a set of runs repeat, see ripple_order(); absent: none
-/// @param acts_after [s] when the reference acts, see reference_acts_after()
 /// @throws ModelError where the run lacks the model's input, or holds nothing to compare with.
-ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, std::optional<double> order,
-                        double acts_after = 0);
+ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, const Logging& logging);
 /// The same of a run by itself.
 ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining = Chaining::staged);
 

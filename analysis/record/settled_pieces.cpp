@@ -45,9 +45,10 @@ std::span<const double> settled_part(std::span<const double> y, double lsb) {
   return y;
 }
 
+constexpr double clear = 6;  // standard deviations of noise
+
 /// What an input that does not change may still vary by: the noise with which it is read back, or a step of that.
 double tolerance_of(const std::vector<double>& input) {
-  constexpr double clear = 6;      // standard deviations of noise
   constexpr double a_step = 0.02;  // of the input's range: what is smaller than that is a step of its reading
   double smallest = infinity;
   std::size_t same = 0;
@@ -87,10 +88,13 @@ void take_out_input(std::vector<double>& piece, const std::vector<std::size_t>& 
 }
 
 /// Half-open stretches of the grid over which the input does not change, for long enough.
-std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Excitation& x,
+std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const ObservedRun& record,
                                                                     const std::vector<double>& input) {
+  const Excitation& x = record.excitation;
   std::vector<std::pair<std::size_t, std::size_t>> stretches;
-  const double tolerance = tolerance_of(input), shortest = settled_stretch(x.t);
+  const bool quiet = x.u_ref.empty() && !record.voltage_noise.sigma.empty();  // more so amid a stretch than at its ends
+  const double tolerance = quiet ? clear * std::ranges::max(record.voltage_noise.sigma) : tolerance_of(input);
+  const double shortest = settled_stretch(x.t);
   std::size_t begin = 0;
   for (std::size_t k = 1; k <= input.size(); ++k) {
     if (k < input.size() && std::abs(input[k] - input[begin]) <= tolerance) continue;
@@ -106,7 +110,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
   const Excitation& x = record.excitation;
   const std::vector<double>& input = !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
   const double shortest = settled_stretch(x.t);
-  for (const auto& [begin, end] : constant_stretches(x, input)) {
+  for (const auto& [begin, end] : constant_stretches(record, input)) {
     // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces.
     const double from = 0.5 * (x.t[begin] + x.t[end - 1]), until = x.t[end - 1];
     TurningStretch piece;

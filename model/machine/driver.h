@@ -133,7 +133,7 @@ class Driver {
 
   /// A reference that changes all the time would fill the memory of a machine that runs all day.
   void forget_references() {
-    constexpr std::size_t many = 4096;
+    constexpr std::size_t many = 64;
     if (arrived_ < many) return;
     changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(arrived_));
     arrived_ = 0;

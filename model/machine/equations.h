@@ -47,6 +47,20 @@ struct Equations {
   Balance<Scalar> terms;      ///< what the effects act on
 };
 
+/// The motor of the base model; effects of armature, air gap, shaft and load change it in every step.
+template <class Scalar>
+void reset_motor(Equations<Scalar>& equations) {
+  Balance<Scalar>& terms = equations.terms;
+  terms.resistance = equations.p[base::R_a];
+  terms.viscous = equations.p[base::B];
+  terms.inertia = equations.p[base::J];
+  terms.flux = Scalar(1.0);
+  terms.gap = terms.reaction = Scalar(0.0);
+  terms.inductance = terms.contact_drop = terms.contact_knee = Scalar(0.0);
+  terms.braking_torque = terms.load_torque = terms.dry_friction = Scalar(0.0);
+  terms.gear_friction = terms.brake = terms.bristle = Scalar(0.0);
+}
+
 /// The effects of one stage or several, with the memory that they keep.
 template <class Scalar>
 class EffectParts {

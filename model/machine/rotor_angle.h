@@ -1,11 +1,30 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <span>
 
+#include "model/catalogue.h"
 #include "model/dual.h"
 #include "model/machine/equations.h"
+#include "model/structure.h"
 
 namespace emtb {
+
+/// [rad] Of what repeats fastest with the angle; 0 where nothing does.
+template <class Scalar>
+double shortest_period(const ModelStructure& structure, std::span<const Scalar> p) {
+  double most = 0;  // times a turn
+  std::size_t place = ModelStructure::base_count;
+  for (const std::size_t effect : structure.effects) {
+    const EffectInfo& info = effect_catalogue()[effect];
+    const auto order = info.place_of(Role::order);
+    if (info.periodic) most = std::max({most, 1.0, order ? value_of(p[place + *order]) : 1.0});
+    place += info.parameter_count;
+  }
+  return most > 0 ? 2 * std::numbers::pi / most : 0;
+}
 
 /// The angle of the rotor as what repeats with it sees it: simulated, or measured by a sensor whose angle wanders.
 template <class Scalar>

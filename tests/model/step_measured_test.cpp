@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "tests/model/step_bench.h"
 
@@ -56,6 +58,31 @@ TEST(Step, AMeasuredVoltageIsLinearBetweenItsReadings) {
   for (std::size_t k = 0; k <= 10; ++k) {
     EXPECT_NEAR(one.omega[k], other.omega[20 * k], 1e-9);
     EXPECT_NEAR(one.i_a[k], other.i_a[20 * k], 1e-9);
+  }
+}
+
+TEST(Step, AMeasuredVoltageGoesOnAsTheDriverDoesWhereAnEffectShapesItsEdges) {
+  // Rows as long as the edges: between two readings of the terminals the voltage is in no straight line.
+  const std::vector<std::pair<ModelStructure, std::vector<double>>> drivers{
+      {with({"driver_lag"}), {0.004}}, {with({"driver_delay"}), {0.003}}, {with({"driver_slew"}), {1500, 1500}}};
+  for (auto [s, effect] : drivers) {
+    s.driver = {.gain = 2, .min = -24, .max = 24};
+    for (const double acts_after : {0.0, -1e-5, 2e-3}) {
+      Excitation x = holds(5e-3, {{0.1, 0}, {0.1, 4}, {0.1, -3}, {0.1, 1}});
+      x.acts_after = acts_after;
+      s.measured_voltage = false;
+      const Trajectory<double> motor = run(s, and_(servo, effect), x);
+      for (const double e : motor.e_a) x.e_a.push_back(e + 0.5);  // the driver is off by an offset
+      s.measured_voltage = true;
+      const Trajectory<double> measured = run(s, and_(servo, effect), x);
+      Excitation offset = x;
+      offset.e_a.clear();
+      ModelStructure exact = s;
+      exact.measured_voltage = false;
+      for (double& u : offset.u_ref) u += 0.25;
+      const Trajectory<double> truth = run(exact, and_(servo, effect), offset);
+      EXPECT_LT(largest_error(measured.omega, truth.omega), 0.01 * 24) << acts_after << " s, " << effect.front();
+    }
   }
 }
 

@@ -29,7 +29,7 @@ struct ShaftCompliance {
       .parameter_list =
           {{{.symbol = "k", .unit = "N m/rad", .null = infinity, .min = 1e-6, .max = 1e9, .typical = 50},
             {.symbol = "d", .unit = "N m s/rad", .null = 0, .min = 0, .max = 1e6, .typical = 0.01, .role = Role::shape},
-            {.symbol = "J_2", .unit = "kg m2", .null = 0, .min = 0, .max = 1e4, .typical = 1e-3, .role = Role::shape}}},
+            {.symbol = "J_2", .unit = "kg m2", .null = 0, .min = 0, .max = 1e6, .typical = 1e-3, .role = Role::shape}}},
       .parameter_count = 3,
       .memory = 4,
       .quick = true};

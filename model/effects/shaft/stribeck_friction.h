@@ -22,7 +22,7 @@ struct StribeckFriction {
       .shows = "The motor starts late and then jerks; it crawls unsteadily. Excited by slow ramps through standstill.",
       .told_apart = "From coulomb_friction by speeds around omega_s; from cogging, which repeats with the angle.",
       .source = "Armstrong-Helouvry, Dupont and Canudas de Wit (1994); Olsson et al. (1998)",
-      .parameter_list = {{{.symbol = "T_s", .unit = "N m", .null = 0, .min = 0, .max = 1e3, .typical = 0.04},
+      .parameter_list = {{{.symbol = "T_s", .unit = "N m", .null = 0, .min = 0, .max = 1e4, .typical = 0.04},
                           {.symbol = "omega_s",
                            .unit = "rad/s",
                            .null = 10,

@@ -107,6 +107,22 @@ TEST(Calibrate, RespectsBoundsAndReportsThem) {
   EXPECT_LT(c.iterations, 30) << "the others must not creep beside it";
 }
 
+TEST(Calibrate, WhatGoesWithAParameterOnItsBoundIsNoBetterKnownThanThatAllows) {
+  // By a noisy current, B and K_b are told from each other by little; B comes to rest at nothing in half of the cases.
+  const Model model = servo_model();
+  int beyond = 0, at_bound = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const auto records =
+        prepared({record({.B = 1e-6}, synthetic::steps, 1e-3, {.omega = 0.5, .i_a = 0.5}, seed)}, model);
+    const Calibration c = calibrate(records, model);
+    if (c.at_bound != std::vector<std::string>{"B"}) continue;
+    ++at_bound;
+    if (std::abs(c.model.at(1).value - Truth{}.K_b) > 2.5 * c.model.at(1).std_error.value()) ++beyond;
+  }
+  EXPECT_GE(at_bound, 3);
+  EXPECT_EQ(beyond, 0);
+}
+
 TEST(Calibrate, AnEffectThatIsAbsentRestsOnItsNull) {
   Model model = with_noise(servo_model());
   model.include(effect_index("coulomb_friction"));

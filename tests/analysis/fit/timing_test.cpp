@@ -31,10 +31,14 @@ Model bridge_model() {
 struct Logging {
   bool read_after = false;             ///< the row's reference is written before the readings are taken
   std::map<Signal, double> late = {};  ///< [rows] by which an instrument shows what was
+  double voltage_noise = 0.01;         ///< [V]
+  std::size_t hold = 80;               ///< rows from one step to the next
 };
 
-/// The reference of each row: steps of 80 rows.
-double reference(std::size_t row) { return std::array{6.0, -4.0, 9.0, 2.0, -7.0, 0.0, 5.0}.at((row / 80) % 7); }
+/// The reference of each row: steps.
+double reference(std::size_t row, std::size_t hold) {
+  return std::array{6.0, -4.0, 9.0, 2.0, -7.0, 0.0, 5.0}.at((row / hold) % 7);
+}
 
 /// The speed over time is an exponential for each row; the current jumps with the voltage.
 Run logged(const Logging& logging, unsigned seed = 1) {
@@ -43,14 +47,16 @@ Run logged(const Logging& logging, unsigned seed = 1) {
   const double damping = B + K * K / R_a, tau = J / damping;
   std::vector<double> omega{0};  // at the beginning of each row
   for (std::size_t row = 0; row < rows; ++row) {
-    const double settled = K / R_a * reference(row) / damping;
+    const double settled = K / R_a * reference(row, logging.hold) / damping;
     omega.push_back(settled + (omega.back() - settled) * std::exp(-interval / tau));
   }
-  const auto voltage_at = [&](double row) { return row < 0 ? 0.0 : reference(static_cast<std::size_t>(row)); };
+  const auto voltage_at = [&](double row) {
+    return row < 0 ? 0.0 : reference(static_cast<std::size_t>(row), logging.hold);
+  };
   const auto speed_at = [&](double row) {
     if (row < 0) return 0.0;
     const auto k = static_cast<std::size_t>(row);
-    const double settled = K / R_a * reference(k) / damping;
+    const double settled = K / R_a * reference(k, logging.hold) / damping;
     return settled + (omega[k] - settled) * std::exp(-(row - static_cast<double>(k)) * interval / tau);
   };
   const auto value_at = [&](Signal signal, double row) {
@@ -60,11 +66,12 @@ Run logged(const Logging& logging, unsigned seed = 1) {
   Run run;
   run.name = "logged";
   Noise noise(seed);
-  const std::map<Signal, double> sigma{{Signal::e_a, 0.01}, {Signal::i_a, 0.005}, {Signal::omega, 0.05}};
+  const std::map<Signal, double> sigma{
+      {Signal::e_a, logging.voltage_noise}, {Signal::i_a, 0.005}, {Signal::omega, 0.05}};
   for (std::size_t k = 1; k < rows; ++k) {
     const double t = static_cast<double>(k) * interval;
     run.signals[Signal::u_ref].t.push_back(t);
-    run.signals[Signal::u_ref].value.push_back(reference(k));
+    run.signals[Signal::u_ref].value.push_back(reference(k, logging.hold));
     const double read = static_cast<double>(k) + (logging.read_after ? after : -after);
     for (const auto& [signal, s] : sigma) {
       const auto late = logging.late.find(signal);
@@ -116,6 +123,14 @@ TEST(TimingOfRows, OfAVoltageThatIsReadARowLateIsPutRight) {
   EXPECT_NEAR(f.fit.model.at(base::J).value, J, 0.01 * J);
 }
 
+TEST(TimingOfRows, IsNotToldByTheNoiseOfAVoltageThatALateReadingWouldAverage) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const Fitted noisy = fitted(logged({.voltage_noise = 0.1, .hold = 10}, seed));  // ten times the current's, over R_a
+    EXPECT_TRUE(noisy.timing.late.empty()) << seed;
+    EXPECT_LT(noisy.off(base::R_a, R_a), 3) << seed;
+  }
+}
+
 TEST(TimingOfRows, IsNotAskedOfACurrentWithHoles) {
   emtb::Run run = logged({.read_after = true, .late = {{Signal::e_a, 0.4}}});
   Series& i_a = run.signals[Signal::i_a];
@@ -155,7 +170,7 @@ TEST(TimingOfRows, IsNotToldByASignalThatTheModelDoesNotFollow) {
   emtb::Run run = logged({.read_after = false});
   std::vector<double>& i_a = run.signals[Signal::i_a].value;
   for (std::size_t k = 0; k < i_a.size(); ++k) {
-    if ((k + 1) % 80 >= 1 && (k + 1) % 80 < 7) i_a[k] += reference(k + 1) > 0 ? 0.3 : -0.3;
+    if ((k + 1) % 80 >= 1 && (k + 1) % 80 < 7) i_a[k] += reference(k + 1, 80) > 0 ? 0.3 : -0.3;
   }
   EXPECT_FALSE(fitted(std::move(run), false).timing.late.contains(Signal::omega));
 }

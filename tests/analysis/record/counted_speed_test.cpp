@@ -209,7 +209,8 @@ void expect_the_counts_of(const emtb::Run& each, const emtb::Run& logged, const 
   const emtb::Run as_counted = with_counted_angle(std::span(&each, 1), *look_at(each)).front();
   const auto &a = angle.at(Signal::theta).value, &b = as_counted.at(Signal::theta).value;
   ASSERT_EQ(a.size(), b.size());
-  for (std::size_t k = 0; k < a.size(); ++k) ASSERT_NEAR(a[k], b[k], 1e-3 * found->step + 1e-4 * b[k]) << what << ", row " << k;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    ASSERT_NEAR(a[k], b[k], 1e-3 * found->step + 1e-4 * b[k]) << what << ", row " << k;
 }
 
 TEST(CountedSpeed, OfALoggerThatSmoothsTheCountsComeBack) {
