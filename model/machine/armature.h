@@ -97,23 +97,24 @@ class Armature {
   /// [ohm] what a current at the end of the step costs of that voltage, per ampere.
   Scalar stopping_resistance() const { return inductive_ ? resistance_ + holding_ : resistance_; }
 
-  /// What the output of a rectifier rises by as the current gets gaps: V exp(-i/i_c), implicit. Newton's steps from
-  /// below on a concave function.
+  /// What the output of a rectifier rises by as the current gets gaps: V exp(-|i|/i_c), implicit.
   Scalar light_load_rise(const Scalar& e, const Motion<Scalar>& motion, const Balance<Scalar>& terms) const {
     if (value_of(e) <= 0) return Scalar(0.0);
     const Scalar stopping = stopping_voltage(e, motion), knee = stopping_resistance() * terms.light_load_current;
     const double s = value_of(stopping), k = value_of(knee), v = value_of(terms.light_load_rise);
+    const double way = flows_back(s, k, v, value_of(motion.i_a)) ? -1 : 1;  // of the current
+    // Newton's steps on a convex function, from where they cannot overshoot: no rise.
     double rise = 0;
     for (int n = 0; n < 30; ++n) {
-      const double gone = v * std::exp(-std::max(0.0, s + rise) / k);
-      const double slope = s + rise > 0 ? gone / k : 0;
-      const double change = (gone - rise) / (1 + slope);
+      const double gone = v * std::exp(-std::max(0.0, way * (s + rise)) / k);
+      const double slope = way * (s + rise) > 0 ? way * gone / k : 0;
+      const double change = (gone - rise) / std::max(least_slope, 1 + slope);
       rise += change;
       if (std::abs(change) < 1e-13 * v) break;
     }
-    const Scalar gone = terms.light_load_rise * exp(-larger(stopping + rise, Scalar(0.0)) / knee);
-    const Scalar slope = s + rise > 0 ? gone / knee : Scalar(0.0);
-    return rise + (gone - rise) / (1.0 + slope);
+    const Scalar gone = terms.light_load_rise * exp(-larger(way * (stopping + rise), Scalar(0.0)) / knee);
+    const Scalar slope = way * (s + rise) > 0 ? way * gone / knee : Scalar(0.0);
+    return rise + (gone - rise) / larger(1.0 + slope, Scalar(least_slope));
   }
 
   /// What the brushes take of the voltage: V tanh(i/i_knee), for the current that is left at the end of the step.
@@ -134,6 +135,18 @@ class Armature {
   }
 
  private:
+  /// A current that flows back is driven by less the less of it there is, so that two may be possible: then it flows on
+  /// as before.
+  /// @param s, k, v [V] that stops it, at which the rise has fallen to 1/e, and the rise at no current
+  static bool flows_back(double s, double k, double v, double i_a) {
+    const bool forth_is_possible = s + v >= 0;
+    const bool back_is_possible = v <= k ? !forth_is_possible : s <= k * (std::log(k / v) - 1);
+    return !forth_is_possible || (back_is_possible && i_a < 0);
+  }
+
+  /// Where a current that flows back is about to turn, it does so at once.
+  static constexpr double least_slope = 1e-3;
+
   Scalar resistance_{}, inductance_{}, flux_{};  ///< that it is solved for
   Scalar k_b_{}, k_m_{};
   bool inductive_ = false;  ///< false: no inductance, and its terms are not computed

@@ -168,5 +168,31 @@ TEST(Step, WhereTheTemperatureIsMeasuredTheResistanceFollowsIt) {
   EXPECT_NEAR(y.i_a.back(), 6 / (R * (1 + 0.00393 * 50)), 1e-3);
 }
 
+TEST(Step, ACurrentThatFlowsBackLosesTheRiseOfALightLoadAndTurnsWhereItCannotFlowOn) {
+  // A flywheel keeps the speed; the voltage goes down below the back-EMF by more than the rise, and up again.
+  const double V_d = 2, i_c = 0.5, omega = 200;
+  std::vector<double> flywheel = and_(servo, {V_d, i_c});
+  flywheel[4] = 1e3;
+  ModelStructure s = with({"discontinuous_conduction"});
+  s.driver = {.gain = 1, .min = -24, .max = 24};
+  Excitation x;
+  for (int k = 0; k <= 400; ++k) {
+    x.t.push_back(1e-3 * k);
+    x.u_ref.push_back(K * omega + (k < 200 ? 1 - 0.03 * k : -5 + 0.03 * (k - 200)));
+  }
+  x.initial.omega = omega;
+  const Trajectory<double> y = run(s, flywheel, x);
+  std::size_t turned_back = 0, turned_again = 0;
+  for (std::size_t k = 2; k + 1 < x.t.size(); ++k) {
+    const double left = x.u_ref[k - 1] - K * omega, i = y.i_a[k];
+    ASSERT_NEAR(R * i, left + V_d * std::exp(-std::abs(i) / i_c), 1e-4) << x.t[k] << " s";
+    if (i < 0 && turned_back == 0) turned_back = k;
+    if (turned_back > 0 && i >= 0 && turned_again == 0) turned_again = k;
+  }
+  const double knee = R * i_c;
+  EXPECT_NEAR(x.u_ref[turned_back - 1] - K * omega, -V_d, 0.04);
+  EXPECT_NEAR(x.u_ref[turned_again - 1] - K * omega, knee * (std::log(knee / V_d) - 1), 0.04);
+}
+
 }  // namespace
 }  // namespace emtb
