@@ -9,6 +9,24 @@ namespace {
 constexpr std::size_t enough =
     16384;  // values looked at: a grid shows in these, and sorting more takes longer than reading the file
 
+/// Of sorted values, those that are nearer to the one before than that are the same.
+void take_as_one(std::vector<double>& values, double same) {
+  const auto [last, end] = std::ranges::unique(values, [same](double a, double b) { return b - a <= same; });
+  values.erase(last, end);
+}
+
+std::vector<double> gaps_of(std::span<const double> values) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < values.size(); ++i) gaps.push_back(values[i] - values[i - 1]);
+  return gaps;
+}
+
+double median(std::vector<double> x) {
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::ranges::nth_element(x, middle);
+  return *middle;
+}
+
 }  // namespace
 
 double resolution(std::span<const std::span<const double>> pieces, bool may_be_set) {
@@ -28,16 +46,16 @@ double resolution(std::span<const std::span<const double>> pieces, bool may_be_s
     for (std::size_t i = 0; i < piece.size(); i += stride) values.push_back(piece[i]);
   }
   std::ranges::sort(values);
-  const double same =
-      1e-9 * (values.back() - values.front());  // arithmetic before the file was written may split a code in two
-  values.erase(std::unique(values.begin(), values.end(), [&](double a, double b) { return b - a <= same; }),
-               values.end());
+  // Arithmetic before the file was written may split a code in two, and so may the last digit of the text.
+  constexpr double of_the_range = 1e-9, of_a_gap = 1e-4;
+  take_as_one(values, of_the_range * (values.back() - values.front()));
+  if (values.size() < 4) return 0;
+  take_as_one(values, of_a_gap * median(gaps_of(values)));
   if (values.size() < 4) return 0;
 
   // The step as the mean of the gaps, each of which is one step or several; the smallest first, so that the estimate is
   // good before it has to tell seven steps from eight.
-  std::vector<double> gaps;
-  for (std::size_t i = 1; i < values.size(); ++i) gaps.push_back(values[i] - values[i - 1]);
+  std::vector<double> gaps = gaps_of(values);
   std::ranges::sort(gaps);
   double sum = 0;
   double steps = 0;

@@ -11,11 +11,12 @@ namespace emtb {
 
 /// What one channel recorded: values at their own times, never interpolated.
 struct Series {
-  std::vector<double> t;      ///< [s] from the start of the run, increasing
-  std::vector<double> value;  ///< SI, as long as t
-  double window = 0;          ///< [s] each value is the mean over this time before it; 0: an instant
-  double lsb = 0;             ///< resolution of the instrument in the signal's unit; 0: unknown
-  std::string source;         ///< the device and channel, or the file's column
+  std::vector<double> t;         ///< [s] from the start of the run, increasing
+  std::vector<double> value;     ///< SI, as long as t
+  double window = 0;             ///< [s] each value is the mean over this time before it; 0: an instant
+  double lsb = 0;                ///< resolution of the instrument in the signal's unit; 0: unknown
+  std::string source;            ///< the device and channel, or the file's column
+  double begins_anew_after = 0;  ///< [rad] of an angle that was read within a turn, say, and put together (unwind.h)
 };
 
 /// No bench reads more, in whatever unit of SI; beyond it sums of squares are no numbers any more.

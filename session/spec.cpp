@@ -16,6 +16,7 @@
 #include "session/resolution.h"
 #include "session/shift.h"
 #include "session/text.h"
+#include "session/unwind.h"
 
 namespace emtb {
 namespace {
@@ -140,6 +141,36 @@ void estimate_resolutions(std::span<Run> runs) {
   }
 }
 
+/// The runs of one, their angles as they were read.
+std::vector<Run> read_one(std::string_view text, const Mapping& mapping) {
+  const SessionSpec spec = parse_session_spec(text);
+  Session session = read_session(spec.path, mapping);
+  if (session.runs.empty()) throw SessionError(spec.path.string() + ": holds no reading. Record at least one signal");
+  const bool several = session.runs.size() > 1;
+  if (!spec.run.empty()) {
+    std::vector<std::string> names;
+    for (const Run& run : session.runs) names.push_back(run.name);
+    std::erase_if(session.runs, [&](const Run& run) { return run.name != spec.run; });
+    if (session.runs.empty()) {
+      throw SessionError(
+          spec.path.string() + ": no run `" + shown(spec.run) + "`. " +
+          (several ? "Runs here: " + listed(names) : "It holds a single run: leave out #" + shown(spec.run)));
+    }
+  }
+  std::vector<Run> runs;
+  for (const Run& whole : session.runs) {
+    Run run = spec.t0 || spec.t1 ? cut(whole, spec.t0.value_or(0), spec.t1.value_or(HUGE_VAL)) : whole;
+    const std::string name = spec.path.string() + (several || !spec.run.empty() ? "#" + printable(whole.name) : "");
+    if (run.signals.empty()) {
+      throw SessionError(name + ": the span " + span_text(spec) + " holds no reading; the run lasts from 0 to " +
+                         shortest(whole.duration()) + " s");
+    }
+    run.name = name + span_text(spec);
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
 }  // namespace
 
 Run cut(const Run& run, double t0, double t1) {
@@ -186,6 +217,12 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping) 
   return session;
 }
 
+std::vector<Run> read_runs(std::string_view spec, const Mapping& mapping) {
+  std::vector<Run> runs = read_one(spec, mapping);
+  unwind_angles(runs);
+  return runs;
+}
+
 std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping& mapping) {
   const std::size_t at_a_time = std::max(1U, std::thread::hardware_concurrency());
   std::vector<Run> all;
@@ -193,46 +230,18 @@ std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping&
     const auto part = std::span(specs).subspan(begin, std::min(at_a_time, specs.size() - begin));
     std::vector<std::future<std::vector<Run>>> texts(part.size());
     for (std::size_t i = 0; i < part.size(); ++i) {
-      if (is_text(part[i])) texts[i] = std::async([&, i] { return read_runs(part[i], mapping); });
+      if (is_text(part[i])) texts[i] = std::async([&, i] { return read_one(part[i], mapping); });
     }
     for (std::future<std::vector<Run>>& text : texts) {
       if (text.valid()) text.wait();  // here, where no thread could be had; a child is made by a process of one thread
     }
     for (std::size_t i = 0; i < part.size(); ++i) {
-      std::ranges::move(texts[i].valid() ? texts[i].get() : read_runs(part[i], mapping), std::back_inserter(all));
+      std::ranges::move(texts[i].valid() ? texts[i].get() : read_one(part[i], mapping), std::back_inserter(all));
     }
   }
   if (specs.size() > 1) estimate_resolutions(all);
+  unwind_angles(all);
   return all;
-}
-
-std::vector<Run> read_runs(std::string_view text, const Mapping& mapping) {
-  const SessionSpec spec = parse_session_spec(text);
-  Session session = read_session(spec.path, mapping);
-  if (session.runs.empty()) throw SessionError(spec.path.string() + ": holds no reading. Record at least one signal");
-  const bool several = session.runs.size() > 1;
-  if (!spec.run.empty()) {
-    std::vector<std::string> names;
-    for (const Run& run : session.runs) names.push_back(run.name);
-    std::erase_if(session.runs, [&](const Run& run) { return run.name != spec.run; });
-    if (session.runs.empty()) {
-      throw SessionError(
-          spec.path.string() + ": no run `" + shown(spec.run) + "`. " +
-          (several ? "Runs here: " + listed(names) : "It holds a single run: leave out #" + shown(spec.run)));
-    }
-  }
-  std::vector<Run> runs;
-  for (const Run& whole : session.runs) {
-    Run run = spec.t0 || spec.t1 ? cut(whole, spec.t0.value_or(0), spec.t1.value_or(HUGE_VAL)) : whole;
-    const std::string name = spec.path.string() + (several || !spec.run.empty() ? "#" + printable(whole.name) : "");
-    if (run.signals.empty()) {
-      throw SessionError(name + ": the span " + span_text(spec) + " holds no reading; the run lasts from 0 to " +
-                         shortest(whole.duration()) + " s");
-    }
-    run.name = name + span_text(spec);
-    runs.push_back(std::move(run));
-  }
-  return runs;
 }
 
 void write_session(const std::filesystem::path& path, const Session& session) {

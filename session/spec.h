@@ -29,7 +29,8 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping =
 /// Reads the runs that a command line names, cut to their spans; time starts at zero in each.
 /// @throws SessionError where the file, the run or the span does not exist or holds nothing.
 std::vector<Run> read_runs(std::string_view spec, const Mapping& mapping = {});
-/// Those of several, one after the other; texts are read side by side.
+/// Those of several, one after the other; texts are read side by side. Angles that begin anew with each turn are put
+/// together.
 std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping& mapping);
 
 /// The readings of t0 <= t < t1 [s], time starting at zero: half open, so that two spans that meet share none. The name

@@ -5,6 +5,7 @@
 
 #include "analysis/check/angle_speed.h"
 #include "analysis/check/balance.h"
+#include "analysis/check/begins_anew.h"
 #include "analysis/check/clipped.h"
 #include "analysis/check/duplicate.h"
 #include "analysis/check/held.h"
@@ -65,6 +66,7 @@ DataFindings check(std::span<const Run> train, std::span<const Run> held_out, co
   }
   add(findings, duplicates(train, held_out));
   add(findings, resting(runs));
+  add(findings, begins_anew(runs));
   const bool sign_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
   const bool scale_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::scale; });
   const MotorBalance together = balance_of(windows);
