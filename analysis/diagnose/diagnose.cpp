@@ -13,7 +13,7 @@
 #include "analysis/diagnose/roads.h"
 #include "analysis/diagnose/whole_search.h"
 #include "analysis/fit/timing.h"
-#include "analysis/fit/timing_errors.h"
+#include "analysis/fit/logging_errors.h"
 #include "hal/error.h"
 
 namespace emtb {
@@ -45,7 +45,7 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
   CalibrationOptions careful{.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true};
   try {
     Calibration last = calibrate(data.train, model, careful);
-    widen_by_timing(data.train, last);
+    widen_by_logging(data.train, last);
     return last;
   } catch (const ModelError&) {
     return std::nullopt;
@@ -113,7 +113,7 @@ void tell_the_answer(Diagnosis& d, const Dataset& data, const RecordRefs& all, c
   CalibrationOptions as_it_is{.extra_starts = 0, .max_iterations = 0};
   try {
     Calibration base = calibrate(data.train, d.base, as_it_is);
-    widen_by_timing(data.train, base);
+    widen_by_logging(data.train, base);
     d.base = base.model;
   } catch (const ModelError&) {  // it stays without errors
   }

@@ -13,18 +13,23 @@
 namespace emtb {
 namespace {
 
+/// May the driver be anywhere at the start?
+bool driver_is_free(const Record& record, const Model& model) {
+  const DriverModel driver = model.structure().driver;
+  const bool at_once = driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited;
+  const bool told = record.find(Signal::e_a) != nullptr && record.excitation.initial.e_driver;  // by its first readings
+  return model.input == Signal::u_ref && !at_once && !told;
+}
+
 /// A start as a point: the speed, and where it is free the driver's voltage.
 class Start {
  public:
   Start(Record& record, const Model& model) : initial_(record.excitation.initial), model_(model), record_(record) {
     const DriverModel driver = model.structure().driver;
-    const bool at_once = driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited;
-    const bool told = record.find(Signal::e_a) != nullptr && initial_.e_driver;  // by its first readings
-    drives_ = model.input == Signal::u_ref && !at_once && !told;
+    drives_ = driver_is_free(record, model);
     low_ = driver.min, high_ = driver.max;
     const double u = record.excitation.u_ref.empty() ? 0 : record.excitation.u_ref.front();
     settled_ = std::clamp(driver.gain * u, low_, high_);
-    see_parameters();
   }
 
   Eigen::VectorXd at() const {
@@ -79,19 +84,7 @@ class Start {
     set(Eigen::Vector2d(x[0], best));
   }
 
- private:
-  static Eigen::VectorXd joined(const std::vector<Residuals>& all) {
-    Eigen::Index n = 0;
-    for (const Residuals& r : all) n += r.value.size();
-    Eigen::VectorXd one(n);
-    n = 0;
-    for (const Residuals& r : all) {
-      one.segment(n, r.value.size()) = r.value;
-      n += r.value.size();
-    }
-    return one;
-  }
-
+  /// From now on what is left is less what the free parameters would take of it.
   void see_parameters() {
     const FreeParameters free(model_);
     const std::vector<Residuals> all = residuals(std::span(&record_, 1), model_, model_.values(), moved_by(free));
@@ -104,6 +97,19 @@ class Start {
       n += r.value.size();
     }
     gram_ = slopes_.transpose() * slopes_;
+  }
+
+ private:
+  static Eigen::VectorXd joined(const std::vector<Residuals>& all) {
+    Eigen::Index n = 0;
+    for (const Residuals& r : all) n += r.value.size();
+    Eigen::VectorXd one(n);
+    n = 0;
+    for (const Residuals& r : all) {
+      one.segment(n, r.value.size()) = r.value;
+      n += r.value.size();
+    }
+    return one;
   }
 
   InitialState& initial_;
@@ -148,6 +154,7 @@ bool settle(Record& record, const Model& fitted) {
   if (initial.omega == 0 && initial.omega_doubt == 0) return false;
   const InitialState before = initial;
   Start start(record, fitted);
+  start.see_parameters();
   const double cost = start.cost();
   if (initial.omega == 0) initial.omega = initial.omega_doubt;
   start.look_around();
@@ -166,6 +173,31 @@ bool settle_starts(Dataset& data, const Model& fitted) {
     changed[i] = settle(record, fitted) ? 1 : 0;
   });
   return std::ranges::find(changed, 1) != changed.end();
+}
+
+Eigen::Index unknowns_of_start(const Record& record, const Model& model) {
+  return record.excitation.initial.omega == 0 ? 0 : driver_is_free(record, model) ? 2 : 1;
+}
+
+std::vector<std::vector<Eigen::VectorXd>> slopes_of_start(Record& record, const Model& model) {
+  std::vector<std::vector<Eigen::VectorXd>> slopes;
+  InitialState& initial = record.excitation.initial;
+  if (initial.omega == 0) return slopes;
+  const InitialState as_set = initial;
+  Start start(record, model);
+  const auto left = [&] { return residuals(std::span(&record, 1), model, model.values(), {}); };
+  const std::vector<Residuals> now = left();
+  const Eigen::VectorXd x = start.at(), little = start.little();
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    Eigen::VectorXd beside = x;
+    beside[i] += little[i];
+    start.set(beside);
+    const std::vector<Residuals> then = left();
+    initial = as_set;
+    std::vector<Eigen::VectorXd>& of = slopes.emplace_back();
+    for (std::size_t k = 0; k < now.size(); ++k) of.emplace_back((then[k].value - now[k].value) / little[i]);
+  }
+  return slopes;
 }
 
 }  // namespace emtb

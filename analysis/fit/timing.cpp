@@ -11,7 +11,7 @@
 #include "analysis/fit/cost_of_lateness.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
-#include "analysis/fit/timing_errors.h"
+#include "analysis/fit/logging_errors.h"
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "model/lateness.h"
@@ -69,9 +69,8 @@ class TimingSearch {
       : model_(fitted), values_(fitted.values()), records_(std::move(records)) {
     const FreeParameters free(fitted);
     const auto moved = moved_by(free);
-    const auto p = static_cast<Eigen::Index>(free.size());
-    sts_.setZero(p, p);
     known_ = emtb::residuals(records_, fitted, values_, moved);
+    free_starts();
     scale_ = jumpiness(known_);
     for (const Record& record : records_) {
       for (const Observation& o : record.observations)
@@ -79,6 +78,7 @@ class TimingSearch {
     }
     for (Residuals& r : known_) {
       if (!r.informed()) continue;
+      if (sts_.size() == 0) sts_.setZero(r.sensitivity.cols(), r.sensitivity.cols());
       r.sensitivity /= scale_.at(r.signal);
       sts_ += gram(r.sensitivity);
     }
@@ -142,6 +142,33 @@ class TimingSearch {
   }
 
  private:
+  /// What is not known of how the runs begin is as free as the parameters: a start that is a little off decays as the
+  /// error of a timing does.
+  void free_starts() {
+    std::vector<std::vector<std::vector<Eigen::VectorXd>>> slopes;  // of each record
+    Eigen::Index more = 0, p = 0;
+    for (Record& record : records_) {
+      slopes.push_back(slopes_of_start(record, model_));
+      more += static_cast<Eigen::Index>(slopes.back().size());
+    }
+    if (more == 0) return;
+    for (const Residuals& r : known_) p = std::max(p, r.sensitivity.cols());
+    Eigen::Index column = p;
+    std::size_t first = 0;  // residual of its record
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      std::size_t end = first;
+      for (; end < known_.size() && known_[end].record == i; ++end) {
+        Eigen::MatrixXd wider = Eigen::MatrixXd::Zero(known_[end].value.size(), p + more);
+        if (known_[end].informed()) wider.leftCols(p) = known_[end].sensitivity;
+        for (std::size_t s = 0; s < slopes[i].size(); ++s)
+          wider.col(column + static_cast<Eigen::Index>(s)) = slopes[i][s][end - first];
+        known_[end].sensitivity = std::move(wider);
+      }
+      column += static_cast<Eigen::Index>(slopes[i].size());
+      first = end;
+    }
+  }
+
   /// What a signal loses of its sum of squares whenever it is read late.
   double by_averaging(Signal signal, double late) const {
     const auto found = averaged_.find(signal);
@@ -320,7 +347,7 @@ Calibration calibrate(Dataset& data, const Model& model, const CalibrationOption
     fit = calibrate(std::span<const Record>(data.train), fit.model, options);
     if (timing != TimingChange::other && !other_starts) break;
   }
-  if (options.with_covariance) widen_by_timing(data.train, fit);
+  if (options.with_covariance) widen_by_logging(data.train, fit);
   return fit;
 }
 

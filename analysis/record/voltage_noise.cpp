@@ -8,8 +8,8 @@
 namespace emtb {
 namespace {
 
-/// What the changes of voltage and current from reading to reading have in common.
-struct Changes {
+/// What the bends of voltage and current from reading to reading have in common: a slope has none.
+struct Bends {
   double squares = 0;   ///< [V^2] of the voltage
   double products = 0;  ///< [V A] with the current
   double late = 0;      ///< [V A] with the current a reading later
@@ -42,7 +42,7 @@ bool voltage_hops_alone(std::span<const Run> runs, const Model& model) {
   constexpr double follows = 0.5;  // of what a current does that follows
   constexpr double clear = 2;      // standard errors
   if (model.input != Signal::e_a) return false;
-  Changes hops, edges;
+  Bends hops, edges;
   double volts = 0, amperes = 0;
   for (const Run& run : runs) {
     if (!run.has(Signal::e_a) || !run.has(Signal::i_a)) return false;
@@ -51,9 +51,10 @@ bool voltage_hops_alone(std::span<const Run> runs, const Model& model) {
     const double sigma = white_noise(e).sigma;
     volts = std::max(volts, largest(e));
     amperes = std::max(amperes, largest(i));
-    for (std::size_t k = 1; k + 1 < e.size(); ++k) {
-      const double change = e[k] - e[k - 1];
-      (std::abs(change) > edge * sigma ? edges : hops).add(change, i[k] - i[k - 1], i[k + 1] - i[k]);
+    const auto bend = [](const std::vector<double>& x, std::size_t k) { return x[k + 1] - 2 * x[k] + x[k - 1]; };
+    for (std::size_t k = 1; k + 2 < e.size(); ++k) {
+      const double volt = bend(e, k);
+      (std::abs(volt) > edge * std::sqrt(6.0) * sigma ? edges : hops).add(volt, bend(i, k), bend(i, k + 1));
     }
   }
   if (!(hops.squares > 0) || !(volts > 0)) return false;

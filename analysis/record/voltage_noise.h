@@ -12,8 +12,9 @@ namespace emtb {
 /// in each current that it predicts. False where the current follows, where nothing tells it, and of a voltage that was
 /// set.
 ///
-/// Where the voltage has edges, a current follows hops by as much as it follows those. Without edges by one over the
-/// resistance at least: the largest that the largest current under the largest voltage, and a back-EMF as large, leave.
+/// Where the voltage has edges or corners, a current follows hops by as much as it follows those. Without by one over
+/// the resistance at least: the largest that the largest current under the largest voltage, and a back-EMF as large,
+/// leave.
 /// @param runs of one file or set, logged alike
 bool voltage_hops_alone(std::span<const Run> runs, const Model& model);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 #include <random>
 
 namespace emtb {
@@ -77,6 +78,16 @@ TEST(Resolution, IsUnknownForAConstantAndForNothing) {
   EXPECT_EQ(resolution_of(std::vector<double>(1000, 3.0)), 0);
   EXPECT_EQ(resolution_of({}), 0);
   EXPECT_EQ(resolution({}, true), 0);
+}
+
+TEST(Resolution, SurvivesALastDigitThatSplitsItsCodes) {
+  // The angle of an encoder of 44 lines, within a turn: the same code comes by different sums.
+  std::vector<double> angles;
+  for (int k = 0; k < 2000; ++k) {
+    const double counts = std::floor(0.7 * k + 0.001 * k * k);
+    angles.push_back(1e-7 * std::round(1e7 * std::fmod(2 * std::numbers::pi / 44 * counts, 2 * std::numbers::pi)));
+  }
+  EXPECT_NEAR(resolution_of(angles, false), 2 * std::numbers::pi / 44, 1e-6);
 }
 
 }  // namespace

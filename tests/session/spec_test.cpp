@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <string>
 
 #include "tests/session/scratch.h"
 
@@ -182,6 +184,15 @@ TEST_F(Spec, OtherEndingsAreNeitherReadNorWritten) {
               HasSubstr("x.txt: is none of .csv, .h5 and .mat"));
   EXPECT_THAT(message_of<SessionError>([&] { write_session(path("x.txt"), {}); }),
               HasSubstr("is none of .csv, .h5 and .mat"));
+}
+
+TEST_F(Spec, AnAngleThatBeginsAnewWithEachTurnIsPutTogether) {
+  std::string text = "t_s,theta_rad\n";
+  for (int k = 0; k < 100; ++k)
+    text += std::to_string(0.01 * k) + "," + std::to_string(std::fmod(0.002 * k * k, 2 * std::numbers::pi)) + "\n";
+  const Series theta = read_runs(file("absolute.csv", text)).front().at(Signal::theta);
+  EXPECT_NEAR(theta.value.back(), 0.002 * 99 * 99, 1e-5);
+  EXPECT_NEAR(theta.begins_anew_after, 2 * std::numbers::pi, 1e-9);
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ struct Logging {
   bool read_after = false;             ///< the row's reference is written before the readings are taken
   std::map<Signal, double> late = {};  ///< [rows] by which an instrument shows what was
   double voltage_noise = 0.01;         ///< [V]
+  double speed_noise = 0.05;           ///< [rad/s]
   std::size_t hold = 80;               ///< rows from one step to the next
 };
 
@@ -67,7 +68,7 @@ Run logged(const Logging& logging, unsigned seed = 1) {
   run.name = "logged";
   Noise noise(seed);
   const std::map<Signal, double> sigma{
-      {Signal::e_a, logging.voltage_noise}, {Signal::i_a, 0.005}, {Signal::omega, 0.05}};
+      {Signal::e_a, logging.voltage_noise}, {Signal::i_a, 0.005}, {Signal::omega, logging.speed_noise}};
   for (std::size_t k = 1; k < rows; ++k) {
     const double t = static_cast<double>(k) * interval;
     run.signals[Signal::u_ref].t.push_back(t);
@@ -121,6 +122,24 @@ TEST(TimingOfRows, OfAVoltageThatIsReadARowLateIsPutRight) {
   EXPECT_EQ(f.timing.voltage_late, 1);
   EXPECT_NEAR(f.fit.model.at(base::R_a).value, R_a, 0.01);
   EXPECT_NEAR(f.fit.model.at(base::J).value, J, 0.01 * J);
+}
+
+TEST(TimingOfRows, IsNotToldByAStartThatANoisySpeedTellsBadly) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    emtb::Run run = logged({.speed_noise = 3}, seed);
+    for (auto& [signal, series] : run.signals) {  // it begins while the shaft slows down
+      const auto first = static_cast<std::ptrdiff_t>(90);
+      series.t.erase(series.t.begin(), series.t.begin() + first);
+      series.value.erase(series.value.begin(), series.value.begin() + first);
+      const double begin = series.t.front();
+      for (double& t : series.t) t -= begin;
+    }
+    const Fitted f = fitted(std::move(run), false);
+    EXPECT_EQ(f.timing.acts_after, 0) << seed;
+    EXPECT_TRUE(f.timing.late.empty()) << seed;
+    EXPECT_LT(f.off(base::R_a, R_a), 3) << seed;
+    EXPECT_LT(f.off(base::J, J), 3) << seed;
+  }
 }
 
 TEST(TimingOfRows, IsNotToldByTheNoiseOfAVoltageThatALateReadingWouldAverage) {
