@@ -29,14 +29,17 @@ void in_steps(double from, double until, double interval, double longest_step, c
   }
 }
 
-/// How a measured voltage goes on between two readings where an effect shapes the driver's edges: as the driver does.
-/// What the readings add to that is straight.
+/// How a measured voltage goes on between two readings where an effect shapes the driver's edges, or where rows are so
+/// long that a mean over them does not tell when in them an edge comes: as the driver does. What the readings add to
+/// that is straight.
 template <class Scalar>
 class MeasuredEdges {
  public:
-  /// @param x must outlive this
-  MeasuredEdges(const ModelStructure& structure, const Excitation& x)
-      : x_(x), shaped_(structure.measured_voltage && structure.input == Signal::u_ref && shapes_edges(structure)) {}
+  /// @param x must outlive this @param long_rows each is simulated in several steps
+  MeasuredEdges(const ModelStructure& structure, const Excitation& x, bool long_rows)
+      : x_(x),
+        shaped_(structure.measured_voltage && structure.input == Signal::u_ref &&
+                (shapes_edges(structure) || long_rows)) {}
 
   bool shaped() const { return shaped_; }
 

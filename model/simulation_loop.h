@@ -162,7 +162,7 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   read(0);
   const double longest_step = longest_step_of(structure, x, variation.half_steps ? rows.even() : infinity);
   const double one_step = longest_step * as_good_as_one;
-  MeasuredEdges<Scalar> edges(structure, x);
+  MeasuredEdges<Scalar> edges(structure, x, rows.even() > one_step);
   // Over a part of the interval from k on, under the held inputs of a row.
   const auto advance = [&](std::size_t k, std::size_t row, double from, double until, double interval) {
     in_steps(from, until, interval, longest_step, [&](double begin, double end, double h) {

@@ -86,6 +86,21 @@ TEST(Step, AMeasuredVoltageGoesOnAsTheDriverDoesWhereAnEffectShapesItsEdges) {
   }
 }
 
+TEST(Step, AMeasuredVoltageHasItsEdgesWhereTheDriverHasThemAlsoWithinLongRows) {
+  ModelStructure s = with({});
+  s.driver = {.gain = 2, .min = -24, .max = 24};
+  for (const double acts_after : {0.0, -2e-5, 8e-3}) {
+    Excitation x = holds(0.02, {{0.2, 0}, {0.2, 4}, {0.2, -3}, {0.2, 1}});
+    x.acts_after = acts_after;
+    x.longest_step = 2e-3;
+    s.measured_voltage = false;
+    const Trajectory<double> truth = run(s, servo, x);
+    x.e_a = truth.e_a;
+    s.measured_voltage = true;
+    EXPECT_LT(largest_error(run(s, servo, x).omega, truth.omega), 1e-6) << acts_after;
+  }
+}
+
 TEST(Step, AMeasuredLoadBrakesHoldsAndNeverReversesTheShaft) {
   ModelStructure s = with({}, Signal::i_a);
   s.measured_load = true;
