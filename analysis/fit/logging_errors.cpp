@@ -39,50 +39,45 @@ struct Sums {
   Eigen::MatrixXd ss, sd, dd;
 };
 
-/// By how much a record's residuals change with what is not known of logging, each a column.
-/// @param first_start column of its start
-std::vector<Eigen::MatrixXd> changes(Record& record, const Model& model, const std::vector<Signal>& signals,
-                                     const std::vector<Residuals>& now, Eigen::Index columns,
-                                     Eigen::Index first_start) {
+/// Adds what a record says.
+/// @param record is left with another timing @param first_start column of its start
+void add(Sums& sums, Record& record, const Model& model, const std::vector<Signal>& signals, Eigen::Index first_start) {
   constexpr double by = 0.1;  // of a sample: the prediction is a straight line of it up to where a voltage jumps
+  const std::span<const Record> alone(&record, 1);
+  const ModelStructure structure = record.structure(model);
+  const std::vector<double> values = model.values();
+  const FreeParameters free(model);
+  const std::vector<Residuals> now = residuals(alone, 0, structure, values, moved_by(free));
   const auto starts = slopes_of_start(record, model);
   std::vector<double> late;
   for (const Residuals& r : now) late.push_back(record.find(r.signal)->late);
   set_timing(std::span(&record, 1), shifted(record, by));
-  const std::vector<Residuals> then = residuals(std::span(&record, 1), 0, record.structure(model), model.values(), {});
-  std::vector<Eigen::MatrixXd> all;
+  const std::vector<Residuals> then = residuals(alone, 0, structure, values, {});
   for (std::size_t k = 0; k < now.size(); ++k) {
-    Eigen::MatrixXd d = Eigen::MatrixXd::Zero(now[k].value.size(), columns);
+    Eigen::MatrixXd d = Eigen::MatrixXd::Zero(now[k].value.size(), sums.dd.cols());
     const auto signal = std::ranges::find(signals, now[k].signal);
     const Observation& o = *record.find(now[k].signal);
     if (signal != signals.end() && !o.slow)
       d.col(signal - signals.begin()) = (then[k].value - now[k].value) / (o.late - late[k]);
     for (std::size_t s = 0; s < starts.size(); ++s) d.col(first_start + static_cast<Eigen::Index>(s)) = starts[s][k];
-    all.push_back(std::move(d));
+    sums.dd += gram(d);
+    if (!now[k].informed()) continue;
+    sums.ss += gram(now[k].sensitivity);
+    sums.sd += transposed_product(now[k].sensitivity, d);
   }
-  return all;
 }
 
 /// @param starts how much is not known of the start of each record
 Sums sums_of(std::span<const Record> records, const Model& model, const std::vector<Signal>& signals,
              const std::vector<Eigen::Index>& starts) {
-  const FreeParameters free(model);
-  const auto p = static_cast<Eigen::Index>(free.size());
+  const auto p = static_cast<Eigen::Index>(FreeParameters(model).size());
   auto n = static_cast<Eigen::Index>(signals.size());
   Eigen::Index start = n;
   for (const Eigen::Index of_record : starts) n += of_record;
   Sums sums{Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, n), Eigen::MatrixXd::Zero(n, n)};
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const std::vector<Residuals> now =
-        residuals(records, i, records[i].structure(model), model.values(), moved_by(free));
-    Record other = records[i];
-    const std::vector<Eigen::MatrixXd> d = changes(other, model, signals, now, n, start);
-    for (std::size_t k = 0; k < now.size(); ++k) {
-      sums.dd += gram(d[k]);
-      if (!now[k].informed()) continue;
-      sums.ss += gram(now[k].sensitivity);
-      sums.sd += product(now[k].sensitivity.transpose(), d[k]);
-    }
+    Record record = records[i];
+    add(sums, record, model, signals, start);
     start += starts[i];
   }
   return sums;

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "analysis/fit/cost_of_lateness.h"
+#include "analysis/fit/logging_errors.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
-#include "analysis/fit/logging_errors.h"
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "model/lateness.h"
