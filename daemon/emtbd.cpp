@@ -14,6 +14,7 @@
 #include <new>
 #include <optional>
 #include <system_error>
+#include <vector>
 
 #include "daemon/daemon.h"
 #include "daemon/guardian.h"
@@ -93,6 +94,15 @@ Bench open_live(const Options& options, const BenchConfig& config, Daemon::Setti
   return bench;
 }
 
+/// A daemon that can serve nobody for lack of memory, yet holds the bench, is worse than none.
+/// @throws std::bad_alloc where less is free than clients and recordings need
+void refuse_without_spare_memory() {
+  constexpr std::size_t spare = std::size_t{4} << 20;  // bytes
+  std::vector<char> block(spare);
+  volatile char& last = block.back();
+  last = 1;  // or it may be left out
+}
+
 Bench open_replay(const Options& options, BenchConfig& config, Daemon::Settings& settings) {
   const double pace = options.pace.value_or(1);
   config.reference.rate = 0;  // the recorded reference was within it
@@ -142,6 +152,7 @@ int serve(const Options& options) {
   std::set_terminate(die_safely);
   Daemon daemon(config, std::move(bench), server, std::move(settings));
   const Forget forget;
+  refuse_without_spare_memory();
   spdlog::info("{} at {} Hz, sessions in {}; latched until `emtb reset`", config.name, config.rate,
                options.data.string());
   sd_notify(0, "READY=1");

@@ -248,11 +248,10 @@ struct UnixSocketServer::Impl {
   void work() {
     const auto until_stopped =
         asio::make_work_guard(context);  // a handler that threw may have been all there was to do
-    while (true) {
+    while (!context.stopped()) {
       try {
         accept();
         context.run();
-        return;
       } catch (const std::bad_alloc&) {  // whether the next is still waited for, nobody knows: it begins anew
         error_code ignored;
         acceptor.cancel(ignored);

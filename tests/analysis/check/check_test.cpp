@@ -7,7 +7,6 @@
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
-#include <random>
 #include <utility>
 
 #include "tests/analysis/check/planted.h"
@@ -488,37 +487,6 @@ TEST_F(Check, AnInstrumentOfFewStepsIsARemark) {
   const DataFindings found = check(runs, {}, &slow);
   EXPECT_THAT(found, names(Flaw::resolution, Signal::omega));
   EXPECT_FALSE(stops(found));
-}
-
-TEST_F(Check, AnAngleThatBeginsAnewWithEachTurnIsRemarkedOrStopsWhereNothingTellsHowFarItTurned) {
-  auto runs = servo_runs();
-  for (Run& run : runs) {
-    const Series& omega = run.at(Signal::omega);
-    Series& theta = run.signals[Signal::theta];
-    theta.t = omega.t;
-    for (std::size_t k = 0; k < omega.t.size(); ++k) {
-      const double before = k > 0 ? theta.value[k - 1] : 0;
-      theta.value.push_back(before + (k > 0 ? omega.value[k] * (omega.t[k] - omega.t[k - 1]) : 0));
-    }
-    theta.begins_anew_after = 2 * std::numbers::pi;
-  }
-  const DataFindings remarked = check(runs, {}, &servo);
-  EXPECT_THAT(remarked, names(Flaw::angle_speed, Signal::theta));
-  EXPECT_FALSE(stops(remarked));
-
-  auto unknown = servo_runs();
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> draw(0, 2 * std::numbers::pi);
-  for (Run& run : unknown) {
-    Series& theta = run.signals[Signal::theta];
-    theta.t = run.at(Signal::omega).t;
-    for (std::size_t k = 0; k < theta.t.size(); ++k) theta.value.push_back(draw(random));
-    run.signals.erase(Signal::omega);
-  }
-  const DataFindings found = check(unknown, {}, &servo);
-  EXPECT_THAT(found,
-              Contains(AllOf(is_a(Flaw::angle_speed), Field("text", &DataFinding::text, HasSubstr("log it faster")))));
-  EXPECT_TRUE(stops(found));
 }
 
 }  // namespace
