@@ -132,11 +132,12 @@ class ShaftFollower {
 };
 
 /// [s] Of a step.
-/// @param halved half of it, where that is finite, and of the longest
-inline double longest_step_of(const ModelStructure& structure, const Excitation& x, double halved) {
+/// @param even interval of the rows
+inline double longest_step_of(const ModelStructure& structure, const Excitation& x, const Variation& variation,
+                              double even) {
   const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
   const double longest = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
-  return std::isfinite(halved) ? 0.5 * std::min(halved, longest) : longest;
+  return variation.half_steps ? 0.5 * std::min(even, longest) : longest;
 }
 
 /// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
@@ -160,7 +161,7 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   StepInput in = rows.first();
   machine.start(x.initial, in);
   read(0);
-  const double longest_step = longest_step_of(structure, x, variation.half_steps ? rows.even() : infinity);
+  const double longest_step = longest_step_of(structure, x, variation, rows.even());
   const double one_step = longest_step * as_good_as_one;
   MeasuredEdges<Scalar> edges(structure, x, rows.even() > one_step);
   // Over a part of the interval from k on, under the held inputs of a row.

@@ -7,8 +7,8 @@
 
 namespace emtb {
 
-/// An angle that begins anew with each turn: remarked where it was put together (session/unwind.h), a flaw where nothing
-/// tells how far the shaft turned from row to row.
+/// An angle that begins anew with each turn: remarked where it was put together (session/unwind.h), a flaw where
+/// nothing tells how far the shaft turned from row to row.
 DataFindings begins_anew(std::span<const Run> runs);
 
 }  // namespace emtb

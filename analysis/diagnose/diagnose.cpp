@@ -12,8 +12,8 @@
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
 #include "analysis/diagnose/whole_search.h"
-#include "analysis/fit/timing.h"
 #include "analysis/fit/logging_errors.h"
+#include "analysis/fit/timing.h"
 #include "hal/error.h"
 
 namespace emtb {

@@ -19,8 +19,8 @@ struct ColouredNoise {
 /// @param least what sigma is at the least: the instrument's resolution, its step/sqrt(12)
 ColouredNoise coloured_noise(std::span<const double> x, double least);
 
-/// What of the noise hops from sample to sample, by second differences over one: of a series that has as many edges as a
-/// long structure function has samples.
+/// What of the noise hops from sample to sample, by second differences over one: of a series that has as many edges as
+/// a long structure function has samples.
 ColouredNoise white_noise(std::span<const double> x);
 
 /// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where

@@ -231,19 +231,18 @@ std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
 /// What smoothed speeds were counts of: whole ones come back wherever the digits that were written suffice.
 std::optional<CountedSpeed> counts_before_smoothing(std::span<const Series> speeds) {
   constexpr double nothing = 1, clear = 5;  // of what rounding leaves: it makes steps of its own
-  const std::optional<double> kept = share_kept(speeds);
-  if (!kept) return std::nullopt;
-  const double rounding = rounding_before_smoothing(speeds, *kept);
+  const std::optional<Smoothing> smoothing = smoothing_of(speeds);
+  if (!smoothing) return std::nullopt;
   std::vector<Series> raw;
   for (const Series& speed : speeds) {
-    raw.push_back(before_smoothing(speed, *kept));
-    for (double& y : raw.back().value) y = std::abs(y) > nothing * rounding ? y : 0;
+    raw.push_back(before_smoothing(speed, smoothing->kept));
+    for (double& y : raw.back().value) y = std::abs(y) > nothing * smoothing->rounding ? y : 0;
   }
   std::optional<CountedSpeed> counted = counts_of(raw);
   if (!counted) return std::nullopt;
   const double of_a_row = static_cast<double>(counted->rows) * mean_interval(speeds.front().t);
-  if (counted->step / of_a_row < clear * rounding) return std::nullopt;
-  counted->kept = *kept;
+  if (counted->step / of_a_row < clear * smoothing->rounding) return std::nullopt;
+  counted->kept = smoothing->kept;
   return counted;
 }
 

@@ -46,7 +46,7 @@ std::vector<Changes> changes_of(std::span<const Series> speeds, double digit) {
 
 }  // namespace
 
-std::optional<double> share_kept(std::span<const Series> speeds) {
+std::optional<Smoothing> smoothing_of(std::span<const Series> speeds) {
   constexpr std::size_t candidates = 200, fewest = 8;
   constexpr double least = 0.02, most = 0.995;
   const double digit = last_digit(speeds);
@@ -70,7 +70,8 @@ std::optional<double> share_kept(std::span<const Series> speeds) {
     products += c.before * c.after;
     squares += c.before * c.before;
   }
-  return products / squares;
+  const double kept = products / squares;
+  return Smoothing{kept, digit * (1 + kept) / (1 - kept)};
 }
 
 Series before_smoothing(const Series& smoothed, double kept) {
@@ -81,10 +82,6 @@ Series before_smoothing(const Series& smoothed, double kept) {
     last = smoothed.value[k];
   }
   return raw;
-}
-
-double rounding_before_smoothing(std::span<const Series> smoothed, double kept) {
-  return last_digit(smoothed) * (1 + kept) / (1 - kept);
 }
 
 }  // namespace emtb
