@@ -40,8 +40,17 @@ struct Forget {  // before the output itself goes
   ~Forget() { last_resort = nullptr; }
 };
 
+/// Safe first, then a line for a person: memory may be what is missing.
 void die_safely() {
-  if (AnalogOutput* output = last_resort.exchange(nullptr)) output->make_safe();
+  AnalogOutput* const output = last_resort.exchange(nullptr);
+  if (output != nullptr) output->make_safe();
+  try {
+    if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "emtbd: %s, where nothing could take it. %s\n", e.what(),
+                 output != nullptr ? "The reference was made safe" : "No bench was open");
+  } catch (...) {  // of a library's own kind: abort() says all that is known
+  }
   std::abort();
 }
 

@@ -27,7 +27,10 @@ int keep_guard(const std::filesystem::path& bench, const char* program) noexcept
     if (got == 1) return 0;       // it ends in order
     constexpr int attempts = 40;  // the dying daemon's devices are let go one after the other
     for (int i = 1; i < attempts; ++i) {
-      if (make_safe(config, nullptr) == 0) return 0;
+      if (make_safe(config, nullptr) == 0) {
+        std::fprintf(stderr, "%s: emtbd is gone without a word; the reference is safe\n", program);
+        return 0;
+      }
       std::this_thread::sleep_for(std::chrono::milliseconds(25));
     }
     return make_safe(config, program);

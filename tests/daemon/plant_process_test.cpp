@@ -76,6 +76,7 @@ TEST_F(DaemonAndPlant, AKilledDaemonsGuardianMakesTheReferenceSafe) {
   EXPECT_TRUE(eventually([this] { return reference() == 0; }, 5));
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   RecordProperty("milliseconds", static_cast<int>(took.count() * 1e3));
+  EXPECT_TRUE(eventually([&] { return emtbd->err().find("emtbd is gone without a word") != std::string::npos; }));
 }
 
 TEST_F(DaemonAndPlant, WhoeverKillsTheGuardianLatchesTheDaemonWhichStartsAnother) {
