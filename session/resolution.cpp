@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 namespace emtb {
 namespace {
@@ -19,6 +21,43 @@ std::vector<double> gaps_of(std::span<const double> values) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < values.size(); ++i) gaps.push_back(values[i] - values[i - 1]);
   return gaps;
+}
+
+constexpr double exactly = 1e-3, nearly = 0.15;  // of a step; on no grid: 0.29
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr int most_steps = 8;  // that the smallest gap may be
+
+/// By how many steps readings are off a grid, rms; infinite where one lies on none.
+double off_grid(std::span<const double> values, double step) {
+  double squares = 0;
+  for (const double value : values) {
+    const double position = (value - values.front()) / step;
+    const double miss = position - std::round(position);
+    if (std::abs(miss) > 0.4) return infinity;
+    squares += miss * miss;
+  }
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+struct Grid {
+  double step = 0;
+  double steps = 0;  ///< from the lowest value to the highest
+  double off = 0;    ///< of a step, rms
+};
+
+/// A grid of which the smallest gap is so many steps; none where some value lies on none. The step is the mean of the
+/// gaps, each of which is one step or several; the smallest first, so that the estimate is good before it has to tell
+/// seven steps from eight.
+std::optional<Grid> grid_of(std::span<const double> values, std::span<const double> gaps, int smallest) {
+  double sum = 0;
+  Grid grid;
+  for (const double gap : gaps) {
+    grid.steps += sum == 0 ? smallest : std::round(gap * grid.steps / sum);
+    sum += gap;
+  }
+  grid.step = sum / grid.steps;
+  grid.off = off_grid(values, grid.step);
+  return grid.off < infinity ? std::optional(grid) : std::nullopt;
 }
 
 double median(std::vector<double> x) {
@@ -53,30 +92,20 @@ double resolution(std::span<const std::span<const double>> pieces, bool may_be_s
   take_as_one(values, of_a_gap * median(gaps_of(values)));
   if (values.size() < 4) return 0;
 
-  // The step as the mean of the gaps, each of which is one step or several; the smallest first, so that the estimate is
-  // good before it has to tell seven steps from eight.
   std::vector<double> gaps = gaps_of(values);
   std::ranges::sort(gaps);
-  double sum = 0;
-  double steps = 0;
-  for (const double gap : gaps) {
-    steps += sum == 0 ? 1 : std::round(gap * steps / sum);
-    sum += gap;
+  for (int smallest = 1; smallest <= most_steps; ++smallest) {
+    const std::optional<Grid> grid = grid_of(values, gaps, smallest);
+    if (!grid) continue;
+    if (grid->off < exactly && (smallest == 1 || values.size() >= 8)) return grid->step;
+    if (rarely || grid->off >= nearly) continue;
+    const bool gapless = grid->steps == static_cast<double>(gaps.size());
+    const std::size_t enough_values = smallest > 1 ? 32 : gapless ? 5 : 8;
+    if (values.size() >= enough_values) return grid->step;
   }
-  const double step = sum / steps;
-  double off = 0;
-  for (const double value : values) {
-    const double position = (value - values.front()) / step;
-    const double miss = position - std::round(position);
-    if (std::abs(miss) > 0.4) return 0;
-    off += miss * miss;
-  }
-  off = std::sqrt(off / static_cast<double>(values.size()));
-  constexpr double exactly = 1e-3, nearly = 0.15;  // of a step; on no grid: 0.29
-  if (off < exactly) return step;
-  if (rarely) return 0;
-  const bool gapless = steps == static_cast<double>(gaps.size());
-  return off < nearly && values.size() >= (gapless ? 5U : 8U) ? step : 0;
+  return 0;
 }
+
+bool on_grid(std::span<const double> values, double step) { return !values.empty() && off_grid(values, step) < nearly; }
 
 }  // namespace emtb

@@ -61,7 +61,8 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion,
                                                  Dataset& data, std::span<const Signal> inputs,
                                                  const Materiality& rule) {
-  constexpr double by_far = 5, hardly = 2;  // errors
+  constexpr double by_far = 5, hardly = 2;            // errors
+  constexpr double likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
   std::optional<Calibration> judged = with_all_errors(data, found.current.model());
   for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
@@ -77,7 +78,8 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
       trial = trials.fit_to_the_end(trial->model());
     const bool is_needed = !trial || (may_be && criterion.remainder(trial->held_out) && !doubtful &&
                                       removes_most(trial->held_out, found.current.held_out) &&
-                                      worth_a_name(data, trial->model(), trial->held_out, inputs, rule));
+                                      (gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier ||
+                                       worth_a_name(data, trial->model(), trial->held_out, inputs, rule)));
     if (is_needed) {
       set_timing(data, before);
       continue;

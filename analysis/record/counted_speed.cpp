@@ -128,20 +128,23 @@ double hop_variance(std::span<const double> counts) {
 }
 
 /// Do counts add up? Over so many readings that hops at random would have led some counts away, their sum is still
-/// right to one.
+/// right to one. Where counts are rare, that takes long pieces.
 bool adds_up(std::span<const Series> speeds, double step) {
   constexpr double clear = 40;  // variance of what a walk would leave there, counts²
   constexpr double most = 2;    // counts; a counter leaves sqrt(20/12)
-  constexpr std::size_t length = 256, pieces = 3;
-  std::vector<double> left;
-  for (const std::vector<double>& counts : hopping(speeds, step, length)) {
-    const auto lag = static_cast<std::size_t>(std::ceil(clear / (6 * hop_variance(counts))));
-    if (4 * lag > length) continue;
-    std::vector<double> sum{0};
-    for (const double c : counts) sum.push_back(sum.back() + c);
-    left.push_back(third_difference(sum, lag));
+  constexpr std::size_t pieces = 3;
+  for (const std::size_t length : {256, 1024, 4096}) {
+    std::vector<double> left;
+    for (const std::vector<double>& counts : hopping(speeds, step, length)) {
+      const auto lag = static_cast<std::size_t>(std::ceil(clear / (6 * hop_variance(counts))));
+      if (4 * lag > length) continue;
+      std::vector<double> sum{0};
+      for (const double c : counts) sum.push_back(sum.back() + c);
+      left.push_back(third_difference(sum, lag));
+    }
+    if (left.size() >= pieces) return of_the_steady(std::move(left), often) < most;
   }
-  return left.size() >= pieces && of_the_steady(std::move(left), often) < most;
+  return false;
 }
 
 /// What second differences are, rms, where the shaft is steady: a counter leaves sqrt(20/12) at the most, however it

@@ -1,6 +1,8 @@
 #include "analysis/record/dataset.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
@@ -9,6 +11,7 @@
 #include "analysis/record/shaft_angle.h"
 #include "analysis/record/voltage_noise.h"
 #include "analysis/record/weights.h"
+#include "session/resolution.h"
 
 namespace emtb {
 namespace {
@@ -32,6 +35,36 @@ std::vector<Run> with_voltage_earlier(std::span<const Run> runs, int rows, const
     }
   }
   return earlier;
+}
+
+/// Of each signal, the step that all runs agree on that know one.
+std::map<Signal, double> agreed_steps(std::span<const Run> train, std::span<const Run> held_out) {
+  constexpr double same = 1e-3;
+  std::map<Signal, double> steps;
+  for (const std::span<const Run> runs : {train, held_out}) {
+    for (const Run& run : runs) {
+      for (const auto& [signal, series] : run.signals) {
+        if (series.lsb <= 0) continue;
+        double& step = steps.try_emplace(signal, series.lsb).first->second;
+        if (std::abs(series.lsb - step) > same * step) step = 0;
+      }
+    }
+  }
+  return steps;
+}
+
+/// Runs too short to tell the step of an instrument have that of the others. Empty: all know it.
+std::vector<Run> with_steps(std::span<const Run> runs, const std::map<Signal, double>& steps) {
+  std::vector<Run> all;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    for (const auto& [signal, step] : steps) {
+      if (step <= 0 || !runs[i].has(signal) || runs[i].at(signal).lsb > 0) continue;
+      if (!on_grid(runs[i].at(signal).value, step)) continue;
+      if (all.empty()) all.assign(runs.begin(), runs.end());
+      all[i].signals.at(signal).lsb = step;
+    }
+  }
+  return all;
 }
 
 /// An instrument is behind by a time: the part of each row that this is, where the rows are not alike; empty where they
@@ -99,7 +132,11 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
                 Chaining chaining) {
   Dataset data;
   std::span<const Run> train = train_as_read, held_out = held_out_as_read;
-  std::vector<Run> trains_counted, held_out_counted, trains_earlier, held_out_earlier;
+  std::vector<Run> trains_with_steps, held_out_with_steps, trains_counted, held_out_counted, trains_earlier,
+      held_out_earlier;
+  const std::map<Signal, double> steps = agreed_steps(train, held_out);
+  if (trains_with_steps = with_steps(train, steps); !trains_with_steps.empty()) train = trains_with_steps;
+  if (held_out_with_steps = with_steps(held_out, steps); !held_out_with_steps.empty()) held_out = held_out_with_steps;
   if (const auto counted = counted_speed(train, held_out)) {
     train = trains_counted = with_counted_angle(train, *counted);
     held_out = held_out_counted = with_counted_angle(held_out, *counted);

@@ -74,6 +74,16 @@ TEST(Resolution, OfACoarseInstrumentWithoutNoiseIsToldByTheFewChangesOfWhatNobod
   EXPECT_EQ(resolution_of(current, true), 0);
 }
 
+TEST(Resolution, OfAnEncoderThatTurnsFastBetweenReadingsIsToldByGapsOfManySteps) {
+  constexpr double step = 2 * std::numbers::pi / 1731;
+  const std::vector<int> counts{0,    7,    16,   28,   43,   61,   83,   108,  137,  170, 206, 246,
+                                290,  337,  388,  443,  501,  563,  629,  698,  771,  848, 929, 1013,
+                                1101, 1193, 1289, 1388, 1491, 1598, 1709, 1823, 1941, 2063};
+  std::vector<double> values;
+  for (const int c : counts) values.push_back(std::round(step * c * 1e5) * 1e-5);
+  EXPECT_NEAR(resolution_of(values), step, 1e-5 * step);
+}
+
 TEST(Resolution, IsUnknownForAConstantAndForNothing) {
   EXPECT_EQ(resolution_of(std::vector<double>(1000, 3.0)), 0);
   EXPECT_EQ(resolution_of({}), 0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -106,6 +107,20 @@ TEST(CountedSpeed, OfAnAxisWhoseStepIsNoPartOfATurnIsToldBecauseItsCountsAddUp) 
   const auto found = look_at(counted({.interval = 1e-3, .step = 4.2017e-3, .speed = 5}));
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->step, 4.2017e-3, 1e-9);
+}
+
+TEST(CountedSpeed, OfAnAxisWhoseCountsAreRareIsToldBecauseTheyAddUp) {
+  const auto found = look_at(counted({.interval = 2e-4, .step = 4.2017e-3, .speed = 1.2}));
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, 4.2017e-3, 1e-9);
+}
+
+TEST(CountedSpeed, IsNotThatOfNoiseThatSeldomReachesTheNextCode) {
+  emtb::Run run = counted({.interval = 2e-4, .step = 4.2017e-3, .speed = 1.2});
+  std::mt19937 random(4);
+  std::vector<double>& speeds = run.signals.at(Signal::omega).value;
+  std::ranges::shuffle(speeds, random);  // as often, without a shaft
+  EXPECT_FALSE(look_at(run));
 }
 
 /// A shaft that never keeps a speed for long, read to so many rad/s, without noise.

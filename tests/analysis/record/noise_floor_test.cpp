@@ -292,5 +292,25 @@ TEST(Weigh, CarriesTheNoiseOfTheGaugeIntoWhatTheModelPredicts) {
   }
 }
 
+/// A shaft that speeds up, its angle counted in steps.
+emtb::Run counted_run(double step, double seconds) {
+  emtb::Run run;
+  run.name = "counted";
+  run.signals[Signal::u_ref] = series(0.02, seconds, [](double) { return 2.0; });
+  run.signals[Signal::theta] =
+      series(0.02, seconds, [step](double t) { return step * std::floor((40 * t + 5 * t * t) / step); });
+  return run;
+}
+
+TEST(NoiseFloor, OfAnEncoderWhoseStepOneRunTellsIsThatOfItsCountsInAll) {
+  constexpr double step = 2 * std::numbers::pi / 1731;
+  std::vector<emtb::Run> runs{counted_run(step, 6), counted_run(step, 2)};
+  runs.front().signals.at(Signal::theta).lsb = step;
+  EXPECT_EQ(prepare(runs, {}, servo_model()).noise.at(Signal::omega).from, FloorSource::counts);
+  EXPECT_EQ(prepare({runs.data(), 1}, {&runs[1], 1}, servo_model()).noise.at(Signal::omega).from, FloorSource::counts);
+  for (double& angle : runs.back().signals.at(Signal::theta).value) angle *= 1.001;  // another instrument
+  EXPECT_NE(prepare(runs, {}, servo_model()).noise.at(Signal::omega).from, FloorSource::counts);
+}
+
 }  // namespace
 }  // namespace emtb
