@@ -18,6 +18,6 @@ namespace emtb {
 double resolution(std::span<const std::span<const double>> pieces, bool may_be_set);
 
 /// Do readings lie on a grid of that step?
-bool on_grid(std::span<const double> values, double step);
+bool lies_on_grid(std::span<const double> values, double step);
 
 }  // namespace emtb

@@ -92,4 +92,17 @@ double difference_scatter(std::span<const double> x) {
   return steps_only ? 0 : std::sqrt(squares / static_cast<double>(differences.size()) / 2);
 }
 
+double scatter_of_differences(std::span<const double> x, std::size_t order) {
+  std::vector<double> d(x.begin(), x.end());
+  double weights = 1;
+  for (std::size_t m = 1; m <= order; ++m) {
+    for (std::size_t k = 0; k + 1 < d.size(); ++k) d[k] = d[k + 1] - d[k];
+    d.pop_back();
+    const auto of = static_cast<double>(m);
+    weights *= (2.0 * of) * (2.0 * of - 1) / (of * of);
+  }
+  for (double& v : d) v = std::abs(v);
+  return robust_sigma(std::move(d)) / std::sqrt(weights);
+}
+
 }  // namespace emtb

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -26,5 +27,10 @@ ColouredNoise white_noise(std::span<const double> x);
 /// Scatter of a series by its first differences, robust against edges: 1.4826 median|x[k+1] - x[k]| / sqrt 2; where
 /// most readings repeat the one before, their standard deviation. Coloured noise makes it too small.
 double difference_scatter(std::span<const double> x);
+
+/// Scatter by differences of some order, which a smooth movement of the series leaves out: 1.4826 median|d^m x| over
+/// the root of the sum of the squares of the weights, (2m)!/(m!)^2.
+/// @param order less than there are readings
+double scatter_of_differences(std::span<const double> x, std::size_t order);
 
 }  // namespace emtb

@@ -6,6 +6,7 @@
 
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
+#include "analysis/record/angle_noise.h"
 #include "analysis/record/counted_speed.h"
 #include "analysis/record/reference_row.h"
 #include "analysis/record/shaft_angle.h"
@@ -59,7 +60,7 @@ std::vector<Run> with_steps(std::span<const Run> runs, const std::map<Signal, do
   for (std::size_t i = 0; i < runs.size(); ++i) {
     for (const auto& [signal, step] : steps) {
       if (step <= 0 || !runs[i].has(signal) || runs[i].at(signal).lsb > 0) continue;
-      if (!on_grid(runs[i].at(signal).value, step)) continue;
+      if (!lies_on_grid(runs[i].at(signal).value, step)) continue;
       if (all.empty()) all.assign(runs.begin(), runs.end());
       all[i].signals.at(signal).lsb = step;
     }
@@ -148,14 +149,17 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   }
   const std::optional<double> order = data.ripple_order = ripple_order(train);
   if (chaining == Chaining::staged) data.timing.acts_after = reference_acts_after(train, model);
-  const bool voltage_hops = voltage_hops_alone(train, model);
+  const Logging logging{.order = order,
+                        .acts_after = data.timing.acts_after,
+                        .angle_noise = angle_noise(train, held_out),
+                        .voltage_hops = voltage_hops_alone(train, model)};
   std::vector<ObservedRun> observed(train.size() + held_out.size());
   parallel_for(observed.size(), [&](std::size_t i) {
     const bool trains = i < train.size();
     const Run& run = trains ? train[i] : held_out[i - train.size()];
-    const std::optional<double> its_order = trains || order ? order : ripple_order(std::span(&run, 1));
-    observed[i] = observe_run(run, model, chaining,
-                              {.order = its_order, .acts_after = data.timing.acts_after, .voltage_hops = voltage_hops});
+    Logging its_own = logging;
+    if (!trains && !order) its_own.order = ripple_order(std::span(&run, 1));
+    observed[i] = observe_run(run, model, chaining, its_own);
   });
   data.noise = estimate_noise(observed, model);
   data.train = weighed_all(std::span(observed).first(train.size()), data.noise, model);
@@ -168,7 +172,8 @@ std::vector<Record> prepare_with(const Noise& noise, std::span<const Run> runs, 
   std::vector<Run> with_angle;
   if (const auto counted = counted_speed(runs)) runs = with_angle = with_counted_angle(runs, *counted);
   std::vector<ObservedRun> observed;
-  const Logging logging{.order = order, .voltage_hops = voltage_hops_alone(runs, model)};
+  const Logging logging{
+      .order = order, .angle_noise = angle_noise(runs), .voltage_hops = voltage_hops_alone(runs, model)};
   for (const Run& run : runs) observed.push_back(observe_run(run, model, chaining, logging));
   return weighed_all(observed, noise, model);
 }

@@ -17,33 +17,17 @@
 namespace emtb {
 namespace {
 
-/// Scatter by differences of some order, which a smooth movement of the signal leaves out: 1.4826 median|d^m x| over
-/// the root of the sum of the squares of the weights, (2m)!/(m!)^2. None of readings too few to tell.
-std::optional<double> difference_scatter_of(std::span<const double> x, std::size_t order) {
-  constexpr std::size_t fewest = 4;
-  if (x.size() < order + fewest) return {};
-  std::vector<double> d(x.begin(), x.end());
-  double weights = 1;
-  for (std::size_t m = 1; m <= order; ++m) {
-    for (std::size_t k = 0; k + 1 < d.size(); ++k) d[k] = d[k + 1] - d[k];
-    d.pop_back();
-    const auto of = static_cast<double>(m);
-    weights *= (2.0 * of) * (2.0 * of - 1) / (of * of);
-  }
-  for (double& v : d) v = std::abs(v);
-  return robust_sigma(std::move(d)) / std::sqrt(weights);
-}
-
 /// Third differences, pooled over runs. They are a bound on either side: coloured noise makes them too small; readings
 /// so far apart that the signal bends between them too large, which differences of a higher order tell by falling on.
 /// Infinite where no run holds enough readings to tell.
 NoiseFloor floor_by_differences(std::span<const Observation* const> observed) {
-  constexpr std::size_t usual = 3, higher = 5;
+  constexpr std::size_t usual = 3, higher = 5, fewest = 4;
   constexpr double still_falls = 0.7;  // noise alone leaves all orders alike
   std::vector<double> third, fifth;
   for (const Observation* o : observed) {
-    if (const auto scatter = difference_scatter_of(o->value, usual)) third.push_back(*scatter);
-    if (const auto scatter = difference_scatter_of(o->value, higher)) fifth.push_back(*scatter);
+    if (o->size() < higher + fewest) continue;
+    third.push_back(scatter_of_differences(o->value, usual));
+    fifth.push_back(scatter_of_differences(o->value, higher));
   }
   NoiseFloor floor;
   floor.from = FloorSource::differences;

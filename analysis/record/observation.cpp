@@ -88,7 +88,7 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
   return o;
 }
 
-Observation speed_of_encoder(const Series& theta, std::span<const double> grid) {
+Observation speed_of_encoder(const Series& theta, std::span<const double> grid, double noise) {
   Observation o;
   o.signal = Signal::omega;
   o.functional = Functional::slope;
@@ -114,11 +114,11 @@ Observation speed_of_encoder(const Series& theta, std::span<const double> grid) 
     o.weight.resize(o.weight.size() + last - first + 1, 0.0);
     spread(t, line.weight, grid, first, std::span(o.weight).last(last - first + 1));
   }
-  if (theta.lsb > 0 && o.size() > 2) count_errors_of_slopes(o, theta, half);
+  if (theta.lsb > 0 && o.size() > 2) count_errors_of_slopes(o, theta, half, noise);
   return o;
 }
 
-Observation angle_increments(const Series& theta, std::span<const double> grid) {
+Observation angle_increments(const Series& theta, std::span<const double> grid, double noise) {
   const std::size_t span = rows_within(line_within(grid), grid);
   Observation o;
   o.signal = Signal::theta;
@@ -133,7 +133,7 @@ Observation angle_increments(const Series& theta, std::span<const double> grid) 
     o.last.push_back(angle.last[i]);
     o.value.push_back(angle.value[i] - angle.value[i - span]);
   }
-  if (theta.lsb > 0 && o.size() > 2) count_errors_of_increments(o);
+  if (theta.lsb > 0 && o.size() > 2) count_errors_of_increments(o, noise);
   return o;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "analysis/numerics/even_series.h"
+#include "analysis/record/angle_noise.h"
 #include "analysis/record/first_states.h"
 #include "analysis/record/reference_row.h"
 #include "analysis/record/repeats.h"
@@ -44,15 +45,15 @@ Observation read(const Run& run, Signal signal, std::span<const double> grid) {
 }
 
 /// The speed, and the angle that judges it or stands for it.
-void observe_motion(ObservedRun& record, const Run& run, std::optional<double> order) {
+void observe_motion(ObservedRun& record, const Run& run, const Logging& logging) {
   Excitation& x = record.excitation;
   if (run.has(Signal::omega)) {
     add(record, read(run, Signal::omega, x.t));
-    if (run.has(Signal::theta)) add(record, angle_increments(run.at(Signal::theta), x.t));
+    if (run.has(Signal::theta)) add(record, angle_increments(run.at(Signal::theta), x.t, logging.angle_noise));
   } else if (run.has(Signal::theta)) {
-    add(record, speed_of_encoder(run.at(Signal::theta), x.t));
+    add(record, speed_of_encoder(run.at(Signal::theta), x.t, logging.angle_noise));
   }
-  MeasuredAngle measured = measured_angle(run, x.t, order);
+  MeasuredAngle measured = measured_angle(run, x.t, logging.order);
   x.angle = std::move(measured.angle);
   x.angle_integrated = measured.wanders;
 }
@@ -133,7 +134,8 @@ ModelStructure ObservedRun::structure(const Model& model) const {
 }
 
 ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining) {
-  return observe_run(run, model, chaining, {.order = ripple_order(std::span(&run, 1))});
+  const std::span alone(&run, 1);
+  return observe_run(run, model, chaining, {.order = ripple_order(alone), .angle_noise = angle_noise(alone)});
 }
 
 ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, const Logging& logging) {
@@ -145,7 +147,7 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, c
   record.name = run.name;
   set_inputs(record, run, model);
   record.excitation.acts_after = logging.acts_after;
-  observe_motion(record, run, logging.order);
+  observe_motion(record, run, logging);
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(record, read(run, Signal::i_a, record.excitation.t));
   if (run.has(Signal::torque)) observe_load(record, run);
   const bool voltage_is_read = model.input == Signal::u_ref && run.has(Signal::e_a);
