@@ -14,7 +14,7 @@ namespace {
 /// Scatter in steps of the pieces in which the shaft rests.
 void collect_rest(const Series& theta, std::vector<double>& scatters) {
   constexpr std::size_t length = 32;
-  constexpr double widest = 6;  // scatters from the lowest reading to the highest: of 32 normal ones hardly ever more
+  constexpr double widest = 8;  // scatters, as 32 readings tell them, from the lowest to the highest: hardly ever more
   for (std::size_t from = 0; from + length <= theta.value.size(); from += length) {
     const std::span piece = std::span(theta.value).subspan(from, length);
     if (std::ranges::adjacent_find(piece, std::not_equal_to{}) == piece.end()) continue;

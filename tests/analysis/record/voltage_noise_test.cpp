@@ -15,7 +15,7 @@ namespace {
 
 using synthetic::servo_model;
 
-constexpr double R_a = 1.2, interval = 0.01;
+constexpr double R_a = 1.2, per_row = 0.01;
 constexpr int rows = 600;
 
 Model driven_by_voltage() {
@@ -32,7 +32,7 @@ Run held_fast(double real, double noise, const std::function<double(int)>& set) 
   Series e_a, i_a, omega;
   for (int k = 0; k < rows; ++k) {
     const double e = set(k) + real * draw(random);
-    for (Series* s : {&e_a, &i_a, &omega}) s->t.push_back(k * interval);
+    for (Series* s : {&e_a, &i_a, &omega}) s->t.push_back(k * per_row);
     e_a.value.push_back(e + noise * draw(random));
     i_a.value.push_back(e / R_a + 0.02 * draw(random));
     omega.value.push_back(0.1 * draw(random));
