@@ -39,11 +39,10 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
   if (!motion.effects.empty()) {
     if (std::optional<Finding> law = law_beside(motion.current.model(), first)) {
       Finding found = with_the_motion(std::move(*law), first);
-      return by_law && !criterion_.material(by_law->current.held_out, found.current.held_out) ? std::move(*by_law)
-                                                                                              : found;
+      if (!by_law || criterion_.material(by_law->current.held_out, found.current.held_out)) by_law = std::move(found);
     }
   }
-  if (by_law && leaves_of_the_motion(motion.current)) return std::move(*by_law);
+  if (by_law && !spoils_the_motion(by_law->current, motion.current)) return std::move(*by_law);
   leave_out(data_, is_torque);
   torque_left_out_ = true;
   first = without_torque;
@@ -55,6 +54,19 @@ bool WholeSearch::leaves_of_the_motion(const Trial& trial) const {
   return std::ranges::any_of(trial.held_out.signals(), [&](Signal signal) {
     return !is_torque(signal) && criterion_.remainder_in(trial.held_out, signal);
   });
+}
+
+/// Does a law of the load leave of the motion what is explained without it?
+bool WholeSearch::spoils_the_motion(const Trial& with_law, const Trial& without) const {
+  constexpr double most_of_it = 0.5;  // by hand
+  const auto left = [](const Trial& trial) {
+    double most = 0;
+    for (const Signal signal : trial.held_out.signals()) {
+      if (!is_torque(signal)) most = std::max(most, trial.held_out.mean_square(signal) - 1);
+    }
+    return most;
+  };
+  return !leaves_of_the_motion(without) || left(without) <= (1 - most_of_it) * left(with_law);
 }
 
 /// A law of the load, and what else the motion shows beside it.

@@ -51,6 +51,7 @@ class WholeSearch {
   Finding search(const Trial& start);
   Finding search_and_settle(const Trial& first, const Resettle& resettle);
   bool leaves_of_the_motion(const Trial& trial) const;
+  bool spoils_the_motion(const Trial& with_law, const Trial& without) const;
   Finding with_the_motion(Finding law, const Trial& first);
   std::optional<Finding> law_beside(const Model& fitted, const Trial& first);
 

@@ -15,8 +15,9 @@ struct ColouredNoise {
   double of_mean(double n) const;
 };
 
-/// The noise by the structure function: the median size of second differences over one sample and over many. A median
-/// and second differences leave out edges and slopes; the shorter over the longer tells the autocorrelation.
+/// The noise by the structure function: the median size of second differences over one sample and over as many as it
+/// grows no faster than noise does. A median and second differences leave out edges and slopes; the shorter over the
+/// longer tells the autocorrelation.
 /// @param least what sigma is at the least: the instrument's resolution, its step/sqrt(12)
 ColouredNoise coloured_noise(std::span<const double> x, double least);
 

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -77,6 +78,18 @@ TEST(LoadLaw, IsNotToldBesideAMotionThatTheModelLacks) {
   bench.model.include(effect_index("coulomb_friction"));
   const Diagnosis d = diagnose_on(bench);
   EXPECT_THAT(named(d), UnorderedElementsAre("dry_brake", "stribeck_friction")) << report(d);
+}
+
+TEST(LoadLaw, IsLeftOutWhereWhatItIsSeenByReadsWrong) {
+  // A law of the speed that was read, which is off: with it the motion stays wrong, which is explained without it.
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.eddy_torque = 0.02;
+  bench.plant.load.eddy_omega = 25;
+  std::ranges::find(bench.channels, Signal::omega, &simulated::DaqChannel::signal)->offset = -10;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("tacho_offset")) << report(d);
+  EXPECT_NEAR(fitted(d, "omega_0"), -10, 0.5);
+  EXPECT_TRUE(d.torque_is_input);
 }
 
 TEST(LoadLaw, LeavesNoUnknownEffectWhereItIsNotQuiteTheLoads) {

@@ -47,6 +47,11 @@ TEST(ColouredNoise, IsNotTakenInByALoadThatComesAndGoes) {
   EXPECT_LT(noise.autocorrelation, 0.1);
 }
 
+TEST(ColouredNoise, IsNotTakenInByASeriesThatAlwaysMoves) {
+  const auto swing = [](std::size_t k) { return 20 * std::sin(0.015 * static_cast<double>(k)); };
+  EXPECT_LT(coloured_noise(autoregression(0, swing), 0).sigma, 2) << "no more than noise that walks off";
+}
+
 TEST(ColouredNoise, IsFoundBehindStepsAsLargeAsItself) {
   for (const double rho : {0.0, 0.7, 0.9}) {
     constexpr double step = 0.25;
