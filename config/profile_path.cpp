@@ -5,6 +5,7 @@
 
 #include "config/shipped.h"
 #include "hal/error.h"
+#include "hal/printable.h"
 
 namespace emtb {
 namespace {
@@ -42,7 +43,7 @@ std::filesystem::path named_profile(const std::string& name, const std::filesyst
   if (is_profile_name(name)) return looked_up(name, bench, "a name from there, or the profile's text: `emtb run FILE`");
   constexpr std::size_t longest = 60;
   throw ConfigError(
-      "profile `" + name.substr(0, longest) + (name.size() > longest ? "..." : "") +
+      "profile `" + printable(name.substr(0, longest)) + (name.size() > longest ? "..." : "") +
       "`: is no name of letters, digits, _ and -. Paths are read by `emtb run FILE`, which sends the text");
 }
 

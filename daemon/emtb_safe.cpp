@@ -9,8 +9,10 @@
 
 #include "daemon/guardian.h"
 #include "daemon/make_safe.h"
+#include "hal/standard_streams.h"
 
 int main(int argc, char** argv) {
+  emtb::have_standard_streams();
   if (argc == 4 && std::strcmp(argv[1], "--config") == 0 && std::strcmp(argv[3], "--guard") == 0) {
     return emtb::keep_guard(argv[2], "emtb-safe");  // started by emtbd, not by people
   }

@@ -1,5 +1,4 @@
 #include <signal.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
@@ -19,6 +18,7 @@
 #include "daemon/daemon.h"
 #include "daemon/guardian.h"
 #include "daemon/lock.h"
+#include "daemon/log.h"
 #include "daemon/make_safe.h"
 #include "daemon/options.h"
 #include "daemon/repairs.h"
@@ -27,6 +27,7 @@
 #include "drivers/simulated/paced_clock.h"
 #include "emtb/version.h"
 #include "hal/error.h"
+#include "hal/standard_streams.h"
 #include "server/client.h"
 #include "session/writer.h"
 
@@ -147,6 +148,7 @@ int serve(const Options& options) {
   sigaddset(&ending, SIGCHLD);  // no end of ours, but perhaps the guardian's
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);
   signal(SIGPIPE, SIG_IGN);
+  for (const int stops : {SIGTSTP, SIGTTIN, SIGTTOU}) signal(stops, SIG_IGN);  // who stands still stops no motor
   signal(SIGXFSZ, SIG_IGN);  // a full disk is the recorder's fault to report
 
   Daemon::Settings settings{.data = std::filesystem::absolute(options.data),
@@ -169,22 +171,30 @@ int serve(const Options& options) {
 
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
-  const std::uint64_t wait_us = watched ? std::max<std::uint64_t>(watchdog_us / 3, 1000) : 3'600'000'000;
+  constexpr std::uint64_t sign_of_life_us = 500'000;  // to the guardian
+  const std::uint64_t wait_us =
+      watched ? std::clamp<std::uint64_t>(watchdog_us / 3, 1000, sign_of_life_us) : sign_of_life_us;
   const timespec wait{static_cast<time_t>(wait_us / 1'000'000), static_cast<long>(wait_us % 1'000'000 * 1000)};
+  guardian.sign_of_life();
   for (std::uint64_t ticks = 0;;) {
     const int signal = sigtimedwait(&ending, nullptr, &wait);
     if (guardian.has_died()) {
-      spdlog::error("the guardian has died");
       daemon.guardian_lost(guardian.start());
+      spdlog::error("the guardian has died");
     }
     if (signal > 0 && signal != SIGCHLD) {
       spdlog::info("{}: ending", strsignal(signal));
       break;
     }
-    // A loop that stands still is not worth a sign of life: systemd then restarts us, which makes the reference safe.
-    if (watched && daemon.ticks() != ticks) sd_notify(0, "WATCHDOG=1");
+    // A loop that stands still is not worth a sign of life: the guardian, or systemd, then ends us and makes the
+    // reference safe.
+    if (daemon.ticks() != ticks) {
+      guardian.sign_of_life();
+      if (watched) sd_notify(0, "WATCHDOG=1");
+    }
     ticks = daemon.ticks();
   }
+  guardian.expect_none();
   sd_notify(0, "STOPPING=1");
   daemon.terminate();
   return 0;
@@ -207,6 +217,7 @@ int ended_by(const std::exception& e) {
 
 int main(int argc, char** argv) {
   using namespace emtb;
+  have_standard_streams();
   try {
     const Options options = parse_options(argc, argv);
     if (options.help) {
@@ -217,9 +228,7 @@ int main(int argc, char** argv) {
       std::cout << "emtbd " << version << (*commit ? std::string(" (commit ") + commit + ")" : "") << "\n";
       return 0;
     }
-    spdlog::set_default_logger(
-        std::make_shared<spdlog::logger>("emtbd", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
-    spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l: %v", spdlog::pattern_time_type::utc);
+    log_to_standard_error();
     return serve(options);
   } catch (const std::exception& e) {
     return ended_by(e);

@@ -24,6 +24,7 @@ struct Ends {
   /// The guardian's ends get numbers above those that they have there.
   bool open() {
     if (pipe2(watch.data(), O_CLOEXEC) != 0 || pipe2(ready.data(), O_CLOEXEC) != 0) return false;
+    fcntl(watch[1], F_SETFL, O_NONBLOCK);
     for (int* end : {&watch[0], &ready[1]}) {
       const int other = fcntl(*end, F_DUPFD_CLOEXEC, guardians_ready + 1);
       close(*end);
@@ -84,12 +85,15 @@ bool Guardian::has_died() {
   return true;
 }
 
+void Guardian::tell(char what) {
+  // A dead one's pipe refuses it (SIGPIPE is ignored), and a stopped one's is full some day: neither may keep us.
+  if (watch_ >= 0) [[maybe_unused]]
+    const ssize_t n = write(watch_, &what, 1);
+}
+
 void Guardian::dismiss() {
-  if (watch_ >= 0) {
-    const char bye = 'q';
-    [[maybe_unused]] const ssize_t n = write(watch_, &bye, 1);  // a dead one's pipe refuses it: SIGPIPE is ignored
-    close(watch_);
-  }
+  tell('q');
+  if (watch_ >= 0) close(watch_);
   watch_ = -1;
   if (process_ > 0) {
     kill(process_, SIGCONT);  // whoever has stopped it keeps us from ending

@@ -24,10 +24,19 @@ class Guardian {
   /// Whether it has ended since it was started. Told once.
   bool has_died();
 
+  /// The loop is at work. Once told, the guardian ends a daemon from which it hears nothing for two seconds: one that
+  /// was stopped, or stands still, holds the reference as it is.
+  void sign_of_life() { tell('a'); }
+
+  /// There will be no more of them: the daemon is about to end.
+  void expect_none() { tell('n'); }
+
   /// The daemon ends in order and makes safe itself.
   void dismiss();
 
  private:
+  void tell(char what);
+
   const std::filesystem::path program_, bench_;
   pid_t process_ = 0;
   int watch_ = -1;
@@ -37,7 +46,7 @@ class Guardian {
 inline constexpr int guardians_watch = 3, guardians_ready = 4;
 
 /// What `emtb-safe --guard` does: reads the bench, says that it is on guard, waits for the daemon's end, and makes
-/// safe.
+/// safe. A daemon that stands still it ends first: nobody else can have its devices while it lives.
 /// @return the exit status, as make_safe()
 int keep_guard(const std::filesystem::path& bench, const char* program) noexcept;
 

@@ -1,3 +1,4 @@
+#include <poll.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -12,6 +13,35 @@
 
 namespace emtb {
 
+namespace {
+
+constexpr int silent_at_most = 2'000;  // [ms], as systemd's watchdog
+constexpr int after_a_stall = 250;     // [ms] of the whole machine: the daemon comes after it too
+
+/// Until the daemon ends, in whatever way. @return whether that is in order
+bool watch_over(pid_t daemon, const char* program) {
+  bool expecting = false;
+  for (;;) {
+    pollfd watch{.fd = guardians_watch, .events = POLLIN, .revents = 0};
+    int heard = poll(&watch, 1, expecting ? silent_at_most : -1);
+    if (heard == 0) heard = poll(&watch, 1, after_a_stall);
+    if (heard == 0 && getppid() == daemon) {
+      std::fprintf(stderr, "%s: emtbd stands still. It is ended, and the reference made safe\n", program);
+      kill(daemon, SIGKILL);
+      expecting = false;
+    }
+    if (heard <= 0) continue;
+    char said = 0;
+    const ssize_t got = read(guardians_watch, &said, 1);
+    if (got < 0 && errno == EINTR) continue;
+    if (got != 1) return false;
+    if (said == 'q') return true;
+    expecting = said == 'a';
+  }
+}
+
+}  // namespace
+
 int keep_guard(const std::filesystem::path& bench, const char* program) noexcept {
   // It ends when the daemon ends, not when somebody asks the two of them to.
   for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) signal(ignored, SIG_IGN);
@@ -20,11 +50,7 @@ int keep_guard(const std::filesystem::path& bench, const char* program) noexcept
     const char ready = 'r';
     if (write(guardians_ready, &ready, 1) != 1) return 0;
     close(guardians_ready);
-    char bye = 0;
-    ssize_t got = 0;
-    while ((got = read(guardians_watch, &bye, 1)) < 0 && errno == EINTR) {
-    }
-    if (got == 1) return 0;       // it ends in order
+    if (watch_over(getppid(), program)) return 0;
     constexpr int attempts = 40;  // the dying daemon's devices are let go one after the other
     for (int i = 1; i < attempts; ++i) {
       if (make_safe(config, nullptr) == 0) {

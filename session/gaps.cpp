@@ -20,7 +20,9 @@ std::vector<Gap> gaps(std::span<const double> t) {
     std::nth_element(intervals.begin(), place, intervals.end());
     return *place;
   };
-  const double long_enough = std::max({10 * at(0.5), 3 * at(0.99), 0.05});
+  // A logger that hesitates with every hundredth row has no gaps; one that rests for a thousand rows has.
+  const double usual = at(0.5);
+  const double long_enough = std::min(std::max({10 * usual, 3 * at(0.99), 0.05}), std::max(1000 * usual, 1.0));
   for (std::size_t k = 1; k < t.size(); ++k) {
     if (t[k] - t[k - 1] > long_enough) found.push_back({t[k - 1], t[k]});
   }

@@ -160,6 +160,8 @@ Session foreign(const std::filesystem::path& path, mat_t* file, Mapping mapping)
 /// In a process that may die of it.
 Session read_here(const std::filesystem::path& path, const Mapping& mapping) {
   const h5::Quiet quiet;
+  if (std::error_code error; std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+    throw SessionError(path.string() + ": is a pipe or a device, no file that ends. Give the path of a .mat");
   const mat::File file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
   if (!file)
     throw SessionError(path.string() + ": cannot be opened as a .mat. Save it in MATLAB or Octave as -v7 or -v7.3");

@@ -141,6 +141,18 @@ void estimate_resolutions(std::span<Run> runs) {
   }
 }
 
+/// @throws SessionError for times of which no seconds can be made: rows closer than any logger's
+void need_seconds(const Run& run, const std::string& name) {
+  constexpr double closest = 1e-8;  // [s]
+  for (const auto& [signal, series] : run.signals) {
+    const double lasts = series.t.back() - series.t.front();
+    if (series.t.size() < 2 || lasts >= closest * static_cast<double>(series.t.size() - 1)) continue;
+    throw SessionError(name + ": its " + std::to_string(series.t.size()) + " rows of " +
+                       std::string(info(signal).column) + " lie within " + shortest(lasts) +
+                       " s, as no logger's do. Map its time by --map, with the unit that it has");
+  }
+}
+
 /// The runs of one, their angles as they were read.
 std::vector<Run> read_one(std::string_view text, const Mapping& mapping) {
   const SessionSpec spec = parse_session_spec(text);
@@ -165,6 +177,7 @@ std::vector<Run> read_one(std::string_view text, const Mapping& mapping) {
       throw SessionError(name + ": the span " + span_text(spec) + " holds no reading; the run lasts from 0 to " +
                          shortest(whole.duration()) + " s");
     }
+    need_seconds(run, name);
     run.name = name + span_text(spec);
     runs.push_back(std::move(run));
   }

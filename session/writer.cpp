@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "hal/error.h"
@@ -125,6 +126,18 @@ class AliveMark {
                        ours.st_ino == there.st_ino);
   }
 
+  /// Whether it holds what was flushed: nobody has cut it, or written over its beginning.
+  bool is_whole() {
+    struct stat ours {};
+    static constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+    std::array<char, signature.size()> begins{};
+    if (fd_ < 0 || fstat(fd_, &ours) != 0) return true;  // of which nothing is known
+    const bool cut = ours.st_size < flushed_;
+    flushed_ = ours.st_size;
+    return !cut && pread(fd_, begins.data(), begins.size(), 0) == static_cast<ssize_t>(begins.size()) &&
+           std::string_view(begins.data(), begins.size()) == signature;
+  }
+
   static bool on(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
     struct flock lock = whole_file(F_WRLCK);
@@ -142,6 +155,7 @@ class AliveMark {
   }
 
   int fd_;
+  off_t flushed_ = 0;  ///< bytes that the file had at the last look
 };
 
 }  // namespace
@@ -170,7 +184,7 @@ struct SessionWriter::Impl {
   void add_channel(hid_t signals, const Channel& channel);
   static void write_rows(Column& column);
   void flush();
-  void need_file() const;
+  void need_file();
   void close();
   void abandon();
 
@@ -307,8 +321,14 @@ void SessionWriter::Impl::flush() {
 }
 
 /// What is written to a file that nobody can find again is lost, however well it was written.
-void SessionWriter::Impl::need_file() const {
-  if (!alive || alive->stands_at(path)) return;
+void SessionWriter::Impl::need_file() {
+  if (!alive) return;
+  if (alive->stands_at(path)) {
+    if (alive->is_whole()) return;
+    throw SessionError(path.string() +
+                       ": was cut or written over by another program while it was recorded. Leave the data folder "
+                       "alone during a run");
+  }
   throw SessionError(path.string() +
                      ": is not there any more: deleted, moved or its disk gone while it was recorded. Leave the data "
                      "folder alone during a run");
@@ -374,6 +394,7 @@ void SessionWriter::append(const Event& event) {
 
 void SessionWriter::flush() {
   impl_->change([&] {
+    impl_->need_file();  // before HDF5 mends what another has written over
     impl_->flush();
     impl_->need_file();
   });
@@ -381,6 +402,7 @@ void SessionWriter::flush() {
 
 void SessionWriter::finish() {
   impl_->change([&] {
+    impl_->need_file();  // before HDF5 mends what another has written over
     impl_->flush();
     impl_->need_file();
     const int complete = 1;  // SWMR forbids new attributes, not new values

@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <new>
 #include <numeric>
@@ -227,6 +230,16 @@ void CommandLine::group(const std::string& heading, const std::vector<std::strin
 }
 
 int CommandLine::run(int argc, const char* const* argv) {
+  const int code = parse_and_run(argc, argv);
+  // An answer that a full disk or a closed standard output swallowed is none.
+  errno = 0;
+  if (std::cout.flush() && std::fflush(stdout) == 0) return code;
+  std::cerr << "emtb: standard output takes no more" << (errno != 0 ? std::string(": ") + std::strerror(errno) : "")
+            << ". What was to be printed is not there in whole\n";
+  return code != 0 ? code : 2;
+}
+
+int CommandLine::parse_and_run(int argc, const char* const* argv) {
   try {
     impl_->app->parse(argc, argv);
     return impl_->chosen ? impl_->chosen() : 0;

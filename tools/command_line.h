@@ -55,10 +55,13 @@ class CommandLine {
   /// is not shown.
   void group(const std::string& heading, const std::vector<std::string>& commands);
 
-  /// Parses and runs. @return the exit code; bad use is one line on stderr and 2.
+  /// Parses and runs. @return the exit code; bad use is one line on stderr and 2, and so is an answer that standard
+  /// output did not take.
   int run(int argc, const char* const* argv);
 
  private:
+  int parse_and_run(int argc, const char* const* argv);
+
   std::shared_ptr<Command::Impl> impl_;
   Command global_;
 };

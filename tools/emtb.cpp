@@ -1,4 +1,5 @@
 #include "emtb/version.h"
+#include "hal/standard_streams.h"
 #include "tools/commands.h"
 
 namespace {
@@ -18,6 +19,7 @@ void group(emtb::CommandLine& line) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  emtb::have_standard_streams();
   const std::string commit = emtb::commit;
   emtb::CommandLine line("Runs a DC-motor test bench, and finds out what the model of the motor is missing.",
                          emtb::version + (commit.empty() ? "" : " (commit " + commit + ")"));

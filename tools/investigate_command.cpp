@@ -47,7 +47,7 @@ struct InvestigateWords {
 /// The bench at the other end of the socket, which moves only after somebody agreed.
 class DaemonBench : public ExperimentBench {
  public:
-  explicit DaemonBench(const InvestigateWords& o) : daemon_(socket_to_call(*o.socket)), yes_(o.yes) {
+  explicit DaemonBench(const InvestigateWords& o) : daemon_(socket_to_call(*o.socket)), yes_(o.yes), reset_(o.reset) {
     const nlohmann::json config = daemon_.call("config", nlohmann::json::object());
     name_ = config["bench"];
     rate_ = config["rate"];
@@ -62,7 +62,6 @@ class DaemonBench : public ExperimentBench {
       if (const auto signal = signal_named(channel["signal"].get<std::string>())) signals_.push_back(*signal);
     }
     daemon_.call("subscribe", {{"rate", 10}});
-    if (o.reset) daemon_.call("reset", nlohmann::json::object());
   }
 
   const std::string& name() const { return name_; }
@@ -71,7 +70,13 @@ class DaemonBench : public ExperimentBench {
   bool measures(Signal signal) const override { return std::ranges::find(signals_, signal) != signals_.end(); }
   bool stop_wanted() const override { return interrupted(); }
 
-  bool agrees(const PlannedRuns& plan) override { return motor_may_move(question(plan), yes_); }
+  /// Asks first, and arms then.
+  bool agrees(const PlannedRuns& plan) override {
+    if (!motor_may_move(question(plan), yes_)) return false;
+    if (reset_) daemon_.call("reset", nlohmann::json::object());
+    reset_ = false;
+    return true;
+  }
 
   Recording run(const Profile& profile, const std::string& purpose) override {
     const nlohmann::json ended = run_on_bench(daemon_, {{"profile", to_yaml(profile)}, {"note", purpose}});
@@ -86,7 +91,7 @@ class DaemonBench : public ExperimentBench {
 
  private:
   Client daemon_;
-  bool yes_;
+  bool yes_, reset_;
   std::string name_;
   double rate_ = 0;
   Reach reach_;

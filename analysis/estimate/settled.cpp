@@ -7,6 +7,7 @@
 
 #include "analysis/numerics/statistics.h"
 #include "hal/error.h"
+#include "session/gaps.h"
 #include "session/text.h"
 
 namespace emtb {
@@ -122,7 +123,7 @@ Settled settled_points(std::span<const Run> runs, const SettledOptions& options)
       series.window = averaging_window(run, signal);
     }
     if (options.chosen.empty()) {
-      find(run, options, lsb, settled);
+      for (const Run& piece : split_at_gaps(run, run.signals.begin()->first)) find(piece, options, lsb, settled);
       continue;
     }
     for (const auto& [from, to] : options.chosen) {

@@ -1,5 +1,8 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -94,6 +97,45 @@ TEST_F(DaemonAndPlant, WhoeverKillsTheGuardianLatchesTheDaemonWhichStartsAnother
   emtbd->signal(SIGTERM);
   EXPECT_EQ(emtbd->wait(), 0) << "and an orderly end is none of the guardian's business";
   EXPECT_EQ(emtbd->err().find("MAY NOT BE SAFE"), std::string::npos) << emtbd->err();
+}
+
+TEST_F(DaemonAndPlant, ADaemonThatIsStoppedIsEndedByItsGuardian) {
+  const auto emtbd = launch();
+  auto daemon = client(*emtbd);
+  ASSERT_TRUE(daemon) << emtbd->err();
+  run(*daemon);
+  emtbd->signal(SIGSTOP);
+  EXPECT_TRUE(eventually([this] { return reference() == 0; }));
+  EXPECT_EQ(emtbd->wait(), 128 + SIGKILL);
+  EXPECT_NE(emtbd->err().find("emtbd stands still"), std::string::npos) << emtbd->err();
+}
+
+TEST_F(DaemonAndPlant, ATerminalStopsNoDaemon) {
+  const auto emtbd = launch();
+  auto daemon = client(*emtbd);
+  ASSERT_TRUE(daemon) << emtbd->err();
+  run(*daemon);
+  for (const int signal : {SIGTSTP, SIGTTOU, SIGTTIN}) emtbd->signal(signal);
+  EXPECT_EQ(daemon->call("status", {})["state"], "running");
+}
+
+TEST_F(DaemonAndPlant, ALogThatNobodyReadsKeepsItFromNothing) {
+  const std::string log = path("fifo").string();
+  ASSERT_EQ(mkfifo(log.c_str(), 0600), 0);
+  const int ours = open(log.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  std::string command = "exec";
+  for (const std::string& word : emtbd_words(bench_, path(""))) command += " '" + word + "'";
+  Process emtbd({"/bin/sh", "-c", command + " 2>'" + log + "'"}, path("d"));
+  auto daemon = client(emtbd);
+  ASSERT_TRUE(daemon);
+  run(*daemon);
+  const std::string much(4096, 'x');
+  while (::write(ours, much.data(), much.size()) > 0) {
+  }
+  emtbd.signal(SIGTERM);
+  EXPECT_TRUE(eventually([this] { return reference() == 0; }));
+  EXPECT_EQ(emtbd.wait(), 0);
+  close(ours);
 }
 
 TEST_F(DaemonAndPlant, WhereBothAreGoneTheReferenceStaysAndSafeMakesItSafe) {

@@ -207,6 +207,29 @@ TEST_F(StopTest, ARunMayHaveMorePointsThanAnyOtherRequest) {
   EXPECT_THAT(other.line(), HasSubstr("longer than 65536 bytes"));
 }
 
+TEST_F(StopTest, ARecordingThatIsCutOrWrittenOverEndsTheRun) {
+  slow = true;
+  start();
+  Client client(path("sock"));
+  client.call("subscribe", {{"rate", 1}});
+  for (const bool cut : {false, true}) {
+    client.call("reset", {});
+    const json started = client.call("run", {{"profile", endless}});
+    EXPECT_TRUE(eventually([&] { return output->volts == 3; }));
+    const std::filesystem::path file = started["session"].get<std::string>();
+    if (cut) {
+      std::filesystem::resize_file(file, 0);
+    } else {
+      std::fstream(file, std::ios::in | std::ios::out | std::ios::binary) << "noise from elsewhere";
+    }
+    const json end = end_of_run(client);
+    EXPECT_EQ(end["outcome"], "fault") << end;
+    EXPECT_EQ(end["fault"]["code"], 501);
+    EXPECT_FALSE(end["complete"]);
+    EXPECT_EQ(output->volts, 0);
+  }
+}
+
 TEST_F(StopTest, ARecordingThatIsDeletedEndsTheRunAndIsNeverCalledComplete) {
   slow = true;
   start();

@@ -97,6 +97,7 @@ TEST_F(DaemonCommands, WhatIsNoRegularFileIsRefusedAtOnceWhereverAFileIsRead) {
   ASSERT_EQ(mkfifo(path("pipe.csv").c_str(), 0600), 0);
   ASSERT_EQ(mkfifo(path("pipe.h5").c_str(), 0600), 0);
   ASSERT_EQ(mkfifo(path("pipe.yaml").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("pipe.mat").c_str(), 0600), 0);
   const auto model = (std::filesystem::path(EMTB_CONFIG) / "models/fh2.yaml").string();
   const auto pipe = path("pipe.yaml").string();
   start();
@@ -105,6 +106,7 @@ TEST_F(DaemonCommands, WhatIsNoRegularFileIsRefusedAtOnceWhereverAFileIsRead) {
                                                     {"calibrate", pipe, path("pipe.csv")},
                                                     {"info", path("pipe.csv")},
                                                     {"info", path("pipe.h5")},
+                                                    {"info", path("pipe.mat")},
                                                     {"compare", model, path("pipe.csv"), "--map", pipe},
                                                     {"simulate", model, pipe},
                                                     {"simulate", "/dev/zero", pipe}};

@@ -36,6 +36,12 @@ class HelpCommand : public CommandCaller {
   }
 };
 
+TEST_F(HelpCommand, AnAnswerThatADiskHasNoRoomForIsNoSuccess) {
+  Process full({"/bin/sh", "-c", std::string(EMTB) + " effects >/dev/full"}, path("full"));
+  EXPECT_EQ(full.wait(), 2);
+  EXPECT_THAT(full.err(), HasSubstr("standard output takes no more"));
+}
+
 TEST_F(HelpCommand, ShowsEveryCommandOfTheSourceInAGroup) {
   ASSERT_EQ(call({"--help"}), 0);
   const std::string help = last->out();

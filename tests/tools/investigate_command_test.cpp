@@ -150,6 +150,13 @@ TEST_F(Investigate, MovesNothingWhereNobodyCanBeAsked) {
   EXPECT_FALSE(std::filesystem::exists(path("data")) && !std::filesystem::is_empty(path("data")));
 }
 
+TEST_F(Investigate, ArmsNothingWhereNobodyAgreed) {
+  start("");
+  EXPECT_EQ(investigate({"--reset"}), 2);
+  EXPECT_EQ(call({"status"}), 0);
+  EXPECT_THAT(last_->out(), HasSubstr("latched"));
+}
+
 TEST_F(Investigate, RefusesAPageThatItCouldNotWriteBeforeAnythingMoves) {
   start("");
   EXPECT_EQ(investigate({"--yes", "--report", path("no/such/page.html")}), 2);
