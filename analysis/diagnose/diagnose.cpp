@@ -8,6 +8,7 @@
 #include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/explained_floor.h"
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/diagnose/left_floor.h"
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
@@ -229,8 +230,16 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
   FittedTrials trials(data, given, criterion, options.score, options.refits);
   Trial first = first_fit(trials, data, given);
+  if (auto quieter = floors_down_to_what_is_left(data, first.model())) {
+    set_noise(*prepared, std::move(*quieter), given);
+    first = first_fit(trials, data, given);
+  }
   WholeSearch search(*prepared, trials, criterion, model, {options.longest_list, options.explain_torque}, progress);
   Road road = best_road(*prepared, search, criterion, first);
+  if (auto quieter = floors_down_to_what_is_left(data, road.found.current.model())) {
+    set_noise(*prepared, std::move(*quieter), given);
+    road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
+  }
   const bool has_other_runs = !held_out.empty() || train.size() > 1;
   if (has_other_runs && road.found.effects.empty() && !criterion.remainder(road.found.current.held_out)) {
     if (auto quieter = floors_without_a_law(trials, data.noise, road.found.current)) {

@@ -200,8 +200,7 @@ std::vector<EvenLine> scatter_between_repeats(std::span<const ObservedRun> recor
 
 /// A floor that is no lower than how exact a simulation is.
 NoiseFloor no_better_than_a_simulation(NoiseFloor floor, std::span<const Observation* const> observed) {
-  constexpr double accuracy = 2e-4;  // of a simulation whose steps are a tenth of the time constant
-  if (const double least = accuracy * variation_of(observed); floor.sigma < least) {
+  if (const double least = accuracy_of_a_simulation * variation_of(observed); floor.sigma < least) {
     floor.sigma = least;
     floor.from = FloorSource::accuracy;
     floor.lower_bound = floor.upper_bound = false;

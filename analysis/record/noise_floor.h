@@ -14,6 +14,9 @@ namespace emtb {
 /// By hand: a tenth covers the floors of the blind benches but for the slow meters (docs/blind.md).
 inline constexpr double above_the_floor = 1.1;
 
+/// Of how much a signal varies: no simulation whose steps are a tenth of the time constant is better.
+inline constexpr double accuracy_of_a_simulation = 2e-4;
+
 /// What tells a noise floor.
 enum class FloorSource { declared, counts, settled, repeats, regression, differences, resolution, accuracy, assumed };
 std::string_view name_of(FloorSource source) noexcept;  ///< as in JSON

@@ -22,7 +22,7 @@ struct DriverDeadZone {
           "From driver_gain_error by small references; from brush_drop by e_a or by reversal; from "
           "coulomb_friction by the current.",
       .source = "Kara and Eker (2004), Nonlinear modeling and identification of a DC motor for bidirectional operation",
-      .parameter_list = {{{.symbol = "u_d", .unit = "V", .null = 0, .min = 0, .max = 10, .typical = 0.1}}},
+      .parameter_list = {{{.symbol = "u_d", .unit = "V", .null = 0, .min = 0, .max = 1000, .typical = 0.1}}},
       .bench = {.driver = true}};
 
   template <class Scalar>

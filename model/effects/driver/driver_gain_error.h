@@ -23,7 +23,7 @@ struct DriverGainError {
           "From driver_dead_zone by its part in proportion; where e_a is not measured, its gain is one with K_b.",
       .source = "calibration error of gain and zero; e.g. IEC 60051 for such errors of instruments",
       .parameter_list = {{{.symbol = "k", .unit = "1", .null = 0, .min = -0.5, .max = 0.5, .typical = 0.01},
-                          {.symbol = "e_0", .unit = "V", .null = 0, .min = -100, .max = 100, .typical = 0.5}}},
+                          {.symbol = "e_0", .unit = "V", .null = 0, .min = -1000, .max = 1000, .typical = 0.5}}},
       .parameter_count = 2,
       .bench = {.driver = true}};
 
