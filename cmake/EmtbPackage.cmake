@@ -83,7 +83,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd | systemd-standalone-sysusers")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "udev")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "octave, python3-h5py")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "octave, python3, python3-h5py, gcc")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${EMTB_MADE}/conffiles ${EMTB_PACKAGING}/debian/postinst
                                        ${EMTB_PACKAGING}/debian/prerm ${EMTB_PACKAGING}/debian/postrm)

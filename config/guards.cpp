@@ -68,7 +68,8 @@ std::vector<Guard> guards_of(const BenchConfig& bench, std::span<const Channel> 
     const auto channel = std::ranges::find(channels, signal, &Channel::signal);
     if (channel == channels.end()) {
       guard.wrong = "guards nothing: no device of this bench measures " + guard.key +
-                    ". Add a channel for it, or remove `" + guard.key + ": " + words(*limit) + "`";
+                    ". Is one of its devices not there? Else add a channel for it, or remove `" + guard.key + ": " +
+                    words(*limit) + "`";
     } else {
       guard.wrong = blind(*channel, *limit, bench);
     }

@@ -49,8 +49,10 @@ std::string describe(const Record& record) {
   if (record.code == event_code::resumed) return pause() + ": confirmed";
   if (record.code == event_code::unattended) return pause() + ": nobody confirmed in time, the run ends";
   if (record.code != event_code::gap) return describe(static_cast<Fault>(record.code), record.signal, record.value);
-  if (!record.signal) return "the loop missed " + number(record.value) + " deadlines";
-  return std::string(info(*record.signal).name) + ": " + number(record.value) + " readings are missing before this";
+  const bool one = record.value == 1;
+  if (!record.signal) return "the loop missed " + number(record.value) + (one ? " deadline" : " deadlines");
+  return std::string(info(*record.signal).name) + ": " + number(record.value) +
+         (one ? " reading is missing before this" : " readings are missing before this");
 }
 
 std::string utc_text(double utc) {

@@ -69,7 +69,7 @@ std::string how_large(const Diagnosis& d) {
   if (first == d.candidates.end() || !d.missing.empty() || d.verdict != Verdict::nothing_missing) return "-";
   const EffectParameter& p = d.about(first->score.effect).parameters()[0];
   return d.id(first->score.effect) + ", for one, would have shown from " + std::string(p.symbol) + " = " +
-         found_from(d, *first) + with_space(std::string(p.unit));
+         found_from(d, *first) + with_space(p.unit == "1" ? std::string{} : std::string(p.unit));
 }
 
 std::string before_and_after(const Diagnosis& d) {

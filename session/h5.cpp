@@ -138,8 +138,8 @@ Opened open(const path& file) {
   const auto fail = [&](const std::string& what) { throw SessionError(file.string() + ": " + what); };
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) fail("no such file. Give the path of a session, .h5 or .csv");
-  if (!std::filesystem::is_regular_file(status)) fail("is not a file. Give the path of a session, .h5 or .csv");
+  if (!std::filesystem::exists(status)) fail("no such file. Give the path of a session, .h5, .csv or .mat");
+  if (!std::filesystem::is_regular_file(status)) fail("is not a file. Give the path of a session, .h5, .csv or .mat");
   if (!std::ifstream(file)) fail("cannot be read. Is it yours to read?");
   if (std::filesystem::file_size(file, error) == 0) fail("is empty. Copy it again from where it was recorded");
 

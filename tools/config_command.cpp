@@ -99,7 +99,7 @@ int check_files(const std::vector<std::string>& files) {
     FileCheck check(file);
     const auto complaints = check.complaints();
     for (const std::string& line : complaints) std::cout << line << "\n";
-    if (complaints.empty()) std::cout << file << ": a " << check.kind() << ", nothing wrong\n";
+    if (complaints.empty()) std::cout << file << ": " << check.kind() << ", nothing wrong\n";
     wrong += complaints.empty() ? 0 : 1;
   }
   return wrong > 0 ? 1 : 0;

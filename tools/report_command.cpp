@@ -92,7 +92,7 @@ int report_command(const ReportOptions& o) {
   json result = to_json(d);
   if (rest) result["discovered"] = to_json(*rest);
   write_json(o.json_file, result);
-  say << word(d.verdict) << ": " << o.out << "\n";
+  say << "written: " << o.out << " (" << word(d.verdict) << ")\n";
   return 0;
 }
 

@@ -80,7 +80,7 @@ TEST_F(ConfigCommand, ChecksModelsProfilesAndWhatIsNeither) {
   EXPECT_THAT(last->out(),
               AllOf(HasSubstr("model.yaml:3: parameters.R_a"), HasSubstr("profile.yaml:2: kind is `stair`"),
                     HasSubstr("other.yaml:1: is no file of emtb's"), HasSubstr("newer.yaml:1: made by a newer emtb"),
-                    HasSubstr("desk.yaml: a model, nothing wrong")));
+                    HasSubstr("desk.yaml: model, nothing wrong")));
   EXPECT_EQ(lines(), 5) << last->out();
 }
 
