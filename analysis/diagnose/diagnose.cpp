@@ -79,7 +79,8 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
       trial = trials.fit_to_the_end(trial->model());
     const bool is_needed = !trial || (may_be && criterion.remainder(trial->held_out) && !doubtful &&
                                       removes_most(trial->held_out, found.current.held_out) &&
-                                      (gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier ||
+                                      ((leaves_a_share(trial->held_out, inputs, rule) &&
+                                        gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
                                        worth_a_name(data, trial->model(), trial->held_out, inputs, rule)));
     if (is_needed) {
       set_timing(data, before);

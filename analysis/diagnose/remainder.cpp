@@ -8,6 +8,20 @@
 
 namespace emtb {
 
+namespace {
+
+/// Is what is left of a signal more than noise, and a share of it that matters?
+bool is_a_share(const Loss& left, Signal signal, std::span<const Signal> inputs, const Materiality& rule) {
+  return std::ranges::find(inputs, signal) == inputs.end() && remainder_in(left, signal, rule) &&
+         !left.floor_is_upper_bound(signal) && left.share_left(signal) >= rule.remainder_share;
+}
+
+}  // namespace
+
+bool leaves_a_share(const Loss& left, std::span<const Signal> inputs, const Materiality& rule) {
+  return std::ranges::any_of(left.signals(), [&](Signal signal) { return is_a_share(left, signal, inputs, rule); });
+}
+
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, std::span<const Signal> inputs,
                   const Materiality& rule) {
   constexpr double coloured = 8;  // by so much differences underrate noise that keeps 0.97 from reading to reading
@@ -15,9 +29,7 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
   constexpr double chance = 0.1;  // six runs tell no less than a thirtieth
   std::vector<Signal> unsure;
   for (const Signal signal : held_out.signals()) {
-    if (std::ranges::find(inputs, signal) != inputs.end()) continue;
-    if (!remainder_in(held_out, signal, rule) || held_out.floor_is_upper_bound(signal)) continue;
-    if (held_out.share_left(signal) < rule.remainder_share) continue;
+    if (!is_a_share(held_out, signal, inputs, rule)) continue;
     // Where the noise is only known to be no less than the floor, it may be all that is left.
     const bool may_be_noise =
         held_out.floor_is_lower_bound(signal) && held_out.mean_square(signal) < coloured * coloured;

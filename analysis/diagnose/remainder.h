@@ -8,6 +8,10 @@
 
 namespace emtb {
 
+/// Is more left of some signal than noise, and a share of it that matters, whether it comes again or not?
+/// @param inputs as below
+bool leaves_a_share(const Loss& left, std::span<const Signal> inputs, const Materiality& rule);
+
 /// Is what a model leaves worth a name? It is where a signal is above its floor by more than the floor is uncertain, by
 /// more than a fiftieth of how much it varies, and
 ///  - either by more of how much the signal varies than a disturbance of its own would make, and where the floor is

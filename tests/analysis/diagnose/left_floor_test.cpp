@@ -36,7 +36,8 @@ TEST(FloorThatAModelLeaves, StaysWhereTheModelLeavesMoreOrTheFloorWasDeclared) {
   Model wrong = truth();
   wrong.at(base::K_b).value *= 2;
   const auto quieter = floors_down_to_what_is_left(data, wrong);
-  if (quieter) EXPECT_EQ(quieter->at(Signal::i_a).sigma, data.noise.at(Signal::i_a).sigma);
+  const Noise& after = quieter ? *quieter : data.noise;
+  EXPECT_EQ(after.at(Signal::i_a).sigma, data.noise.at(Signal::i_a).sigma);
   for (auto& [signal, floor] : data.noise) floor.from = FloorSource::declared;
   EXPECT_FALSE(floors_down_to_what_is_left(data, truth()));
 }
