@@ -47,11 +47,12 @@ std::optional<Noise> floors_down_to_what_is_left(const Dataset& data, const Mode
   std::optional<Noise> quieter;
   for (const auto& [signal, of] : left) {
     const NoiseFloor& floor = data.noise.at(signal);
-    if (!is_a_guess(floor) || of.readings < fewest) continue;
-    const double mean = of.squares / of.readings;
-    if (!(mean < half * floor.sigma * floor.sigma)) continue;
+    if (!is_a_guess(floor) || of.readings < fewest || !(of.variation() > 0)) continue;
+    const double least = accuracy_of_a_simulation * of.variation();
+    const double square = std::max(of.squares / of.readings, least * least);
+    if (!(square < half * floor.sigma * floor.sigma)) continue;
     if (!quieter) quieter = data.noise;
-    quieter->at(signal).sigma = std::max(std::sqrt(mean), accuracy_of_a_simulation * of.variation());
+    quieter->at(signal).sigma = std::sqrt(square);
   }
   return quieter;
 }
