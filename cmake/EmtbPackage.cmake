@@ -35,9 +35,11 @@ install(FILES ${EMTB_MADE}/emtb.zsh DESTINATION share/zsh/vendor-completions REN
 install(FILES systemd/60-emtb.rules DESTINATION lib/udev/rules.d)
 install(FILES systemd/emtb.sysusers.conf DESTINATION lib/sysusers.d RENAME emtb.conf)
 install(FILES systemd/emtb.tmpfiles.conf DESTINATION lib/tmpfiles.d RENAME emtb.conf)
-install(FILES packaging/debian/copyright NOTICE README.md DESTINATION share/doc/emtb)
-install(DIRECTORY docs/ DESTINATION share/doc/emtb/docs FILES_MATCHING PATTERN "*.md" PATTERN "pictures" EXCLUDE PATTERN "decisions" EXCLUDE
-                                                        PATTERN "data" EXCLUDE PATTERN "serial-daq" EXCLUDE)
+install(FILES packaging/debian/copyright NOTICE README.md CHANGELOG.md CONTRIBUTING.md DESTINATION share/doc/emtb)
+install(DIRECTORY docs python octave DESTINATION share/doc/emtb FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ
+        PATTERN "__pycache__" EXCLUDE PATTERN "*.egg-info" EXCLUDE PATTERN "build" EXCLUDE)
+# What the pages call config/ is where they point.
+install(CODE "file(CREATE_LINK ../../emtb \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/share/doc/emtb/config SYMBOLIC)")
 # The unit names its programs where they are installed.
 install(CODE "
   file(READ ${CMAKE_SOURCE_DIR}/systemd/emtbd.service unit)

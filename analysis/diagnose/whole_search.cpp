@@ -66,7 +66,8 @@ bool WholeSearch::spoils_the_motion(const Trial& with_law, const Trial& without)
     }
     return most;
   };
-  return !leaves_of_the_motion(without) || left(without) <= (1 - most_of_it) * left(with_law);
+  return leaves_of_the_motion(with_law) &&
+         (!leaves_of_the_motion(without) || left(without) <= (1 - most_of_it) * left(with_law));
 }
 
 /// A law of the load, and what else the motion shows beside it.

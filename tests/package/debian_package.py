@@ -11,6 +11,7 @@ import gzip
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -39,6 +40,18 @@ def made(build, cpack, folder):
     return packages[0]
 
 
+def dead_links(folder):
+    """Of the pages to files; the sources of tests are not in the package."""
+    dead = []
+    for page in folder.rglob("*.md"):
+        for link in re.findall(r"\]\(([^)#\s]+)", page.read_text()):
+            if "://" in link or "../tests/" in link or link.startswith("tests/"):
+                continue
+            if not (page.parent / link).exists():
+                dead.append(f"{page.relative_to(folder)}: {link}")
+    return dead
+
+
 def check_contents(package, root):
     run("dpkg-deb", "-x", package, root)
     files = {p.relative_to(root).as_posix() for p in root.rglob("*") if p.is_file()}
@@ -52,6 +65,10 @@ def check_contents(package, root):
         check(needed in files, f"the package lacks {needed}")
     check((root / "etc/emtb").is_dir(), "the package lacks the folder etc/emtb")
     check(not [f for f in files if ".wants/" in f], "the package enables a unit")
+    dead = dead_links(root / "usr/share/doc/emtb")
+    check(not dead, f"pages of the package point at what it lacks: {', '.join(dead[:5])}")
+    needs = run("readelf", "-d", root / "usr/bin/emtb").stdout
+    check("cholmod" not in needs.lower(), "emtb is linked with CHOLMOD, which the package's licence does not say")
     check(not [f for f in files if f.startswith(("usr/local", "work", "home", "tmp"))], "the package has files in odd places")
     unit = (root / "usr/lib/systemd/system/emtbd.service").read_text()
     check("\nConditionPathExists=/etc/emtb/bench.yaml\n" in unit, "the unit starts without a bench")
