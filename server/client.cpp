@@ -68,9 +68,10 @@ std::string line_of(int socket, double timeout) {
 Client::Client(const std::filesystem::path& socket) : path_(socket), socket_(connected(socket)) {
   if (socket_ >= 0) return;
   if (errno == EACCES) {
-    throw ProtocolError(socket.string() +
-                        ": is not yours to use. Who is of the socket's group may: `sudo adduser $USER emtb`, then log in "
-                        "again");
+    throw ProtocolError(
+        socket.string() +
+        ": is not yours to use. Who is of the socket's group may: `sudo adduser $USER emtb`, then log in "
+        "again");
   }
   throw ProtocolError(socket.string() + ": no daemon answers (" + std::strerror(errno) +
                       "). Start `emtbd --config BENCH.yaml`, or give its --socket");

@@ -106,6 +106,8 @@ double resolution(std::span<const std::span<const double>> pieces, bool may_be_s
   return 0;
 }
 
-bool lies_on_grid(std::span<const double> values, double step) { return !values.empty() && off_grid(values, step) < nearly; }
+bool lies_on_grid(std::span<const double> values, double step) {
+  return !values.empty() && off_grid(values, step) < nearly;
+}
 
 }  // namespace emtb
