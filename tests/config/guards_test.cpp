@@ -29,8 +29,8 @@ std::string refusal(const BenchConfig& of, const std::vector<Channel>& channels)
 
 TEST(Guards, ALimitOfASignalThatNothingMeasuresIsRefusedWithItsLine) {
   EXPECT_EQ(refusal(limited("omega: 190"), {channel(Signal::e_a, -10, 10)}),
-            "b.yaml:4: limits.omega guards nothing: no device of this bench measures omega. Add a channel for it, or "
-            "remove `omega: 190`");
+            "b.yaml:4: limits.omega guards nothing: no device of this bench measures omega. Is one of its "
+            "devices not there? Else add a channel for it, or remove `omega: 190`");
 }
 
 TEST(Guards, ALimitBeyondWhatItsChannelReadsIsRefusedWithOneThatItSees) {
