@@ -65,16 +65,24 @@ ColouredNoise coloured_noise(std::span<const double> x, double least) {
   constexpr std::size_t many = 100;  // readings: by hand, longer than the memory of noise at 0.97 (ColouredNoise.*)
   const double step = std::sqrt(12.0) * least;
   const auto by = [&](std::size_t lag) { return second_difference(x, lag, step) / std::sqrt(6.0); };
+  const double white = std::max(by(1), least);
+  const double all = std::max(by(std::max<std::size_t>(1, std::min(many, x.size() / 8))), white);
+  if (all <= 0) return {};
+  const double ratio = white * white / (all * all);
+  return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
+}
+
+double noise_at_most(std::span<const double> x, double least) {
   // Noise grows no faster than a walk does, by the root of the lag; what does is how the series moves.
+  constexpr std::size_t many = 100;
   constexpr double as_a_walk = 1.2;
+  const double step = std::sqrt(12.0) * least;
+  const auto by = [&](std::size_t lag) { return second_difference(x, lag, step) / std::sqrt(6.0); };
   const double white = std::max(by(1), least);
   std::size_t lag = std::max<std::size_t>(1, std::min(many, x.size() / 8));
   double all = by(lag);
   for (; lag > 1 && all > as_a_walk * std::sqrt(static_cast<double>(lag)) * white; all = by(lag)) lag /= 2;
-  all = std::max(all, white);
-  if (all <= 0) return {};
-  const double ratio = white * white / (all * all);
-  return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
+  return std::max(all, white);
 }
 
 ColouredNoise white_noise(std::span<const double> x) { return {second_difference(x, 1, 0) / std::sqrt(6.0), 0}; }

@@ -244,9 +244,12 @@ MeasuredInput measured_load(const std::string& run, const Series& torque, std::s
   std::vector<double> load = moving_mean(raw, half);
   std::ranges::transform(load, ripple, load.begin(), std::plus{});
   InputNoise left = noise_of_means(noise, half, interval);
+  // A load that moves all the time is none of the gauge's noise.
+  const double at_most = noise_at_most(raw, torque.lsb / std::sqrt(12.0));
+  const double share = noise.sigma > 0 ? std::min(1.0, at_most / noise.sigma) : 1;
   bool loaded = false;
   for (std::size_t k = 0; k < load.size() && !loaded; ++k) {
-    loaded = std::abs(load[k]) > 6 * left.sigma[k] + 2 * torque.lsb;
+    loaded = std::abs(load[k]) > 6 * share * left.sigma[k] + 2 * torque.lsb;
   }
   if (!loaded) return {};
   return {std::move(load), std::move(left)};

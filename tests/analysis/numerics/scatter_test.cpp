@@ -47,9 +47,10 @@ TEST(ColouredNoise, IsNotTakenInByALoadThatComesAndGoes) {
   EXPECT_LT(noise.autocorrelation, 0.1);
 }
 
-TEST(ColouredNoise, IsNotTakenInByASeriesThatAlwaysMoves) {
+TEST(NoiseAtMost, IsNotTakenInByASeriesThatAlwaysMoves) {
   const auto swing = [](std::size_t k) { return 20 * std::sin(0.015 * static_cast<double>(k)); };
-  EXPECT_LT(coloured_noise(autoregression(0, swing), 0).sigma, 2) << "no more than noise that walks off";
+  EXPECT_LT(noise_at_most(autoregression(0, swing), 0), 2) << "no more than noise that walks off";
+  for (const double rho : {0.0, 0.9}) EXPECT_NEAR(noise_at_most(autoregression(rho, still), 0), 0.2, 0.03) << rho;
 }
 
 TEST(ColouredNoise, IsFoundBehindStepsAsLargeAsItself) {
