@@ -77,7 +77,19 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
   }
   const std::vector<double> given = free.pick({});
   Descent best = descend(problem, given, options.max_iterations, options.tolerance);
-  if (best.cost == infinity && !std::isfinite(problem.normal_equations(given, false, false).rtr)) {
+  const auto can_be_simulated = [&](std::span<const double> x) {
+    return std::isfinite(problem.normal_equations(x, false, false).rtr);
+  };
+  // A start may be one that no machine has (a part of J above J); another within the bounds is not.
+  constexpr std::size_t most_other_starts = 16;
+  const bool may_begin_elsewhere = options.extra_starts > 0 && best.cost == infinity &&
+                                   std::ranges::all_of(given, [](double x) { return std::isfinite(x); }) &&
+                                   !can_be_simulated(given);
+  for (std::size_t s = 0; may_begin_elsewhere && best.cost == infinity && s < most_other_starts; ++s) {
+    const std::vector<double> start = other_start(problem, model, s);
+    if (can_be_simulated(start)) best = descend(problem, start, options.max_iterations, options.tolerance);
+  }
+  if (best.cost == infinity && !can_be_simulated(given)) {
     throw ModelError("model `" + model.name + "` cannot be simulated with its start values: the result is not finite");
   }
   // Other starts descend on a part of the data; what they reach is tried on all of it.

@@ -331,6 +331,16 @@ TEST(Calibrate, ComparesWithTheWantedOutputsAlone) {
   EXPECT_LT(speed.cost, 0.6 * all.cost);
 }
 
+TEST(Calibrate, BeginsElsewhereWhereNoMachineHasTheValuesGiven) {
+  Model model = with_noise(servo_model());
+  const auto records = prepared({record({}, synthetic::steps, 1e-3, quiet)}, model);
+  const std::size_t soft = effect_index("shaft_compliance");
+  model.include(soft);
+  model.parameters_of(soft)[2].value = 1.1 * model.at(base::J).value;  // a part of J, larger than it
+  model.parameters_of(soft)[2].max = 2 * model.at(base::J).value;
+  EXPECT_TRUE(std::isfinite(calibrate(records, model).cost));
+}
+
 TEST(Calibrate, RefusesAModelThatCannotBeSimulated) {
   Model model = with_noise(servo_model());
   const auto records = prepared({record({}, synthetic::steps, 1e-3, quiet)}, model);
