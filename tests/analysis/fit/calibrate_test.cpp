@@ -336,6 +336,7 @@ TEST(Calibrate, BeginsElsewhereWhereNoMachineHasTheValuesGiven) {
   const auto records = prepared({record({}, synthetic::steps, 1e-3, quiet)}, model);
   const std::size_t soft = effect_index("shaft_compliance");
   model.include(soft);
+  model.parameters_of(soft)[0].value = 10;                             // [N m/rad]
   model.parameters_of(soft)[2].value = 1.1 * model.at(base::J).value;  // a part of J, larger than it
   model.parameters_of(soft)[2].max = 2 * model.at(base::J).value;
   EXPECT_TRUE(std::isfinite(calibrate(records, model).cost));
