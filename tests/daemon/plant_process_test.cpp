@@ -107,7 +107,7 @@ TEST_F(DaemonAndPlant, ADaemonThatIsStoppedIsEndedByItsGuardian) {
   emtbd->signal(SIGSTOP);
   EXPECT_TRUE(eventually([this] { return reference() == 0; }));
   EXPECT_EQ(emtbd->wait(), 128 + SIGKILL);
-  EXPECT_NE(emtbd->err().find("emtbd stands still"), std::string::npos) << emtbd->err();
+  EXPECT_NE(emtbd->err().find("emtbd stands still and was ended"), std::string::npos) << emtbd->err();
 }
 
 TEST_F(DaemonAndPlant, ATerminalStopsNoDaemon) {
