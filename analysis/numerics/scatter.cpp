@@ -51,6 +51,18 @@ double second_difference(std::span<const double> x, std::size_t lag, double step
   return robust > few * step ? robust : clipped_sigma(sizes, std::max(robust, step));
 }
 
+/// What a second difference over a lag makes of noise, as that of one sample.
+/// @param least what sigma is at the least: the instrument's step/sqrt(12)
+double scatter_over(std::span<const double> x, std::size_t lag, double least) {
+  return second_difference(x, lag, std::sqrt(12.0) * least) / std::sqrt(6.0);
+}
+
+/// Over which noise has forgotten itself.
+std::size_t longest_lag(std::span<const double> x) {
+  constexpr std::size_t many = 100;  // readings: by hand, longer than the memory of noise at 0.97 (ColouredNoise.*)
+  return std::max<std::size_t>(1, std::min(many, x.size() / 8));
+}
+
 }  // namespace
 
 double ColouredNoise::of_mean(double n) const {
@@ -62,11 +74,8 @@ double ColouredNoise::of_mean(double n) const {
 ColouredNoise coloured_noise(std::span<const double> x, double least) {
   // For white noise the variance of a second difference is 6 sigma^2; for autocorrelation rho, over one sample,
   // (6 - 8 rho + 2 rho^2) sigma^2, and over many again 6 sigma^2.
-  constexpr std::size_t many = 100;  // readings: by hand, longer than the memory of noise at 0.97 (ColouredNoise.*)
-  const double step = std::sqrt(12.0) * least;
-  const auto by = [&](std::size_t lag) { return second_difference(x, lag, step) / std::sqrt(6.0); };
-  const double white = std::max(by(1), least);
-  const double all = std::max(by(std::max<std::size_t>(1, std::min(many, x.size() / 8))), white);
+  const double white = std::max(scatter_over(x, 1, least), least);
+  const double all = std::max(scatter_over(x, longest_lag(x), least), white);
   if (all <= 0) return {};
   const double ratio = white * white / (all * all);
   return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
@@ -74,14 +83,14 @@ ColouredNoise coloured_noise(std::span<const double> x, double least) {
 
 double noise_at_most(std::span<const double> x, double least) {
   // Noise grows no faster than a walk does, by the root of the lag; what does is how the series moves.
-  constexpr std::size_t many = 100;
   constexpr double as_a_walk = 1.2;
-  const double step = std::sqrt(12.0) * least;
-  const auto by = [&](std::size_t lag) { return second_difference(x, lag, step) / std::sqrt(6.0); };
-  const double white = std::max(by(1), least);
-  std::size_t lag = std::max<std::size_t>(1, std::min(many, x.size() / 8));
-  double all = by(lag);
-  for (; lag > 1 && all > as_a_walk * std::sqrt(static_cast<double>(lag)) * white; all = by(lag)) lag /= 2;
+  const double white = std::max(scatter_over(x, 1, least), least);
+  std::size_t lag = longest_lag(x);
+  double all = scatter_over(x, lag, least);
+  while (lag > 1 && all > as_a_walk * std::sqrt(static_cast<double>(lag)) * white) {
+    lag /= 2;
+    all = scatter_over(x, lag, least);
+  }
   return std::max(all, white);
 }
 

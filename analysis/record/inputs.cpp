@@ -244,14 +244,18 @@ MeasuredInput measured_load(const std::string& run, const Series& torque, std::s
   std::vector<double> load = moving_mean(raw, half);
   std::ranges::transform(load, ripple, load.begin(), std::plus{});
   InputNoise left = noise_of_means(noise, half, interval);
+  const auto stands_out = [&](double share) {  // of what the noise was taken for
+    for (std::size_t k = 0; k < load.size(); ++k) {
+      if (std::abs(load[k]) > 6 * share * left.sigma[k] + 2 * torque.lsb) return true;
+    }
+    return false;
+  };
   // A load that moves all the time is none of the gauge's noise.
-  const double at_most = noise_at_most(raw, torque.lsb / std::sqrt(12.0));
-  const double share = noise.sigma > 0 ? std::min(1.0, at_most / noise.sigma) : 1;
-  bool loaded = false;
-  for (std::size_t k = 0; k < load.size() && !loaded; ++k) {
-    loaded = std::abs(load[k]) > 6 * share * left.sigma[k] + 2 * torque.lsb;
-  }
-  if (!loaded) return {};
+  const auto at_most = [&] {
+    const double most = noise_at_most(raw, torque.lsb / std::sqrt(12.0));
+    return noise.sigma > 0 ? std::min(1.0, most / noise.sigma) : 1;
+  };
+  if (!stands_out(1) && !stands_out(at_most())) return {};
   return {std::move(load), std::move(left)};
 }
 
