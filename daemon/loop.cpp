@@ -126,6 +126,7 @@ void Loop::begin(const Order& order) noexcept {
   ended_ = false;
   t0_ = now_;  // until the first tick sets it
   live_.run_time.store(0);
+  live_.profile_time.store(0);
   if (state_ != LoopState::armed) {  // it latched between the question and the order
     const Fault cause = safety_.cause() ? safety_.cause().fault : Fault::terminated;
     if (is_fault(static_cast<std::uint16_t>(cause))) {
@@ -292,6 +293,7 @@ void Loop::drive(double now) noexcept {
     case LoopState::running: {
       const double t = now - t0_;
       const double at = profile_time(t);
+      live_.profile_time.store(at, std::memory_order_relaxed);
       if (state_ != LoopState::running) break;  // nobody came
       if (at >= order_->profile.duration() - rounding && !waiting_) {
         end(Outcome::done, Fault::none);

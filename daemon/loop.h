@@ -61,6 +61,7 @@ struct Live {
   std::atomic<bool> output_broken{false};  ///< the reference output refused to go safe
   std::atomic<double> now{0};              ///< [s] on the loop's clock
   std::atomic<double> run_time{0};         ///< [s] since the run began, or its length when it ended
+  std::atomic<double> profile_time{0};     ///< [s] how far the profile is: it waits with its operator
   std::atomic<double> u_ref{0};            ///< [V] as set
   std::atomic<int> pause{-1};              ///< the pause of the run that waits for a person, or -1
   std::atomic<std::uint64_t> ticks{0};

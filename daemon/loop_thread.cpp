@@ -3,6 +3,7 @@
 #include <exception>
 #include <future>
 
+#include "daemon/early_wake.h"
 #include "hal/deadline.h"
 
 namespace emtb {
@@ -15,7 +16,7 @@ LoopThread::LoopThread(Loop& loop, Clock& clock, Live& live, Settings settings)
     try {
       const RealtimeScope scope(settings_.realtime);
       tried.set_value(scope.steps());
-      run();
+      run(scope.scheduled());
     } catch (const std::exception&) {  // only RealtimeScope throws, before the value is set
       tried.set_exception(std::current_exception());
     }
@@ -33,9 +34,11 @@ LoopThread::~LoopThread() {
   thread_.join();
 }
 
-void LoopThread::run() {
+void LoopThread::run(bool scheduled) {
   loop_.start();
   Deadline deadline(clock_.now(), settings_.period);
+  EarlyWake early(settings_.period);
+  const bool awake = scheduled && !settings_.pace;  // simulated time waits for nobody
   bool busy = false;
   while (!quit_.load(std::memory_order_relaxed)) {
     if (loop_.wanted()) {
@@ -47,8 +50,12 @@ void LoopThread::run() {
       if (settings_.pace) settings_.pace(busy);
       deadline.restart(clock_.now());
     }
-    clock_.sleep_until(deadline.next());
-    const double now = clock_.now();
+    const double asked = deadline.next() - (awake ? early.margin() : 0);
+    const bool slept = clock_.now() < asked;
+    clock_.sleep_until(asked);
+    double now = clock_.now();
+    if (slept) early.slept(now - asked);
+    while (awake && now < deadline.next()) now = clock_.now();
     const bool real_time = !busy || !settings_.pace;
     if (real_time) live_.lateness.add(now - deadline.next());
     loop_.tick(now, deadline.woke(now));

@@ -30,7 +30,7 @@ class LoopThread {
   const std::vector<RealtimeStep>& realtime() const noexcept { return steps_; }
 
  private:
-  void run();
+  void run(bool scheduled);
 
   Loop& loop_;
   Clock& clock_;

@@ -73,6 +73,7 @@ RealtimeStep pin() {
 RealtimeScope::RealtimeScope(Realtime wish) {
   if (wish == Realtime::off) return;
   steps_ = {lock_memory(), schedule(), pin()};
+  scheduled_ = steps_[1].ok;
 
   RealtimeStep awake{.what = "processors kept awake (cpu_dma_latency 0 us)"};
   latency_ = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);

@@ -28,7 +28,11 @@ class RealtimeScope {
 
   const std::vector<RealtimeStep>& steps() const noexcept { return steps_; }
 
+  /// The thread has a real-time priority: no other program can keep it from a deadline for which it waits awake.
+  bool scheduled() const noexcept { return scheduled_; }
+
  private:
+  bool scheduled_ = false;
   int latency_ = -1;  // /dev/cpu_dma_latency: the wish holds as long as the file is open
   std::vector<RealtimeStep> steps_;
 };

@@ -162,6 +162,7 @@ json Service::status(const rpc::Peer& peer) const {
     answer["run"] = {{"id", current_->order->id},
                      {"profile", current_->order->profile.name()},
                      {"t", live_.run_time.load()},
+                     {"done", live_.profile_time.load()},
                      {"duration", current_->order->profile.duration()},
                      {"session", current_->path.string()},
                      {"controller", controller},
@@ -185,6 +186,7 @@ std::string Service::live_line(std::uint64_t peer) const {
     params["run"] = {{"id", current_->order->id},
                      {"profile", current_->order->profile.name()},
                      {"t", live_.run_time.load()},
+                     {"done", live_.profile_time.load()},
                      {"duration", current_->order->profile.duration()},
                      {"pause", pause()}};
   }

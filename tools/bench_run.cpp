@@ -20,6 +20,9 @@ using nlohmann::json;
 
 volatile sig_atomic_t interrupt_seen = 0;
 
+/// [s] How far the profile is; an older daemon does not say it.
+double done(const json& run) { return run.value("done", run["t"].get<double>()); }
+
 /// With one place after the point, also where that is 0: a time that runs does not jump in width.
 std::string tenths(const json& value) {
   char text[32];
@@ -91,7 +94,7 @@ std::string signals_in_words(const json& signals) {
 }
 
 std::string run_in_words(const json& run) {
-  return run["profile"].get<std::string>() + " " + tenths(run["t"]) + "/" + tenths(run["duration"]) + " s";
+  return run["profile"].get<std::string>() + " " + tenths(done(run)) + "/" + tenths(run["duration"]) + " s";
 }
 
 json run_on_bench(Client& daemon, const json& wish) {
@@ -110,7 +113,7 @@ json run_on_bench(Client& daemon, const json& wish) {
     const json& now = (*message)["params"];
     if ((*message)["method"] == "live") paused = tell_of_pause(now["run"], paused);
     if ((*message)["method"] == "live" && !now["run"].is_null()) {
-      progress.show(now["run"]["t"].get<double>() / now["run"]["duration"].get<double>(),
+      progress.show(done(now["run"]) / now["run"]["duration"].get<double>(),
                     run_in_words(now["run"]) + "  " + signals_in_words(now["signals"]));
     }
     if ((*message)["method"] == "ended" && now["run"] == started["run"]) return now;

@@ -14,6 +14,7 @@ export interface Run {
   id: number;
   profile: string;
   t: number;
+  done?: number;  // [s] of the profile, which waits with its operator; an older daemon does not say it
   duration: number;
   session: string;
   controller: {user: string; pid: number} | null;
@@ -50,7 +51,6 @@ export class Bench extends Changing {
   now = 0;  ///< the bench's clock [s] at the newest sample
   private nowAt = 0;
   private told = "";
-  private waits: {run: number; since: number | null; held: number} = {run: 0, since: null, held: 0};  // [s] for the operator
 
   constructor() {
     super();
@@ -104,7 +104,7 @@ export class Bench extends Changing {
       this.name = status.bench || this.name;
       this.daemonLost = "";
       this.takeState(status.state, status.fault);
-      this.takeRun(status.run);
+      this.run = status.run;
       this.changed();
     }, () => undefined);
   }
@@ -153,21 +153,8 @@ export class Bench extends Changing {
 
   private takeLive(params: any): void {
     this.takeState(params.state, params.fault);
-    if (params.run && this.run && typeof params.run === "object") this.takeRun({...this.run, ...params.run});
+    if (params.run && this.run && typeof params.run === "object") this.run = {...this.run, ...params.run};
     this.changed();
-  }
-
-  private takeRun(run: Run | null): void {
-    this.run = run;
-    if (!run) return;
-    if (run.id !== this.waits.run) this.waits = {run: run.id, since: null, held: 0};
-    if (run.pause) this.waits.since ??= run.t;
-    else if (this.waits.since !== null) this.waits = {run: run.id, since: null, held: this.waits.held + run.t - this.waits.since};
-  }
-
-  /// [s] How far the profile is: a run that waits for its operator goes on in time, its profile does not.
-  elapsed(run: Run): number {
-    return Math.min(run.duration, (this.waits.since ?? run.t) - this.waits.held);
   }
 
   private takeDaemon(params: any): void {

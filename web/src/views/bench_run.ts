@@ -117,7 +117,7 @@ export function runPanel(): {element: HTMLElement; close: () => void} {
     prompt.hidden = !run?.pause;
     if (!run) return;
     setText(which, run.profile);
-    const done = bench.elapsed(run);
+    const done = Math.min(run.duration, run.done ?? run.t);
     setText(howFar, `${run.pause ? " waits for you at" : " is running,"} ${duration(done)} of ${duration(run.duration)}`);
     bar.value = run.duration > 0 ? done / run.duration : 0;
     setText(sessionFile, run.session);
