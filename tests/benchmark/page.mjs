@@ -158,7 +158,8 @@ async function frames() {
   const third = (values, n) => median(values.slice(Math.floor((n * values.length) / 3), Math.floor(((n + 1) * values.length) / 3)));
   const [heap, all] = [heaps, whole].map((values) => [third(values, 1), third(values, 2)]);
   console.log(`frames/s: median ${median(rates).toFixed(1)}, least ${Math.min(...rates).toFixed(1)}; from the middle third to the last: heap ${heap[0].toFixed(2)} to ${heap[1].toFixed(2)} MB, browser ${all[0].toFixed(0)} to ${all[1].toFixed(0)} MB`);
-  expect(status(bench).run !== null, "the run ended before");
+  const end = status(bench);
+  expect(end.run !== null, `the run ended before: ${JSON.stringify(end.last_run)}`);
   run.destroy();
   expect(median(rates) >= 29.5, "30 frames/s are asked for");
   expect(heap[1] < 1.05 * heap[0] + 0.2 && all[1] < 1.05 * all[0], "the memory grows");
