@@ -187,8 +187,11 @@ struct EffectInfo {
     return std::nullopt;
   }
 
-  /// A torque that repeats several times a turn, so that a shaft that stops rests between its waves.
-  constexpr bool is_detent() const { return periodic && !reads && place_of(Role::order); }
+  /// It repeats several times a turn, how often is to be found.
+  constexpr bool is_wave() const { return periodic && place_of(Role::order); }
+
+  /// A torque that does, so that a shaft that stops rests between its waves.
+  constexpr bool is_detent() const { return is_wave() && !reads; }
 
   /// Do both shape the same, so that one of them may stand in for the other?
   constexpr bool same_family(const EffectInfo& other) const { return family != Family::none && family == other.family; }

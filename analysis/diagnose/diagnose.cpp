@@ -68,15 +68,25 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
   for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
     if (needed(effect, found.current.model())) continue;
-    const bool may_be = trials.determined(judged->model, effect);
+    bool may_be = trials.determined(judged->model, effect);
     if (may_be && told_from_zero(*judged, effect, by_far)) continue;
     const bool doubtful = !told_from_zero(*judged, effect, hardly) && criterion.remainder(found.current.held_out);
     Model without = found.current.model();
     without.exclude(effect);
     std::optional<Trial> trial = trials.fit_from_elsewhere_too(without);
-    const Timing before = data.timing;
+    Timing before = data.timing;
     if (trial && settle_timing(data, trial->model()) != TimingChange::none)
       trial = trials.fit_to_the_end(trial->model());
+    if (trial && !may_be && !before.lags_in_itself && criterion.remainder(trial->held_out)) {
+      // What lags by less than a row, and no timing has its shape, is the machine.
+      const Timing without_it = data.timing;
+      Timing in_itself = before;
+      in_itself.lags_in_itself = true;
+      set_timing(data, in_itself);
+      may_be = trials.determined(judged->model, effect);
+      if (may_be) before = in_itself;
+      set_timing(data, without_it);
+    }
     const bool is_needed = !trial || (may_be && criterion.remainder(trial->held_out) && !doubtful &&
                                       removes_most(trial->held_out, found.current.held_out) &&
                                       ((leaves_a_share(trial->held_out, inputs, rule) &&
@@ -242,7 +252,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
   }
   const bool has_other_runs = !held_out.empty() || train.size() > 1;
-  if (has_other_runs && road.found.effects.empty() && !criterion.remainder(road.found.current.held_out)) {
+  if (has_other_runs && !criterion.remainder(road.found.current.held_out)) {
     if (auto quieter = floors_without_a_law(trials, data.noise, road.found.current)) {
       set_noise(*prepared, std::move(*quieter), given);
       road = best_road(*prepared, search, criterion, first_fit(trials, data, given));

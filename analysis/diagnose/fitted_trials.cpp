@@ -292,9 +292,9 @@ Model FittedTrials::with_base_as_given(Model model) const {
 
 std::optional<Addition> FittedTrials::refit_at_whole_orders(const Trial& fitted) {
   constexpr double worth_going_on = 0.05;  // of the largest remainder; by hand
-  const std::vector<std::size_t> detents = absent_detents(fitted.model());
-  if (!criterion_.worth_a_wide_search(fitted.held_out) || detents.empty()) return {};
-  auto begun = begun_at_whole_orders(data_.train, fitted.fit, fitted.squares, detents, score_, valleys_);
+  const std::vector<std::size_t> waves = absent_waves(fitted.model());
+  if (!criterion_.worth_a_wide_search(fitted.held_out) || waves.empty()) return {};
+  auto begun = begun_at_whole_orders(data_.train, fitted.fit, fitted.squares, waves, score_, valleys_);
   if (!begun) return {};
   const double left = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
   if (largest_excess(loss_on(data_.train, begun->fit.model, begun->fit.phases)) > (1 - worth_going_on) * left)

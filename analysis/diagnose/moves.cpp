@@ -37,10 +37,10 @@ std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<
   return std::nullopt;
 }
 
-std::vector<std::size_t> absent_detents(const Model& model) {
-  std::vector<std::size_t> detents = absent_effects(model);
-  std::erase_if(detents, [&](std::size_t effect) { return !model.about(effect).is_detent(); });
-  return detents;
+std::vector<std::size_t> absent_waves(const Model& model) {
+  std::vector<std::size_t> waves = absent_effects(model);
+  std::erase_if(waves, [&](std::size_t effect) { return !model.about(effect).is_wave(); });
+  return waves;
 }
 
 std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& fitted, std::size_t at_most,

@@ -23,8 +23,8 @@ bool needed(std::size_t effect, const Model& model);
 std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<std::size_t>& found,
                                           const Model& model);
 
-/// The effects of the library that pull at a shaft several times a turn, as far as a model does not include them.
-std::vector<std::size_t> absent_detents(const Model& model);
+/// The effects of the library that repeat several times a turn, as far as a model does not include them.
+std::vector<std::size_t> absent_waves(const Model& model);
 
 /// The scored effects that are worth a refit, best first. @param at_most so many
 std::vector<Score> worth_a_refit(const std::vector<Score>& scores, const Model& fitted, std::size_t at_most,

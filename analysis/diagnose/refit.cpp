@@ -94,34 +94,46 @@ Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squar
   return *std::ranges::min_element(begun, {}, &Fit::cost);
 }
 
-std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> records, const Fit& fitted,
-                                                        double squares, std::span<const std::size_t> effects,
-                                                        const ScoreOptions& options, const Valleys& valleys) {
+namespace {
+
+/// A refit of one wave, begun at each of its orders that stood out and gone on with at the best.
+std::optional<BegunAtWholeOrders> begun_at_best_order(std::span<const Record> records, const Fit& fitted,
+                                                      double squares, Score score, const Valleys& valleys) {
   constexpr int first_look = 2;  // steps
   constexpr std::size_t go_on = 2;
-  ScoreOptions all = options;
-  all.whole_orders = true;
-  const std::vector<Score> scored = promising(score(records, fitted.model, effects, all), options);
-  if (scored.empty()) return std::nullopt;
-  Score best = scored.front();
   const ShortestRecords shortest(records);
   const std::span<const Record> runs = shortest.all();
   const double squares_there = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
   std::vector<std::pair<double, Score::Start>> begun;
-  for (const Score::Start& start : best.starts) {
-    const auto there = with_effect(runs, fitted.model, squares_there, best.effect, start);
+  for (const Score::Start& start : score.starts) {
+    const auto there = with_effect(runs, fitted.model, squares_there, score.effect, start);
     if (!there) continue;
     const Fit f = first_steps(runs, there->model, first_look, there->phases);
     std::vector<double> values;
-    for (const Parameter& p : f.model.parameters_of(best.effect)) values.push_back(p.value);
+    for (const Parameter& p : f.model.parameters_of(score.effect)) values.push_back(p.value);
     begun.push_back({f.cost, {values, values, {}}});
   }
   if (begun.empty()) return std::nullopt;
   std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
-  best.starts.clear();
-  for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.starts.push_back(begun[i].second);
-  Fit started = begun_refit(records, fitted, squares, best, valleys);
-  return BegunAtWholeOrders{std::move(best), std::move(started)};
+  score.starts.clear();
+  for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) score.starts.push_back(begun[i].second);
+  Fit started = begun_refit(records, fitted, squares, score, valleys);
+  return BegunAtWholeOrders{std::move(score), std::move(started)};
+}
+
+}  // namespace
+
+std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> records, const Fit& fitted,
+                                                        double squares, std::span<const std::size_t> effects,
+                                                        const ScoreOptions& options, const Valleys& valleys) {
+  ScoreOptions all = options;
+  all.whole_orders = true;
+  std::optional<BegunAtWholeOrders> best;
+  for (Score& score : promising(emtb::score(records, fitted.model, effects, all), options)) {
+    auto begun = begun_at_best_order(records, fitted, squares, std::move(score), valleys);
+    if (begun && (!best || begun->fit.cost < best->fit.cost)) best = std::move(begun);
+  }
+  return best;
 }
 
 Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::size_t effect,
@@ -131,7 +143,7 @@ Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::si
   const double squares = sum_of_squares(left.residuals);
   const std::vector<Score> scores = score(records, fitted.model, std::vector{effect}, options);
   Fit best = begun_refit(records, fitted, squares, scores.front());
-  if (!fitted.model.about(effect).is_detent()) return best;
+  if (!fitted.model.about(effect).is_wave()) return best;
   auto whole = begun_at_whole_orders(records, fitted, squares, std::vector{effect}, options);
   return whole && whole->fit.cost < best.cost ? std::move(whole->fit) : best;
 }

@@ -43,8 +43,8 @@ using Valleys = std::map<std::size_t, std::vector<double>>;
 Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squares, const Score& score,
                 const Valleys& valleys = {});
 
-/// The same of the best of some effects that pull at a shaft with an order that no spectrum shows: all whole orders are
-/// tried on the shortest runs. None where the score at whole orders promises nothing.
+/// The same of the best of some waves whose order no spectrum shows: all whole orders are tried on the shortest runs.
+/// None where no score at whole orders promises anything.
 struct BegunAtWholeOrders {
   Score score;
   Fit fit;
@@ -54,7 +54,7 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
                                                         const ScoreOptions& options, const Valleys& valleys = {});
 
 /// The refit of a fitted model with an effect that somebody names, begun wherever the diagnosis would begin it: from
-/// all starts of its score, and for what pulls at a shaft with an order also at all whole orders. At infinite cost
+/// all starts of its score, and for a wave also at all whole orders. At infinite cost
 /// where none can be simulated.
 Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::size_t effect,
                      const ScoreOptions& options = {});

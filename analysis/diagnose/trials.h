@@ -71,8 +71,8 @@ class Trials {
   /// not go on.
   virtual std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) = 0;
 
-  /// The refit of what pulls at a shaft that never turns slowly: it shows where the shaft starts and stops, in no
-  /// spectrum. Whole orders are tried one by one, on the shortest runs.
+  /// The refit of a wave that no spectrum shows: a torque shows where the shaft starts and stops, and runs may be
+  /// shorter than a turn. Whole orders are tried one by one, on the shortest runs.
   virtual std::optional<Addition> refit_at_whole_orders(const Trial& fitted) = 0;
 
   /// Two effects that hide each other: where no single one helps, both together may explain most of what is left.

@@ -46,7 +46,8 @@ TEST_F(BenchInService, WaitsForAPersonWhereAProfileSaysSo) {
   ASSERT_TRUE(eventually([&] { return (run = client.call("status", {})["run"])["pause"].is_object(); }));
   EXPECT_EQ(run["pause"]["say"], "set the brake");
   ASSERT_TRUE(eventually([&] { return client.call("status", {})["run"]["t"] > 0.2; }));
-  EXPECT_NEAR(client.call("status", {})["run"]["done"].get<double>(), 0.1, 1e-3) << "the profile waits, the run goes on";
+  EXPECT_NEAR(client.call("status", {})["run"]["done"].get<double>(), 0.1, 1e-3)
+      << "the profile waits, the run goes on";
   Client(path("sock")).call("confirm", {});  // from another terminal
   EXPECT_EQ(end_of_run(client)["outcome"], "done");
   const Session session = read_session(started["session"].get<std::string>());

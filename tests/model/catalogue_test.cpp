@@ -275,6 +275,8 @@ TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {
   EXPECT_TRUE(effect_catalogue()[effect_index("cogging")].is_detent());
   EXPECT_FALSE(effect_catalogue()[effect_index("eccentric_load")].is_detent()) << "once a turn";
   EXPECT_FALSE(effect_catalogue()[effect_index("tacho_ripple")].is_detent()) << "no torque";
+  EXPECT_TRUE(effect_catalogue()[effect_index("tacho_ripple")].is_wave());
+  EXPECT_FALSE(effect_catalogue()[effect_index("eccentric_load")].is_wave()) << "once a turn";
 }
 
 TEST(Catalogue, IsWatchedForWhatHasASizeAndNoShapeThatMatters) {

@@ -122,7 +122,7 @@ TEST(BenchParts, APersonMayLeaveEffectsOut) {
   EXPECT_THAT(tried_by(model), Not(Contains("windage")));
   const auto why = withheld_on(runs_of_the_servo(), model);
   EXPECT_EQ(why.at("cogging"), "left out on request");
-  EXPECT_THAT(absent_detents(model), testing::IsEmpty());
+  EXPECT_THAT(absent_waves(model), ElementsAre(effect_index("tacho_ripple")));
 }
 
 TEST(BenchParts, AnUnknownEffectIsRefused) {
