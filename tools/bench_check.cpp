@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "config/guards.h"
+#include "figures/terminal.h"
 #include "report/text.h"
 #include "tools/bench_inputs.h"
 
@@ -91,7 +92,7 @@ int check_bench(const std::string& file) {
   std::cout << bench.name << ": each signal once; nothing is moved\n";
   for (const BenchInputs::Device& device : inputs.devices) {
     if (device.why_not.empty()) continue;
-    std::cout << "  WRONG: " << device.why_not << "\n";
+    std::cout << fitted("  WRONG: " + device.why_not, width_of_rows());
     wrong = true;
   }
   Table table({"signal", "reads", "scatter", "unit", "at the input", "range", "from"});
@@ -109,16 +110,17 @@ int check_bench(const std::string& file) {
       wrong = wrong || remark.wrong;
     }
   }
-  if (!seen_all.empty()) std::cout << table.text("  ");
+  if (!seen_all.empty()) std::cout << table.text("  ", width_of_rows());
   std::vector<Channel> channels;
   for (const ChannelSeen& seen : seen_all) channels.push_back(seen.channel);
   for (const Guard& guard : guards_of(bench, channels)) {
     lines.push_back((guard.wrong.empty() ? "guard: " : "WRONG: ") + guard.text);
     wrong = wrong || !guard.wrong.empty();
   }
-  for (const std::string& line : lines) std::cout << "  " << line << "\n";
+  for (const std::string& line : lines) std::cout << fitted("  " + line, width_of_rows());
   if (!wrong) {
-    std::cout << "Every signal reads. Signs and scales are seen when it turns: emtb bench spin\n";
+    std::cout << fitted("Every signal reads. Signs and scales are seen when it turns: emtb bench spin",
+                        width_of_prose());
   }
   return wrong ? 1 : 0;
 }

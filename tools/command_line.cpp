@@ -58,7 +58,7 @@ class HelpPage : public CLI::Formatter {
   }
 
  private:
-  static std::size_t width() { return std::min<std::size_t>(static_cast<std::size_t>(style_of_stdout().width), 120); }
+  static std::size_t width() { return std::min<std::size_t>(width_of_prose(), 120); }
 
   std::string row(const std::string& left, const std::string& right, std::size_t column) const {
     constexpr std::size_t gap = 2;

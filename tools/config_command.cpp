@@ -12,9 +12,11 @@
 #include "config/schema.h"
 #include "config/shipped.h"
 #include "drivers/registry.h"
+#include "figures/terminal.h"
 #include "hal/error.h"
 #include "hal/format_version.h"
 #include "hal/printable.h"
+#include "report/text.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/rewrite.h"
@@ -98,7 +100,7 @@ int check_files(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     FileCheck check(file);
     const auto complaints = check.complaints();
-    for (const std::string& line : complaints) std::cout << line << "\n";
+    for (const std::string& line : complaints) std::cout << fitted(line, width_of_rows());
     if (complaints.empty()) std::cout << file << ": " << check.kind() << ", nothing wrong\n";
     wrong += complaints.empty() ? 0 : 1;
   }

@@ -9,6 +9,7 @@
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
+#include "figures/terminal.h"
 #include "hal/error.h"
 #include "hal/printable.h"
 #include "model/simulation.h"
@@ -112,11 +113,11 @@ int info_command(const FileOptions& o) {
     json one{{"session", text}, {"complete", session.complete}, {"attributes", session.attributes}};
     std::cout << text << (session.complete ? "" : "  (incomplete: the recording ended abruptly)") << "\n";
     for (const auto& [key, value] : session.attributes)
-      std::cout << "  " << printable(key) << ": " << printable(value) << "\n";
+      std::cout << fitted("  " + printable(key) + ": " + printable(value), width_of_rows());
     one["runs"] = json::array();
     for (const Run& run : read_runs(text, o.mapping())) {
       Table table(
-          {"  " + run.name, "readings", "from [s]", "to [s]", "window [s]", "resolution", "unit", "lowest", "highest"});
+          {"  signal", "readings", "from [s]", "to [s]", "window [s]", "resolution", "unit", "lowest", "highest"});
       json signals = json::object();
       for (const auto& [signal, s] : run.signals) {
         const auto [low, high] = std::ranges::minmax(s.value);
@@ -127,12 +128,14 @@ int info_command(const FileOptions& o) {
             {"readings", s.t.size()}, {"from", s.t.front()}, {"to", s.t.back()}, {"window", s.window},
             {"lsb", s.lsb},           {"min", low},          {"max", high}};
       }
-      std::cout << table.text();
+      if (run.name != text) std::cout << "  " << printable(run.name) << "\n";
+      std::cout << table.text("", width_of_rows());
       one["runs"].push_back({{"name", run.name}, {"signals", signals}});
     }
     one["events"] = json::array();
     for (const Event& e : session.events) {
-      std::cout << "  event " << e.code << " at " << pretty(e.t, 6) << " s: " << printable(e.text) << "\n";
+      std::cout << fitted("  event " + std::to_string(e.code) + " at " + pretty(e.t, 6) + " s: " + printable(e.text),
+                          width_of_rows());
       one["events"].push_back({{"t", e.t}, {"code", e.code}, {"text", e.text}});
     }
     all.push_back(std::move(one));
@@ -188,7 +191,7 @@ int table_command(const FileOptions& o) {
     row.push_back(unit);
     table.row(row);
   }
-  std::cout << table.text();
+  std::cout << table.text("", width_of_rows());
   return 0;
 }
 

@@ -140,14 +140,13 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     row.push_back(remark);
     table.row(row);
   }
-  std::cout << table.text();
-  const auto width = static_cast<std::size_t>(style_of_stdout().width);
-  for (const Pin& pin : pins) std::cout << fitted(in_words(pin), width);
-  for (const Undetermined& u : undetermined) std::cout << fitted(in_words(u), width);
+  std::cout << table.text("", width_of_rows());
+  for (const Pin& pin : pins) std::cout << fitted(in_words(pin), width_of_prose());
+  for (const Undetermined& u : undetermined) std::cout << fitted(in_words(u), width_of_prose());
   if (!undetermined.empty()) {
     std::cout << fitted("To determine " + std::string(undetermined.size() == 1 ? "it" : "them") + ": " +
                             advice_on(undetermined, model, recorded_by(records)),
-                        width);
+                        width_of_prose());
   }
 }
 
@@ -171,7 +170,7 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
       table.row({pretty(m.bins[b], 3), pretty(m.mean[b], 3), bar(largest > 0 ? m.mean[b] / largest : 0, 40),
                  pretty(m.ratio[b], 3)});
     }
-    std::cout << table.text("  ");
+    std::cout << table.text("  ", width_of_rows());
   }
   if (shown.empty()) std::cout << "No signal is above its noise floor by more than a tenth.\n";
 }
@@ -328,7 +327,7 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
         [&](const Comparison& c) { return c.signals.at(signal).ratio; });
   }
   std::cout << models.size() << " models on " << counted(runs.size(), held_out.empty() ? "run" : "held-out run") << "\n"
-            << table.text();
+            << table.text("", width_of_rows());
   const auto best = std::ranges::min_element(results, {}, &Comparison::error);
   std::cout << "nearest to the measurements: " << files[static_cast<std::size_t>(best - results.begin())] << "\n";
   return 0;
@@ -378,16 +377,15 @@ void print_steps(const Diagnosis& d) {
     steps.row({s.action, error_cell(s.train), error_cell(s.held_out),
                std::string(length, '#') + std::string(50 - length, ' ')});
   }
-  std::cout << steps.text();
+  std::cout << steps.text("", width_of_rows());
 }
 
 /// What was tried, best first.
 void print_candidates(const Diagnosis& d, bool all) {
   constexpr std::size_t few = 5;
-  const auto width = static_cast<std::size_t>(style_of_stdout().width);
-  std::cout << candidates_text(d, all ? 0 : few, width);
+  std::cout << candidates_text(d, all ? 0 : few, width_of_prose());
   for (const auto& list : {refused(d), not_tried(d)}) {
-    for (const std::string& line : list) std::cout << wrapped(line, width) << "\n";
+    for (const std::string& line : list) std::cout << wrapped(line, width_of_prose()) << "\n";
   }
 }
 
@@ -434,12 +432,11 @@ int diagnose_command(const ModelOptions& o) {
   print_candidates(d, o.every_candidate);
   std::cout << "\n";
   print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
-  const auto width = static_cast<std::size_t>(style_of_stdout().width);
   std::cout << "\n"
             << fitted(signals_text(d.signals) + "timing: " + in_words(d.data->timing, d.data->interval(), d.final) +
                           "\n\n" + verdict_text(d) + "\n",
-                      width);
-  if (rest) std::cout << fitted(discovery_text(*rest), width) << "\n";
+                      width_of_prose());
+  if (rest) std::cout << fitted(discovery_text(*rest), width_of_prose()) << "\n";
   finish_model(o, d.final);
   std::cout << answer_text(d, {o.model, o.sessions, o.held_out, o.map, o.candidates, o.out});
   return 0;
