@@ -7,9 +7,9 @@
 #include <cstring>
 #include <iostream>
 #include <new>
-#include <numeric>
 
 #include "figures/terminal.h"
+#include "hal/did_you_mean.h"
 #include "hal/error.h"
 #include "hal/one_line.h"
 #include "hal/printable.h"
@@ -69,29 +69,6 @@ class HelpPage : public CLI::Formatter {
     return head + body.substr(head.size()) + "\n";
   }
 };
-
-/// How many letters must be put in, taken out, changed or swapped with their neighbour to make one word of another.
-std::size_t typing_errors(std::string_view a, std::string_view b) {
-  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  std::iota(d[0].begin(), d[0].end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  }
-  return d[a.size()][b.size()];
-}
-
-/// `; did you mean diagnose?`, or nothing where no known word is near.
-std::string did_you_mean(const std::string& typed, const std::vector<std::string>& known) {
-  const auto errors = [&](const std::string& word) { return typing_errors(typed, word); };
-  const auto nearest = std::ranges::min_element(known, {}, errors);
-  if (nearest == known.end() || errors(*nearest) > std::max<std::size_t>(1, typed.size() / 3)) return "";
-  return "; did you mean " + *nearest + "?";
-}
 
 std::vector<std::string> commands_of(const CLI::App& app) {
   std::vector<std::string> names;

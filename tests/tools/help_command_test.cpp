@@ -88,6 +88,17 @@ TEST_F(HelpCommand, AMistypedWordIsAnsweredWithTheNearestOne) {
   EXPECT_THAT(complaint({"diagnose"}), HasSubstr("See emtb help diagnose"));
 }
 
+TEST_F(HelpCommand, AMistypedEffectIsAnsweredWithTheNearestOneWhereverItIsNamed) {
+  const std::string model = std::string(EMTB_CONFIG) + "/models/fh2.yaml";
+  const std::string guess = "emtb: unknown effect `coulomb`; did you mean coulomb_friction?\n";
+  EXPECT_EQ(complaint({"effects", "coulomb"}), guess);
+  EXPECT_EQ(complaint({"add", "coulomb", model, "none.csv"}), guess);
+  for (const char* option : {"--without", "--only"}) {
+    EXPECT_EQ(complaint({"diagnose", model, "none.csv", option, "coulomb"}), guess) << option;
+    EXPECT_EQ(complaint({"report", model, "none.csv", "--out", path("r.html"), option, "coulomb"}), guess) << option;
+  }
+}
+
 TEST_F(HelpCommand, TheVersionNamesTheCommit) {
   ASSERT_EQ(call({"--version"}), 0);
   EXPECT_THAT(last->out(), testing::MatchesRegex("emtb [0-9.]+ \\(commit [0-9a-f]+(-dirty)?\\)\n"));
