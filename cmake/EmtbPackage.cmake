@@ -6,8 +6,9 @@ file(MAKE_DIRECTORY ${EMTB_MADE})
 
 # The manual and the completions are written by the programs themselves: from the tree that parses the command line.
 set(made "")
+file(GLOB profiles CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/config/profiles/*.yaml)  # the completions name them
 foreach(kind man bash zsh)
-  add_custom_command(OUTPUT ${EMTB_MADE}/emtb.${kind} COMMAND emtb help --as ${kind} > ${EMTB_MADE}/emtb.${kind} DEPENDS emtb VERBATIM)
+  add_custom_command(OUTPUT ${EMTB_MADE}/emtb.${kind} COMMAND emtb help --as ${kind} > ${EMTB_MADE}/emtb.${kind} DEPENDS emtb ${profiles} VERBATIM)
   list(APPEND made ${EMTB_MADE}/emtb.${kind})
 endforeach()
 foreach(program emtbd emtb-safe emtb-plant)

@@ -81,12 +81,49 @@ std::string no_such_command(const std::string& typed, const CLI::App& app) {
   return printable(typed) + ": no such command" + (guess.empty() ? ". See emtb --help" : guess);
 }
 
+/// `check, calibrate or spin`
+std::string in_a_row(const std::vector<std::string>& words, const std::string& last) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : i + 1 == words.size() ? last : ", ") + words[i];
+  return text;
+}
+
+/// Where a command lacks a word of which there are but a few: which.
+std::string missing_word(const CLI::App& command, const Choices& choices) {
+  for (const CLI::Option* o : command.get_options()) {
+    if (!o->get_positional() || !o->get_required() || !o->empty()) continue;
+    const auto choice = choices.find(o);
+    if (choice == choices.end() || !choice->second.only) break;
+    return command.get_name() + ": which? " + in_a_row(choice->second.words(), " or ");
+  }
+  return "";
+}
+
+/// @throws Error where a word is none of those that there are
+void refuse_unknown_words(const CLI::App& command, const Choices& choices) {
+  for (const CLI::Option* o : command.get_options()) {
+    const auto choice = choices.find(o);
+    if (choice == choices.end() || !choice->second.only) continue;
+    const std::vector<std::string> known = choice->second.words();
+    for (const std::string& word : o->results()) {
+      if (std::ranges::find(known, word) != known.end()) continue;
+      const std::string what = o->get_positional() ? command.get_name() : "--" + o->get_lnames().front();
+      const std::string guess = did_you_mean(word, known);
+      throw Error(what + " " + printable(word) + ": not known" +
+                  (guess.empty() ? ". Known: " + in_a_row(known, ", ") : guess));
+    }
+  }
+}
+
 /// What was typed that nothing takes: a command, or an option of the one that was given.
-std::string not_understood(const CLI::App& app, const std::string& what) {
+std::string not_understood(const CLI::App& app, const Choices& choices, const std::string& what) {
   const auto chosen = app.get_subcommands();
   const std::vector<std::string> rest = app.remaining(true);
   if (rest.empty() && chosen.empty()) return "which command? See emtb --help";
-  if (rest.empty()) return what + ". See emtb help " + chosen.front()->get_name();
+  if (rest.empty()) {
+    const std::string missing = missing_word(*chosen.front(), choices);
+    return (missing.empty() ? what : missing) + ". See emtb help " + chosen.front()->get_name();
+  }
   if (chosen.empty() && !rest.front().starts_with("-")) return no_such_command(rest.front(), app);
   const CLI::App& owner = chosen.empty() ? app : *chosen.front();
   const auto option = std::ranges::find_if(rest, [](const std::string& word) { return word.starts_with("-"); });
@@ -109,48 +146,59 @@ struct Command::Impl {
   std::function<int()> chosen{};     // of the root: the action of the command that was given
   std::shared_ptr<Impl> root{};      // of a command
   std::shared_ptr<HelpPage> page{};  // of the root
+  Choices choices{};                 // of the root: those of all commands
+  const CLI::Option* last = nullptr;
+
+  void choose(Choice choice) { (root ? root->choices : choices)[last] = std::move(choice); }
 };
 
-Command& Command::argument(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->required();
+Command& Command::added(CLI::Option* option) {
+  impl_->last = option;
   return *this;
+}
+Command& Command::one_of(const std::vector<std::string>& words) {
+  impl_->choose({.words = [words] { return words; }, .only = true});
+  return *this;
+}
+Command& Command::offers(const Words& words) {
+  impl_->choose({.words = words});
+  return *this;
+}
+Command& Command::offers_beside_files(const Words& words) {
+  impl_->choose({.words = words, .files = true});
+  return *this;
+}
+
+Command& Command::argument(const std::string& name, std::string& value, const std::string& help) {
+  return added(impl_->app->add_option(name, value, help)->required());
 }
 Command& Command::optional_argument(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help);
-  return *this;
+  return added(impl_->app->add_option(name, value, help));
 }
 Command& Command::arguments(const std::string& name, std::vector<std::string>& values, const std::string& help) {
-  impl_->app->add_option(name, values, help)->required();
-  return *this;
+  return added(impl_->app->add_option(name, values, help)->required());
 }
 Command& Command::optional_arguments(const std::string& name, std::vector<std::string>& values,
                                      const std::string& help) {
-  impl_->app->add_option(name, values, help);
-  return *this;
+  return added(impl_->app->add_option(name, values, help));
 }
 Command& Command::hidden_option(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->group("");
-  return *this;
+  return added(impl_->app->add_option(name, value, help)->group(""));
 }
 Command& Command::option(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help);
-  return *this;
+  return added(impl_->app->add_option(name, value, help));
 }
 Command& Command::option(const std::string& name, double& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->capture_default_str();
-  return *this;
+  return added(impl_->app->add_option(name, value, help)->capture_default_str());
 }
 Command& Command::option(const std::string& name, int& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->capture_default_str();
-  return *this;
+  return added(impl_->app->add_option(name, value, help)->capture_default_str());
 }
 Command& Command::options(const std::string& name, std::vector<std::string>& values, const std::string& help) {
-  impl_->app->add_option(name, values, help);
-  return *this;
+  return added(impl_->app->add_option(name, values, help));
 }
 Command& Command::flag(const std::string& name, bool& value, const std::string& help) {
-  impl_->app->add_flag(name, value, help);
-  return *this;
+  return added(impl_->app->add_flag(name, value, help));
 }
 
 void Command::action(std::function<int()> run) {
@@ -176,12 +224,13 @@ CommandLine::CommandLine(const std::string& description, const std::string& vers
   };
   const auto asked = std::make_shared<Asked>();
   Command help = command("help", "explains a command: all of its options");
-  help.optional_argument("COMMAND", asked->about, "without it the list of all commands");
+  help.optional_argument("COMMAND", asked->about, "without it the list of all commands")
+      .offers([root = std::weak_ptr(impl_)] { return commands_of(*root.lock()->app); });
   help.hidden_option("--as", asked->as, "man, bash or zsh: for the package");
   help.action([asked, root = std::weak_ptr(impl_)] {
     const CLI::App& app = *root.lock()->app;
     if (!asked->as.empty()) {
-      std::cout << written_as(asked->as, app);
+      std::cout << written_as(asked->as, app, root.lock()->choices);
       return 0;
     }
     const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == asked->about; });
@@ -219,11 +268,12 @@ int CommandLine::run(int argc, const char* const* argv) {
 int CommandLine::parse_and_run(int argc, const char* const* argv) {
   try {
     impl_->app->parse(argc, argv);
+    for (const CLI::App* command : impl_->app->get_subcommands()) refuse_unknown_words(*command, impl_->choices);
     return impl_->chosen ? impl_->chosen() : 0;
   } catch (const CLI::Success& e) {  // --help, --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
-    std::cerr << "emtb: " << in_one_line(not_understood(*impl_->app, e.what())) << "\n";
+    std::cerr << "emtb: " << in_one_line(not_understood(*impl_->app, impl_->choices, e.what())) << "\n";
   } catch (const std::bad_alloc&) {
     std::cerr << "emtb: the memory that is free is not enough. Give fewer sessions, or spans of them: PATH@T0:T1\n";
   } catch (const std::exception& e) {

@@ -152,9 +152,6 @@ int config_command(const ConfigOptions& o) {
     std::cout << YamlMap::read_text(shipped(schema_file));
     return 0;
   }
-  if (o.what != "check" && o.what != "upgrade") {
-    throw Error("emtb config " + o.what + ": not known. Known: check, upgrade, schema");
-  }
   if (o.files.empty()) throw Error("emtb config " + o.what + ": which FILE?");
   if (o.what == "check") return check_files(o.files);
   int refused = 0;
@@ -171,6 +168,7 @@ void add_config_command(CommandLine& line) {
                "writes a bench or a model in the newest form, after showing what changes; schema: prints the JSON "
                "schema of bench files")
       .argument("WHAT", o->what, "check, upgrade or schema")
+      .one_of({"check", "upgrade", "schema"})
       .optional_arguments("FILE", o->files, "the YAML files")
       .flag("--yes", o->yes, "upgrade: writes without asking")
       .action([o] { return config_command(*o); });

@@ -16,6 +16,7 @@
 #include "report/text.h"
 #include "tools/commands.h"
 #include "tools/effect_picture.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -103,7 +104,7 @@ void draw(const EffectsOptions& o, std::size_t effect) {
 int effects_command(const EffectsOptions& o) {
   if (o.effect.empty()) {
     if (!o.picture.empty()) throw Error("--picture needs an ID: a picture is of one effect");
-    if (o.json_file != "-") list_effects();
+    if (o.json_file != "-") list_effects(width_of_rows());
     json all = json::array();
     for (const EffectInfo& e : effect_catalogue()) all.push_back(effect_json(e));
     write_json(o.json_file, all);
@@ -122,10 +123,12 @@ void add_effects_command(CommandLine& line) {
   const auto o = std::make_shared<EffectsOptions>();
   line.command("effects", "lists the physical effects that a model can include, or explains one")
       .optional_argument("ID", o->effect, "the effect to explain")
+      .offers(effect_ids)
       .option("--json", o->json_file, "writes it to this file; - for standard output")
       .option("--picture", o->picture, "draws what the effect would leave of a model that lacks it, .svg or .png")
       .option("--model", o->model, "the model of the picture, which lacks the effect [models/desk.yaml]")
       .option("--profile", o->profile, "the run of the picture: a profile's file or name [desk_staircase]")
+      .offers_beside_files(profile_names)
       .action([o] { return effects_command(*o); });
 }
 

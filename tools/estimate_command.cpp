@@ -34,6 +34,14 @@ struct EstimateOptions {
   std::vector<Run> runs() const { return read_runs(sessions, map.empty() ? Mapping{} : read_mapping(map)); }
 };
 
+/// What --what may be.
+std::vector<std::string> experiment_names() {
+  std::vector<std::string> names;
+  for (const StaticExperiment e : static_experiments) names.emplace_back(name(e));
+  names.emplace_back("all");
+  return names;
+}
+
 /// What is to be found.
 std::vector<StaticExperiment> wanted(const EstimateOptions& o) {
   const bool model = !o.model.empty();
@@ -47,10 +55,6 @@ std::vector<StaticExperiment> wanted(const EstimateOptions& o) {
       if (!model) std::erase(all, StaticExperiment::inverse_dynamics);
     } else if (known != static_experiments.end()) {
       all.push_back(*known);
-    } else {
-      std::vector<std::string_view> choice;
-      for (const StaticExperiment e : static_experiments) choice.push_back(name(e));
-      throw Error("--what " + shown(text) + ": no such experiment. Known: " + listed(choice) + ", all");
     }
   }
   return all;
@@ -274,6 +278,7 @@ void add_estimate_command(CommandLine& line, const std::shared_ptr<const KeptAns
           "--what", o->what,
           "resistance, generator, friction, torque-constant, inertia, coast-down, driver, inverse-dynamics or all; "
           "without it all, or with a model inverse-dynamics")
+      .one_of(experiment_names())
       .option("--model", o->model, "a model whose K_m, T_c and B, where fixed or fitted, count as known")
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
       .options("--settled", o->settled,

@@ -72,9 +72,7 @@ std::string exported(const ExportOptions& o) {
   if (o.to == "c") return c_header(equations());
   if (o.to == "octave") return octave_function(equations(), function_name(o.out, "an Octave function"));
   if (o.to == "modelica") return modelica_model(equations());
-  if (o.to == "fmu") return fmu_archive(o, equations());
-  throw Error("--to " + printable(o.to) +
-              ": not known. Known: c, octave, state-space, transfer-function, modelica, fmu");
+  return fmu_archive(o, equations());
 }
 
 int export_model_command(const ExportOptions& o) {
@@ -253,6 +251,7 @@ void add_export_commands(CommandLine& line) {
   line.command("export-model", "writes a model for other programs: C, Octave, Modelica, an FMU, or a linear system")
       .argument("MODEL", o->model, "the model's YAML")
       .option("--to", o->to, "c, octave, state-space, transfer-function, modelica or fmu (2.0, co-simulation)")
+      .one_of({"c", "octave", "state-space", "transfer-function", "modelica", "fmu"})
       .option("--out", o->out, "the file to write; without it standard output")
       .flag("--linear", o->linear, "all effects as straight lines about the speed --at")
       .option("--at", o->at, "[rad/s] the speed for --linear")

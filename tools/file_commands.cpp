@@ -18,6 +18,7 @@
 #include "session/mat.h"
 #include "session/spec.h"
 #include "tools/commands.h"
+#include "tools/offered_words.h"
 #include "tools/prediction.h"
 
 namespace emtb {
@@ -80,7 +81,6 @@ int merge_log(const FileOptions& o) {
 
 /// By the ending; of a .mat also by its version.
 void write(const FileOptions& o, const Session& session) {
-  if (o.mat != "5" && o.mat != "7.3") throw Error("--mat " + printable(o.mat) + ": not known. Known: 5, 7.3");
   if (o.mat == "7.3") {
     if (!o.out.ends_with(".mat")) throw Error("--mat 7.3 is for --out FILE.mat");
     return write_mat(o.out, session, MatVersion::v73);
@@ -206,6 +206,7 @@ void add_file_commands(CommandLine& line, const std::shared_ptr<const KeptAnswer
   line.command("simulate", "simulates a model under a profile")
       .argument("MODEL", o->model, "the model's YAML")
       .argument("PROFILE", o->profile, "a profile's file or name")
+      .offers_beside_files(profile_names)
       .option("--out", o->out, "the simulated session, .csv, .h5 or .mat")
       .option("--rate", o->rate, "[Hz] samples a second")
       .action(act(simulate_command));
@@ -220,6 +221,7 @@ void add_file_commands(CommandLine& line, const std::shared_ptr<const KeptAnswer
       .option("--map", o->map, map_help)
       .option("--out", o->out, "the file to write, .csv, .h5 or .mat")
       .option("--mat", o->mat, "of a .mat: 5, or 7.3 where it is larger than 2 GB")
+      .one_of({"5", "7.3"})
       .action(act(convert_command));
   line.command("info", "says what a session holds")
       .arguments("SESSION", o->sessions, session_help)

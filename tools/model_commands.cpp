@@ -39,6 +39,7 @@
 #include "tools/checked.h"
 #include "tools/commands.h"
 #include "tools/discover_rest.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -397,7 +398,7 @@ int diagnose_command(const ModelOptions& o) {
   const std::vector<Run>&train = runs->train, &held_out = runs->held_out;
   Progress progress;
   DiagnoseOptions options;
-  options.explain_torque = explains_torque(o.explain);
+  options.explain_torque = !o.explain.empty();
   options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
   Diagnosis d = diagnose(train, held_out, model, options);
   const std::unique_ptr<Discovery> rest = discover_rest(d, train, held_out);
@@ -454,7 +455,8 @@ void add_model_commands(CommandLine& line, const std::shared_ptr<const KeptAnswe
         .option("--map", o->map, "how the columns of foreign CSV files become signals")
         .option("--out", o->out, "writes the resulting model here; a MODEL is never overwritten otherwise")
         .option("--json", o->json_file, "writes the result to this file; - for standard output")
-        .options("--outputs", o->outputs, "fits to these signals alone: omega, i_a, e_a, torque");
+        .options("--outputs", o->outputs, "fits to these signals alone: omega, i_a, e_a, torque")
+        .offers(signal_names);
     return command;
   };
   const auto with_intervals = [&](Command command) {
@@ -480,12 +482,16 @@ void add_model_commands(CommandLine& line, const std::shared_ptr<const KeptAnswe
       with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
       .option("--candidates", o->candidates, candidates)
       .options("--only", o->wanted.only, only_help)
+      .offers(effect_ids)
       .options("--without", o->wanted.without, without_help)
+      .offers(effect_ids)
       .option("--explain", o->explain, explain_help)
+      .one_of({"torque"})
       .flag("--all", o->every_candidate, "shows every candidate, not only the best five")
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
-  add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");
+  add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates")
+      .offers(effect_ids);
   looking_first(with_intervals(on_files(add)))
       .option("--candidates", o->candidates, candidates)
       .action(act(add_command));

@@ -11,6 +11,7 @@
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/commands.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -76,6 +77,7 @@ void add_profiles_command(CommandLine& line) {
   const auto o = std::make_shared<ProfilesOptions>();
   line.command("profiles", "lists the experiments that come with emtb and what each is for, or shows one")
       .optional_argument("NAME", o->name, "one of the list, or the file of a profile of yours")
+      .offers_beside_files(profile_names)
       .option("--json", o->json_file, "writes it to this file; - for standard output")
       .action([o] { return profiles_command(*o); });
 }

@@ -95,12 +95,12 @@ def check_unpacked(root):
 
 def check_completion(root):
     script = f"""source {root}/usr/share/bash-completion/completions/emtb
-for words in 'emtb diag' 'emtb diagnose --held' 'emtb help rep'; do
+for words in 'emtb diag' 'emtb diagnose --held' 'emtb help rep' 'emtb bench ca' 'emtb simulate m.yaml fh2_st'; do
   COMP_WORDS=($words); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); COMPREPLY=(); _emtb; echo "${{COMPREPLY[*]}}"
 done"""
     said = run("bash", "-c", script).stdout
-    check(said.splitlines() == ["diagnose", "--held-out", "replay report"] or said.splitlines() == ["diagnose", "--held-out", "report replay"],
-          f"bash completes: {said!r}")
+    wanted = ["diagnose", "--held-out", "replay report", "calibrate", "fh2_staircase fh2_step_high fh2_step_low fh2_step_mid"]
+    check([" ".join(sorted(line.split())) for line in said.splitlines()] == wanted, f"bash completes: {said!r}")
     check("'--held-out[" in (root / "usr/share/zsh/vendor-completions/_emtb").read_text(), "zsh does not know --held-out")
 
 

@@ -99,6 +99,13 @@ TEST_F(HelpCommand, AMistypedEffectIsAnsweredWithTheNearestOneWhereverItIsNamed)
   }
 }
 
+TEST_F(HelpCommand, AWordOfWhichThereAreButAFewIsNamedWhereItIsMissingOrAnother) {
+  EXPECT_EQ(complaint({"bench"}), "emtb: bench: which? check, calibrate or spin. See emtb help bench\n");
+  EXPECT_EQ(complaint({"config"}), "emtb: config: which? check, upgrade or schema. See emtb help config\n");
+  EXPECT_EQ(complaint({"bench", "chek"}), "emtb: bench chek: not known; did you mean check?\n");
+  EXPECT_EQ(complaint({"config", "mend"}), "emtb: config mend: not known. Known: check, upgrade, schema\n");
+}
+
 TEST_F(HelpCommand, TheVersionNamesTheCommit) {
   ASSERT_EQ(call({"--version"}), 0);
   EXPECT_THAT(last->out(), testing::MatchesRegex("emtb [0-9.]+ \\(commit [0-9a-f]+(-dirty)?\\)\n"));
