@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "hal/printable.h"
+#include "hal/unit.h"
 
 namespace emtb {
 namespace {
@@ -59,7 +60,7 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
 std::string pretty(double value, double std_error, const std::string& unit) {
   const double relative = value != 0 && std_error > 0 ? std_error / std::abs(value) : 1e-3;
   const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(relative))) + 1, 2, 7);
-  return pretty(value, digits) + " +- " + pretty(std_error, 2) + (unit.empty() ? "" : " " + unit);
+  return pretty(value, digits) + " +- " + pretty(std_error, 2) + with_space(unit);
 }
 
 std::string fitted(const std::string& text, std::size_t width) {

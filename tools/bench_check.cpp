@@ -4,6 +4,7 @@
 
 #include "config/guards.h"
 #include "figures/terminal.h"
+#include "hal/unit.h"
 #include "report/text.h"
 #include "tools/bench_inputs.h"
 
@@ -18,7 +19,7 @@ struct Remark {
   bool wrong = false;  ///< or only worth a look
 };
 
-std::string with_unit(double value, Signal signal) { return pretty(value) + " " + std::string(info(signal).unit); }
+std::string with_unit(double value, Signal signal) { return pretty(value) + with_space(info(signal).unit); }
 
 /// What a reading itself says.
 std::vector<Remark> remarks_of(const ChannelSeen& seen) {
@@ -102,7 +103,7 @@ int check_bench(const std::string& file) {
     const SignalInfo& signal = info(seen.channel.signal);
     const bool any = seen.count > 0;
     table.row({std::string(signal.name), any ? pretty(seen.mean) : "-", any ? pretty(seen.scatter, 2) : "-",
-               std::string(signal.unit), raw_of(seen), range_of(seen.channel), seen.channel.source});
+               shown_unit(signal.unit), raw_of(seen), range_of(seen.channel), seen.channel.source});
     std::vector<Remark> remarks = remarks_of(seen);
     std::ranges::move(remarks_of(seen, bench), std::back_inserter(remarks));
     for (const Remark& remark : remarks) {

@@ -13,6 +13,7 @@
 #include "config/model.h"
 #include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "report/discovery_figures.h"
 #include "report/discovery_json.h"
 #include "report/discovery_words.h"
@@ -161,7 +162,7 @@ int trend_command(const DiscoverArguments& o) {
   write_json(o.json_file, to_json(found));
   if (o.json_file == "-") return 0;
   for (const Trend& t : found) {
-    std::cout << t.parameter << " [" << t.unit << "]\n";
+    std::cout << t.parameter << in_brackets(t.unit) << "\n";
     Table table({"session", "value", "+- 95 %"});
     for (const TrendPoint& p : t.points) table.row({p.run, pretty(p.value, 4), pretty(1.96 * p.std_error, 2)});
     std::cout << table.text("  ", width_of_rows());

@@ -11,6 +11,7 @@
 #include "config/shipped.h"
 #include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "report/result_json.h"
 #include "report/text.h"
@@ -49,7 +50,7 @@ void list_effects(std::size_t width) {
   for (const EffectInfo& e : effect_catalogue()) {
     std::string parameters;
     for (const EffectParameter& p : e.parameters()) {
-      parameters += (parameters.empty() ? "" : ", ") + std::string(p.symbol) + " [" + std::string(p.unit) + "]";
+      parameters += (parameters.empty() ? "" : ", ") + std::string(p.symbol) + in_brackets(p.unit);
     }
     std::vector<std::string> row{std::string(e.id), std::string(name_of(e.stage)), parameters};
     narrow.row(row);
@@ -81,7 +82,7 @@ void explain(const EffectInfo& e) {
   prose("Told apart: " + std::string(e.told_apart));
   std::cout << "\nParameters:\n";
   for (const EffectParameter& p : e.parameters()) {
-    std::cout << "    " << p.symbol << " [" << p.unit << "], absent at " << p.null << ", from " << p.min << " to "
+    std::cout << "    " << p.symbol << in_brackets(p.unit) << ", absent at " << p.null << ", from " << p.min << " to "
               << p.max << "\n";
   }
   if (const std::string needs = needs_of(e); !needs.empty()) prose("Needs: " + needs);

@@ -13,6 +13,7 @@
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "paper/estimate_figure.h"
 #include "report/result_json.h"
@@ -165,7 +166,8 @@ void print(const StaticEstimate& e) {
   std::cout << name(experiment_of(e.method)) << ": " << e.title << "\n";
   if (!e.lacking.empty()) std::cout << "  no result: " << e.lacking << "\n";
   Table table({"", "value", "+- std error", "unit"});
-  for (const Quantity& q : e.quantities) table.row({q.symbol, pretty(q.value, 5), pretty(q.std_error, 2), q.unit});
+  for (const Quantity& q : e.quantities)
+    table.row({q.symbol, pretty(q.value, 5), pretty(q.std_error, 2), shown_unit(q.unit)});
   if (!e.quantities.empty()) std::cout << table.text("  ");
   if (e.lacking.empty()) {
     std::cout << "  R2 " << pretty(e.r_squared, 6) << ", " << e.points << (e.points == 1 ? " point" : " points")
@@ -220,7 +222,7 @@ int inverse_dynamics_alone(const EstimateOptions& o) {
   json out = json::object();
   Table table({"inverse dynamics", "value", "+- std error", "unit"});
   for (const auto& v : result.values) {
-    table.row({v.symbol, pretty(v.value, 5), pretty(v.std_error, 2), v.unit});
+    table.row({v.symbol, pretty(v.value, 5), pretty(v.std_error, 2), shown_unit(v.unit)});
     out["parameters"][v.symbol] = {{"value", v.value}, {"std_error", v.std_error}, {"unit", v.unit}};
   }
   out["residual"] = result.residual;

@@ -12,6 +12,7 @@
 #include "figures/terminal.h"
 #include "hal/error.h"
 #include "hal/printable.h"
+#include "hal/unit.h"
 #include "model/simulation.h"
 #include "report/result_json.h"
 #include "report/text.h"
@@ -123,7 +124,7 @@ int info_command(const FileOptions& o) {
         const auto [low, high] = std::ranges::minmax(s.value);
         table.row({"  " + std::string(info(signal).name), std::to_string(s.t.size()), pretty(s.t.front(), 6),
                    pretty(s.t.back(), 6), s.window > 0 ? pretty(s.window) : "-", s.lsb > 0 ? pretty(s.lsb) : "-",
-                   std::string(info(signal).unit), pretty(low), pretty(high)});
+                   shown_unit(info(signal).unit), pretty(low), pretty(high)});
         signals[std::string(info(signal).name)] = {
             {"readings", s.t.size()}, {"from", s.t.front()}, {"to", s.t.back()}, {"window", s.window},
             {"lsb", s.lsb},           {"min", low},          {"max", high}};
@@ -174,7 +175,7 @@ int table_command(const FileOptions& o) {
         continue;
       }
       const auto place = static_cast<std::size_t>(found - own.begin());
-      unit = model.at(place).unit;
+      unit = shown_unit(model.at(place).unit);
       row.push_back(pretty(model.values()[place], 4));
     }
     if (simulation) {

@@ -21,6 +21,7 @@
 #include "config/model.h"
 #include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "report/answer.h"
 #include "report/discovery_json.h"
@@ -130,7 +131,7 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
       remark += (remark.empty() ? "" : ", ") + ("goes with " + joined(with));
     }
     std::vector<std::string> row{names[i], pretty(values[i], free && !is_determined(p) ? 2 : 5),
-                                 error_in_words(p, free), p.unit};
+                                 error_in_words(p, free), shown_unit(p.unit)};
     if (!intervals.empty()) {
       const auto interval = intervals.find(names[i]);
       row.push_back(interval == intervals.end() ? "" : in_words(interval->second));
@@ -311,7 +312,6 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
   }
   write_json(o.json_file, out);
   if (o.json_file == "-") return 0;
-
   std::vector<std::string> heading{"multiples of the noise floor"};
   for (const std::string& file : files) heading.push_back(std::filesystem::path(file).stem().string());
   Table table(heading);

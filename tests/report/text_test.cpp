@@ -43,6 +43,11 @@ TEST(Pretty, WritesPowersOfTenOnlyWhereDigitsWouldBeTooMany) {
   EXPECT_EQ(pretty(0.0547, 2), "0.055");
 }
 
+TEST(Pretty, APureNumberHasNoUnit) {
+  EXPECT_EQ(pretty(0.25, 0.01, "N m"), "0.25 +- 0.01 N m");
+  EXPECT_EQ(pretty(0.25, 0.01, "1"), "0.25 +- 0.01");
+}
+
 TEST(Counted, OneIsNoPlural) {
   EXPECT_EQ(counted(1, "run"), "1 run");
   EXPECT_EQ(counted(0, "run"), "0 runs");

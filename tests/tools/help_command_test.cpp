@@ -106,6 +106,16 @@ TEST_F(HelpCommand, AWordOfWhichThereAreButAFewIsNamedWhereItIsMissingOrAnother)
   EXPECT_EQ(complaint({"config", "mend"}), "emtb: config mend: not known. Known: check, upgrade, schema\n");
 }
 
+TEST_F(HelpCommand, TheUnitOfAPureNumberIsForProgramsAlone) {
+  const std::string warmup = "friction_warmup";
+  ASSERT_EQ(call({"effects"}), 0);
+  EXPECT_THAT(last->out(), AllOf(HasSubstr(" drop, tau [s]"), Not(HasSubstr("[1]"))));
+  ASSERT_EQ(call({"effects", warmup}), 0);
+  EXPECT_THAT(last->out(), HasSubstr("    drop, absent at 0, from -1 to"));
+  ASSERT_EQ(call({"effects", warmup, "--json", "-"}), 0);
+  EXPECT_EQ(json::parse(last->out())["parameters"][0]["unit"], "1");
+}
+
 TEST_F(HelpCommand, TheVersionNamesTheCommit) {
   ASSERT_EQ(call({"--version"}), 0);
   EXPECT_THAT(last->out(), testing::MatchesRegex("emtb [0-9.]+ \\(commit [0-9a-f]+(-dirty)?\\)\n"));

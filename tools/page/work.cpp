@@ -15,6 +15,7 @@
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "report/symbols.h"
 #include "report/text.h"
@@ -198,7 +199,7 @@ void Work::set(const json& params) {
     if (!value.is_number()) throw Error(name + " needs a number");
     const double number = value;
     if (!p.fixed && !(number >= p.min && number <= p.max)) {
-      throw Error(name + " must be " + pretty(p.min) + " to " + pretty(p.max) + " " + p.unit);
+      throw Error(name + " must be " + pretty(p.min) + " to " + pretty(p.max) + with_space(p.unit));
     }
     p.value = number;
     p.std_error.reset();
