@@ -382,6 +382,9 @@ TEST_F(Check, AMotorThatNeverTurnsOrADeadChannelStops) {
   for (Run& run : dead) std::ranges::fill(run.signals.at(Signal::i_a).value, 0.0);
   EXPECT_THAT(check(dead, {}, &servo), names(Flaw::rest, Signal::i_a));
 }
+  auto unwired = slow_runs();
+  for (Run& run : unwired) std::ranges::fill(run.signals.at(Signal::u_ref).value, 0.0);
+  EXPECT_THAT(check(unwired, {}, &slow), names(Flaw::rest, Signal::u_ref));
 
 TEST_F(Check, AShortRunOfFewCountsMovesWhereItsInputLeadsIt) {
   const auto counted = [](double counts) {
