@@ -73,7 +73,7 @@ bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, co
   const DataFindings findings = check(train, held_out, &model);
   for (const std::string& line : lines_of(findings)) say << fitted(line, width_of_rows());
   if (!stops(findings)) return true;
-  say << "Nothing was fitted: these recordings contradict themselves. Mend them, or add --unchecked\n";
+  say << fitted("Nothing was fitted: " + why_nothing_is_fitted(findings), width_of_rows());
   return false;
 }
 

@@ -26,6 +26,7 @@ inline constexpr const char* only_help =
 inline constexpr const char* without_help = "tries all but these effects";
 inline constexpr const char* explain_help =
     "torque: what the gauge reads is to be explained as well; else it loads the shaft as it is";
-inline constexpr const char* unchecked_help = "goes on where the recordings contradict themselves: see emtb check";
+inline constexpr const char* unchecked_help =
+    "goes on where the recordings contradict themselves or the model's bounds: see emtb check";
 
 }  // namespace emtb

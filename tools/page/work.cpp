@@ -233,7 +233,7 @@ void Work::lock(const json& params) {
 }
 
 void Work::refuse_unless_fit_for_fitting() const {
-  if (!findings_.empty()) throw Error("the recordings contradict themselves. " + findings_);
+  if (!findings_.empty()) throw Error("nothing can be fitted to these recordings. " + findings_);
 }
 
 void Work::refit(const Model& start, State& next) {
