@@ -6,8 +6,9 @@ file(MAKE_DIRECTORY ${EMTB_MADE})
 
 # The manual and the completions are written by the programs themselves: from the tree that parses the command line.
 set(made "")
+file(GLOB profiles CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/config/profiles/*.yaml)  # the completions name them
 foreach(kind man bash zsh)
-  add_custom_command(OUTPUT ${EMTB_MADE}/emtb.${kind} COMMAND emtb help --as ${kind} > ${EMTB_MADE}/emtb.${kind} DEPENDS emtb VERBATIM)
+  add_custom_command(OUTPUT ${EMTB_MADE}/emtb.${kind} COMMAND emtb help --as ${kind} > ${EMTB_MADE}/emtb.${kind} DEPENDS emtb ${profiles} VERBATIM)
   list(APPEND made ${EMTB_MADE}/emtb.${kind})
 endforeach()
 foreach(program emtbd emtb-safe emtb-plant)
@@ -40,10 +41,11 @@ install(DIRECTORY docs python octave DESTINATION share/doc/emtb FILE_PERMISSIONS
         PATTERN "__pycache__" EXCLUDE PATTERN "*.egg-info" EXCLUDE PATTERN "build" EXCLUDE)
 # What the pages call config/ is where they point.
 install(CODE "file(CREATE_LINK ../../emtb \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/share/doc/emtb/config SYMBOLIC)")
-# The unit names its programs where they are installed.
+# The unit names its programs where they are installed, by their whole path: systemd takes no other.
 install(CODE "
   file(READ ${CMAKE_SOURCE_DIR}/systemd/emtbd.service unit)
-  string(REPLACE /usr/bin/ \${CMAKE_INSTALL_PREFIX}/bin/ unit \"\${unit}\")
+  get_filename_component(prefix \"\${CMAKE_INSTALL_PREFIX}\" ABSOLUTE)
+  string(REPLACE /usr/bin/ \${prefix}/bin/ unit \"\${unit}\")
   file(WRITE ${EMTB_MADE}/emtbd.service \"\${unit}\")")
 install(FILES ${EMTB_MADE}/emtbd.service DESTINATION lib/systemd/system)
 install(FILES packaging/needrestart.conf DESTINATION /etc/needrestart/conf.d RENAME emtb.conf COMPONENT debian EXCLUDE_FROM_ALL)

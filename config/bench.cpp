@@ -127,18 +127,8 @@ std::optional<BenchConfig::Estimates> read_estimates(const YamlMap& yaml, const 
   const auto entry = yaml.map_if("estimates");
   if (!entry) return {};
   entry->only({"model", "rate"});
-  std::filesystem::path model = bench.parent_path() / entry->text("model");
-  std::error_code missing;
-  if (!std::filesystem::exists(model, missing)) {  // a copy of a bench elsewhere, /etc/emtb/bench.yaml for one
-    for (const auto& folder : shipped_folders()) {
-      const auto ours = folder / "models" / model.filename();
-      if (std::filesystem::exists(ours, missing)) {
-        model = ours;
-        break;
-      }
-    }
-  }
-  return BenchConfig::Estimates{.model = model, .rate = entry->within_or("rate", 0.1, 50, 10)};
+  return BenchConfig::Estimates{.model = beside_or_shipped(bench.parent_path(), entry->text("model"), "models"),
+                                .rate = entry->within_or("rate", 0.1, 50, 10)};
 }
 
 }  // namespace

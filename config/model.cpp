@@ -65,7 +65,9 @@ void read_effects(const YamlMap& yaml, Model& model) {
     try {
       effect = effect_index(id);
     } catch (const ModelError& e) {
-      effects->fail(id, std::string("is an ") + e.what() + ". A formula of your own: {torque: \"-c3*omega^3\", ...}");
+      const std::string what = e.what();
+      effects->fail(id, "is an " + what + (what.ends_with('?') ? " " : ". ") +
+                            "A formula of your own: {torque: \"-c3*omega^3\", ...}");
     }
     if (model.includes(effect)) effects->fail(id, "stands twice. Keep one");
     model.include(effect);

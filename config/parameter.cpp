@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "hal/unit.h"
+
 namespace emtb {
 
 std::string yaml_number(double value) {
@@ -33,11 +35,11 @@ Parameter read_parameter_body(const YamlMap& yaml, const std::string& symbol, co
   if (!p.fixed && (!std::isfinite(p.min) || !std::isfinite(p.max))) {
     yaml.fail("", "needs min and max (or fixed: true): a fit moves it within them");
   }
-  if (p.min < least) yaml.fail("min", "is below " + yaml_number(least) + " " + p.unit + ", which cannot be");
+  if (p.min < least) yaml.fail("min", "is below " + yaml_number(least) + with_space(p.unit) + ", which cannot be");
   if (p.max < p.min) yaml.fail("max", "is below min");
   if (p.value < p.min || p.value > p.max) {
-    yaml.fail("value", "is " + yaml_number(p.value) + " " + p.unit + ", outside its bounds " + yaml_number(p.min) +
-                           " to " + yaml_number(p.max) + ". Start within them, or widen them");
+    yaml.fail("value", "is " + yaml_number(p.value) + with_space(p.unit) + ", outside its bounds " +
+                           yaml_number(p.min) + " to " + yaml_number(p.max) + ". Start within them, or widen them");
   }
   if (const auto prior = yaml.map_if("prior")) {
     prior->only({"value", "std"});

@@ -21,4 +21,15 @@ std::filesystem::path shipped(const std::filesystem::path& file) {
   throw ConfigError("no " + file.string() + " in " + looked + ". Install emtb, or build it where its source lies");
 }
 
+std::filesystem::path beside_or_shipped(const std::filesystem::path& folder, const std::filesystem::path& named,
+                                        const std::string& kind) {
+  std::error_code missing;
+  const std::filesystem::path beside = folder / named;
+  if (std::filesystem::exists(beside, missing)) return beside;
+  for (const std::filesystem::path& ours : shipped_folders()) {
+    if (std::filesystem::exists(ours / kind / named.filename(), missing)) return ours / kind / named.filename();
+  }
+  return beside;
+}
+
 }  // namespace emtb

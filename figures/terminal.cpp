@@ -206,4 +206,8 @@ TerminalStyle style_of_stdout() {
   return style;
 }
 
+std::size_t width_of_prose() { return static_cast<std::size_t>(style_of_stdout().width); }
+
+std::size_t width_of_rows() { return isatty(STDOUT_FILENO) == 1 ? width_of_prose() : std::string::npos; }
+
 }  // namespace emtb

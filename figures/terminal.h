@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "figures/figure.h"
@@ -19,5 +20,12 @@ std::string to_terminal(const Figure& figure, const TerminalStyle& style = {});
 
 /// What suits standard output: the terminal's width and colours, or 80 plain columns where it is piped.
 TerminalStyle style_of_stdout();
+
+/// [columns] in which prose is broken on standard output: those of its style.
+std::size_t width_of_prose();
+
+/// [columns] in which a row of a table, or one line of a list, is broken on standard output: those of the terminal.
+/// Where it is piped a row stays whole, for grep and awk.
+std::size_t width_of_rows();
 
 }  // namespace emtb

@@ -4,7 +4,9 @@
 #include <array>
 #include <limits>
 #include <string>
+#include <utility>
 
+#include "hal/did_you_mean.h"
 #include "hal/error.h"
 #include "model/structure.h"
 
@@ -27,13 +29,18 @@ std::string_view name_of(Stage stage) noexcept {
 
 std::span<const EffectInfo> effect_catalogue() noexcept { return infos; }
 
+std::string no_such_effect(std::string_view id, std::vector<std::string> others) {
+  std::vector<std::string> known = std::move(others);
+  for (const EffectInfo& info : infos) known.emplace_back(info.id);
+  std::string text = "unknown effect `" + std::string(id) + "`";
+  if (const std::string guess = did_you_mean(id, known); !guess.empty()) return text + guess;
+  for (std::size_t i = 0; i < known.size(); ++i) text += (i == 0 ? ". Known: " : ", ") + known[i];
+  return text;
+}
+
 std::size_t effect_index(std::string_view id) {
   const auto found = std::ranges::find(infos, id, &EffectInfo::id);
-  if (found == infos.end()) {
-    std::string known;
-    for (const EffectInfo& info : infos) known += (known.empty() ? "" : ", ") + std::string(info.id);
-    throw ModelError("unknown effect `" + std::string(id) + "`. Known: " + known);
-  }
+  if (found == infos.end()) throw ModelError(no_such_effect(id, {}));
   return static_cast<std::size_t>(found - infos.begin());
 }
 

@@ -63,7 +63,11 @@ inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;
 /// What is known of every effect, in the order of the list above.
 std::span<const EffectInfo> effect_catalogue() noexcept;
 
-/// @return the place in the catalogue. @throws ModelError naming the known ids.
+/// That no effect has this id, and which was meant or, where none is near, which there are.
+/// @param others that would be known beside the catalogue
+std::string no_such_effect(std::string_view id, std::vector<std::string> others);
+
+/// @return the place in the catalogue. @throws ModelError naming those that were meant, or the known ids.
 std::size_t effect_index(std::string_view id);
 
 /// Where a search for an effect starts, given how far the machine went: the catalogue's null values, or for effects

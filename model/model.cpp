@@ -34,13 +34,11 @@ const EffectInfo& Model::about(std::size_t effect) const {
 std::size_t Model::effect_named(std::string_view id) const {
   const auto found = std::ranges::find(offered, id, &AddedTerm::name);
   if (found != offered.end()) return effect_count + static_cast<std::size_t>(found - offered.begin());
-  try {
-    return effect_index(id);
-  } catch (const ModelError& unknown) {
-    std::string known = unknown.what();
-    for (const AddedTerm& formula : offered) known += ", " + formula.name;
-    throw ModelError(known);
-  }
+  const auto known = std::ranges::find(effect_catalogue(), id, &EffectInfo::id);
+  if (known != effect_catalogue().end()) return static_cast<std::size_t>(known - effect_catalogue().begin());
+  std::vector<std::string> formulas;
+  for (const AddedTerm& formula : offered) formulas.push_back(formula.name);
+  throw ModelError(no_such_effect(id, std::move(formulas)));
 }
 
 bool Model::withholds(std::size_t effect) const { return std::ranges::find(withheld, effect) != withheld.end(); }

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "hal/unit.h"
 #include "model/effect.h"
 
 namespace emtb {
@@ -48,7 +49,7 @@ class Plausible {
     const auto number = [&](double x) {
       char digits[32];
       std::snprintf(digits, sizeof digits, "%.3g", x);
-      return std::string(digits) + (unit.empty() || unit == "1" ? "" : " " + std::string(unit));
+      return digits + with_space(unit);
     };
     return std::string(quantity) + " is " + number(value) + ", " + where + number(limit) + ", " + std::string(what);
   }

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "hal/printable.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "report/gauge_words.h"
 #include "report/text.h"
@@ -69,7 +70,7 @@ std::string how_large(const Diagnosis& d) {
   if (first == d.candidates.end() || !d.missing.empty() || d.verdict != Verdict::nothing_missing) return "-";
   const EffectParameter& p = d.about(first->score.effect).parameters()[0];
   return d.id(first->score.effect) + ", for one, would have shown from " + std::string(p.symbol) + " = " +
-         found_from(d, *first) + with_space(p.unit == "1" ? std::string{} : std::string(p.unit));
+         found_from(d, *first) + with_space(p.unit);
 }
 
 std::string before_and_after(const Diagnosis& d) {
@@ -213,7 +214,7 @@ std::string candidates_text(const Diagnosis& d, std::size_t shown, std::size_t w
         pretty(c.score.predicted_drop, 2),
         sized ? std::string(about.parameters()[0].symbol) + " " + pretty(c.score.expected()[0], 3) : "there",
         found_from(d, c),
-        sized ? std::string(about.parameters()[0].unit) : ""};
+        sized ? shown_unit(about.parameters()[0].unit) : ""};
     if (all) row.insert(row.end(), {pretty(c.score.visibility, 2), pretty(c.score.p_value, 2)});
     table.row(row);
   }

@@ -52,7 +52,7 @@ std::optional<NamedFigure> law_figure(const Discovery& d) {
   const Law& law = *d.law;
   const std::string& of = law.text.of.front();
   const bool factor = law.text.place == TermPlace::flux;
-  const std::string unit = law.text.place == TermPlace::torque ? "N m" : factor ? "1" : "V";
+  const std::string unit = law.text.place == TermPlace::torque ? "N m" : factor ? "" : "V";
   Figure figure("A law of what is left", "The missing " + name_of(law.text.place) + " over " + of + ", and the law");
   figure.x({symbol_of(of), unit_over(of)});
   Panel& panel = figure.panel({name_of(law.text.place), unit}, 260);

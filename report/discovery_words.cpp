@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "hal/unit.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/text.h"
 #include "report/words.h"
@@ -140,9 +141,9 @@ std::vector<std::string> law_in_words(const Law& law) {
   std::vector<std::string> lines{"A law: " + name_of(law.text.place) + " = " + law.text.formula};
   for (const Parameter& p : law.parameters) {
     lines.push_back("  " + p.symbol + " = " +
-                    (p.fixed       ? pretty(p.value, 4) + " " + p.unit + ", held"
+                    (p.fixed       ? pretty(p.value, 4) + with_space(p.unit) + ", held"
                      : p.std_error ? pretty(p.value, *p.std_error, p.unit)
-                                   : pretty(p.value, 3) + " " + p.unit));
+                                   : pretty(p.value, 3) + with_space(p.unit)));
   }
   lines.push_back("error (1 = noise floor): training " + pretty(law.train_before, 3) + " -> " +
                   pretty(law.train_after, 3) + ", held-out " + pretty(law.held_out_before, 3) + " -> " +

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "hal/unit.h"
 #include "report/text.h"
 
 namespace emtb {
@@ -83,7 +84,7 @@ std::string estimates_table(const json& now) {
   for (const auto& [name, p] : now["parameters"].items()) {
     const auto [value, error] = value_and_error(p);
     const bool fixed = p["fixed"].get<bool>();
-    parameters.row({name, value, error, p["unit"].get<std::string>(),
+    parameters.row({name, value, error, shown_unit(p["unit"].get<std::string>()),
                     fixed                       ? "fixed"
                     : p["at_bound"].get<bool>() ? "at its bound: no estimate"
                     : p["excited"].get<bool>()  ? "excited"
@@ -96,7 +97,7 @@ std::string estimates_table(const json& now) {
   for (const auto& [name, i] : now["innovation"].items()) {
     const auto state = now["states"].find(name);
     signals.row({name, state == now["states"].end() ? "-" : in_words((*state)["value"]), in_words(i["value"], 3),
-                 in_words(i["normalised"], 3), i["unit"].get<std::string>()});
+                 in_words(i["normalised"], 3), shown_unit(i["unit"].get<std::string>())});
   }
   text += signals.text();
   text += misfit_lines(now["misfit"]);

@@ -50,6 +50,17 @@ std::vector<std::string> lines_of(const DataFindings& findings) {
   return lines;
 }
 
+std::string why_nothing_is_fitted(const DataFindings& findings) {
+  const auto any = [&](bool by_bounds) {
+    return std::ranges::any_of(findings, [&](const DataFinding& f) { return f.stops && f.by_bounds == by_bounds; });
+  };
+  if (!any(true)) return "these recordings contradict themselves. Mend them, or add --unchecked";
+  const std::string mend = "Mend them, or widen the bounds in the model's file, or add --unchecked";
+  return (any(false) ? "these recordings contradict themselves and the model's bounds. "
+                     : "these recordings contradict the model's bounds. ") +
+         mend;
+}
+
 json to_json(const DataFindings& findings) {
   json list = json::array();
   for (const DataFinding& f : findings) {

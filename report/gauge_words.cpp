@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/unit.h"
 #include "report/symbols.h"
 #include "report/text.h"
 #include "report/words.h"

@@ -8,6 +8,7 @@
 
 #include "figures/number.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "report/answer.h"
 #include "report/data_section.h"
 #include "report/discovery_figures.h"

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "figures/number.h"
+#include "hal/unit.h"
 #include "report/text.h"
 #include "report/words.h"
 
@@ -94,7 +95,7 @@ std::string signals_text(const std::map<Signal, SignalFit>& fits, const std::map
   for (const auto& [signal, f] : fits) {
     std::vector<std::string> row{std::string(info(signal).name),
                                  pretty(f.rmse, measured),
-                                 std::string(info(signal).unit),
+                                 shown_unit(info(signal).unit),
                                  pretty(f.noise.sigma, measured),
                                  std::string(name_of(f.noise.from)),
                                  has_multiples(f.noise) ? pretty(f.ratio, measured) : "-",

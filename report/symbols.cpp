@@ -4,6 +4,8 @@
 #include <cctype>
 #include <cstring>
 
+#include "hal/unit.h"
+
 namespace emtb {
 namespace {
 
@@ -46,10 +48,9 @@ std::string symbol_of(const std::string& parameter) {
 }
 
 std::string printed_unit(std::string_view unit) {
-  if (unit == "1") return "";
   if (unit == "ohm") return "Ω";
   if (unit == "degC") return "°C";
-  std::string text(unit);
+  std::string text = shown_unit(unit);
   for (const char* square : {"m2", "rad2", "s2"})
     text = replaced(text, square, std::string(square, std::strlen(square) - 1) + "²");
   return replaced(text, " ", "\u00a0");  // a unit does not break

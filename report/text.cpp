@@ -7,9 +7,12 @@
 #include <sstream>
 
 #include "hal/printable.h"
+#include "hal/unit.h"
 
 namespace emtb {
 namespace {
+
+constexpr std::size_t gap = 2;  // between columns
 
 /// Characters as a terminal shows them: continuation bytes of UTF-8 take no room.
 std::size_t width_of(const std::string& text) {
@@ -57,7 +60,7 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
 std::string pretty(double value, double std_error, const std::string& unit) {
   const double relative = value != 0 && std_error > 0 ? std_error / std::abs(value) : 1e-3;
   const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(relative))) + 1, 2, 7);
-  return pretty(value, digits) + " +- " + pretty(std_error, 2) + (unit.empty() ? "" : " " + unit);
+  return pretty(value, digits) + " +- " + pretty(std_error, 2) + with_space(unit);
 }
 
 std::string fitted(const std::string& text, std::size_t width) {
@@ -80,29 +83,51 @@ std::string fitted(const std::string& text, std::size_t width) {
   return out;
 }
 
-Table::Table(std::vector<std::string> heading) { row(std::move(heading)); }
+Table::Table(std::vector<std::string> heading, Align align) : align_(align) { row(std::move(heading)); }
 
 void Table::row(std::vector<std::string> cells) {
   for (std::string& cell : cells) cell = printable(cell);
   rows_.push_back(std::move(cells));
 }
 
-std::string Table::text(const std::string& indent) const {
+std::vector<std::size_t> Table::widths() const {
   std::vector<std::size_t> widths;
   for (const auto& cells : rows_) {
     widths.resize(std::max(widths.size(), cells.size()));
     for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], width_of(cells[i]));
   }
+  return widths;
+}
+
+std::size_t Table::width() const {
+  std::size_t sum = 0;
+  for (const std::size_t width : widths()) sum += (sum > 0 ? gap : 0) + width;
+  return sum;
+}
+
+std::string Table::text(const std::string& indent, std::size_t width) const {
+  const std::vector<std::size_t> widths = this->widths();
   std::string out;
-  for (const auto& cells : rows_) {
-    std::string line = indent;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::string space(widths[i] - width_of(cells[i]), ' ');
-      line += (i > 0 ? "  " : "") + (i == 0 ? cells[i] + space : space + cells[i]);
+  std::size_t begin = 1;  // of the columns that stand side by side behind the first
+  do {
+    std::size_t room = indent.size() + widths.front(), end = begin;
+    while (end < widths.size() && (end == begin || room + gap + widths[end] <= width)) room += gap + widths[end++];
+    for (const auto& cells : rows_) {
+      const auto padded = [&](std::size_t i, bool left) {
+        const std::string space(widths[i] - width_of(cells[i]), ' ');
+        return left ? cells[i] + space : space + cells[i];
+      };
+      std::string line = indent + padded(0, true);
+      bool any = begin == 1;  // below, a row that has nothing to say there is left out
+      for (std::size_t i = begin; i < std::min(end, cells.size()); ++i) {
+        line += std::string(gap, ' ') + padded(i, align_ == Align::words);
+        any = any || !cells[i].empty();
+      }
+      line.erase(line.find_last_not_of(' ') + 1);
+      if (any) out += line + "\n";
     }
-    line.erase(line.find_last_not_of(' ') + 1);
-    out += line + "\n";
-  }
+    begin = end;
+  } while (begin < widths.size());
   return out;
 }
 

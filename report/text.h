@@ -13,14 +13,23 @@ std::string pretty(double value, int digits = 4);
 /// `0.0547 +- 0.0003 N m`, the value with as many digits as its error is worth.
 std::string pretty(double value, double std_error, const std::string& unit);
 
-/// Columns that line up; the first is left-aligned, the others right.
+/// Columns that line up; the first is left-aligned, the others right, or all of them left.
 class Table {
  public:
-  explicit Table(std::vector<std::string> heading);
+  enum class Align { numbers, words };
+  explicit Table(std::vector<std::string> heading, Align align = Align::numbers);
   void row(std::vector<std::string> cells);
-  std::string text(const std::string& indent = "") const;
+
+  /// @param width of a line: columns that it has no room for follow below, each row behind its first cell again
+  std::string text(const std::string& indent = "", std::size_t width = std::string::npos) const;
+
+  /// [characters] of the longest line, where all columns stand side by side
+  std::size_t width() const;
 
  private:
+  std::vector<std::size_t> widths() const;  // of the columns
+
+  Align align_;
   std::vector<std::vector<std::string>> rows_;
 };
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "figures/number.h"
+#include "hal/unit.h"
 #include "report/gauge_words.h"
 #include "report/rest_words.h"
 #include "report/symbols.h"

@@ -1,12 +1,11 @@
 #include "report/words.h"
 
 #include "figures/number.h"
+#include "hal/unit.h"
 #include "report/gauge_words.h"
 #include "report/symbols.h"
 
 namespace emtb {
-
-std::string with_space(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
 std::string value_of(const Parameter& p) {
   return (is_determined(p) ? printed(p.value, *p.std_error) : printed(p.value, p.std_error ? 2 : 4)) +

@@ -10,8 +10,7 @@ namespace emtb {
 
 /// Parts of sentences that a page has in several places.
 
-std::string with_space(const std::string& unit);  ///< ` N m`; nothing without a unit
-std::string value_of(const Parameter& p);         ///< `0.0547 ± 0.0003 N m`
+std::string value_of(const Parameter& p);  ///< `0.0547 ± 0.0003 N m`
 std::string joined(const std::vector<std::string>& words, const std::string& last = " and ");  ///< `a, b and c`
 std::string floors(double error);                                                              ///< `1.02 noise floors`
 

@@ -3,6 +3,8 @@
 #include <iostream>
 
 #include "config/guards.h"
+#include "figures/terminal.h"
+#include "hal/unit.h"
 #include "report/text.h"
 #include "tools/bench_inputs.h"
 
@@ -17,7 +19,7 @@ struct Remark {
   bool wrong = false;  ///< or only worth a look
 };
 
-std::string with_unit(double value, Signal signal) { return pretty(value) + " " + std::string(info(signal).unit); }
+std::string with_unit(double value, Signal signal) { return pretty(value) + with_space(info(signal).unit); }
 
 /// What a reading itself says.
 std::vector<Remark> remarks_of(const ChannelSeen& seen) {
@@ -91,7 +93,7 @@ int check_bench(const std::string& file) {
   std::cout << bench.name << ": each signal once; nothing is moved\n";
   for (const BenchInputs::Device& device : inputs.devices) {
     if (device.why_not.empty()) continue;
-    std::cout << "  WRONG: " << device.why_not << "\n";
+    std::cout << fitted("  WRONG: " + device.why_not, width_of_rows());
     wrong = true;
   }
   Table table({"signal", "reads", "scatter", "unit", "at the input", "range", "from"});
@@ -101,7 +103,7 @@ int check_bench(const std::string& file) {
     const SignalInfo& signal = info(seen.channel.signal);
     const bool any = seen.count > 0;
     table.row({std::string(signal.name), any ? pretty(seen.mean) : "-", any ? pretty(seen.scatter, 2) : "-",
-               std::string(signal.unit), raw_of(seen), range_of(seen.channel), seen.channel.source});
+               shown_unit(signal.unit), raw_of(seen), range_of(seen.channel), seen.channel.source});
     std::vector<Remark> remarks = remarks_of(seen);
     std::ranges::move(remarks_of(seen, bench), std::back_inserter(remarks));
     for (const Remark& remark : remarks) {
@@ -109,16 +111,17 @@ int check_bench(const std::string& file) {
       wrong = wrong || remark.wrong;
     }
   }
-  if (!seen_all.empty()) std::cout << table.text("  ");
+  if (!seen_all.empty()) std::cout << table.text("  ", width_of_rows());
   std::vector<Channel> channels;
   for (const ChannelSeen& seen : seen_all) channels.push_back(seen.channel);
   for (const Guard& guard : guards_of(bench, channels)) {
     lines.push_back((guard.wrong.empty() ? "guard: " : "WRONG: ") + guard.text);
     wrong = wrong || !guard.wrong.empty();
   }
-  for (const std::string& line : lines) std::cout << "  " << line << "\n";
+  for (const std::string& line : lines) std::cout << fitted("  " + line, width_of_rows());
   if (!wrong) {
-    std::cout << "Every signal reads. Signs and scales are seen when it turns: emtb bench spin\n";
+    std::cout << fitted("Every signal reads. Signs and scales are seen when it turns: emtb bench spin",
+                        width_of_prose());
   }
   return wrong ? 1 : 0;
 }

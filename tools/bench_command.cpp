@@ -10,6 +10,7 @@
 #include "tools/bench_inputs.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -71,9 +72,6 @@ int spin(Client& daemon, const BenchOptions& options) {
 
 int bench_command(const BenchOptions& options) {
   const bool on_file = options.what == "check" || options.what == "calibrate";
-  if (!on_file && options.what != "spin") {
-    throw Error("emtb bench " + options.what + ": not known. Known: spin, check, calibrate");
-  }
   if (on_file && options.calibrate.file.empty()) throw Error("emtb bench " + options.what + ": which bench FILE?");
   if (options.what == "check") return check_bench(options.calibrate.file);
   if (options.what == "calibrate") {
@@ -93,9 +91,11 @@ void add_bench_command(CommandLine& line, const std::shared_ptr<const std::strin
                "check: reads each signal once and moves nothing; calibrate: fits a sensor's scale and offset to "
                "references; spin: the guided first turn at a low voltage, which checks signs and scales")
       .argument("WHAT", options->what, "check, calibrate or spin")
+      .one_of({"check", "calibrate", "spin"})
       .optional_argument("FILE", options->calibrate.file,
                          "check, calibrate: the bench file; no daemon may have it open")
       .optional_argument("SIGNAL", options->calibrate.signal, "calibrate: omega, torque ...")
+      .offers(signal_names)
       .option("--seconds", options->calibrate.seconds, "calibrate: [s] each point is read")
       .option("--arm", options->calibrate.arm, "calibrate torque: [m] the lever of weights, for references in kg")
       .option("--tolerance", options->calibrate.share, "calibrate: share of the span that a point may be off the line")

@@ -10,6 +10,7 @@
 
 #include "hal/error.h"
 #include "hal/signal.h"
+#include "hal/unit.h"
 #include "report/progress.h"
 #include "report/text.h"
 
@@ -87,8 +88,7 @@ std::string signals_in_words(const json& signals) {
     if (found == signals.end()) continue;
     const json& value = found->is_object() ? (*found)["value"] : *found;
     line += (line.empty() ? "" : "  ") + std::string(info(signal).name) + " " +
-            (value.is_number() ? pretty(value.get<double>()) : "-") + " " +
-            std::string(info(signal).unit == "1" ? "" : info(signal).unit);
+            (value.is_number() ? pretty(value.get<double>()) : "-") + with_space(info(signal).unit);
   }
   return line;
 }

@@ -10,6 +10,7 @@
 #include "analysis/numerics/statistics.h"
 #include "config/mapping.h"
 #include "config/model.h"
+#include "figures/terminal.h"
 #include "hal/error.h"
 #include "report/findings.h"
 #include "report/result_json.h"
@@ -41,7 +42,7 @@ int check_command(const CheckOptions& o) {
   }
   write_json(o.json_file, to_json(findings));
   if (o.json_file != "-") {
-    for (const std::string& line : lines_of(findings)) std::cout << line << "\n";
+    for (const std::string& line : lines_of(findings)) std::cout << fitted(line, width_of_rows());
     const auto runs = train.size() + held_out.size();
     if (findings.empty()) std::cout << "nothing is wrong with " << runs << (runs == 1 ? " run\n" : " runs\n");
   }
@@ -70,9 +71,9 @@ bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, co
                    std::ostream& say) {
   if (unchecked) return true;
   const DataFindings findings = check(train, held_out, &model);
-  for (const std::string& line : lines_of(findings)) say << line << "\n";
+  for (const std::string& line : lines_of(findings)) say << fitted(line, width_of_rows());
   if (!stops(findings)) return true;
-  say << "Nothing was fitted: these recordings contradict themselves. Mend them, or add --unchecked\n";
+  say << fitted("Nothing was fitted: " + why_nothing_is_fitted(findings), width_of_rows());
   return false;
 }
 

@@ -26,13 +26,7 @@ inline constexpr const char* only_help =
 inline constexpr const char* without_help = "tries all but these effects";
 inline constexpr const char* explain_help =
     "torque: what the gauge reads is to be explained as well; else it loads the shaft as it is";
-inline constexpr const char* unchecked_help = "goes on where the recordings contradict themselves: see emtb check";
-
-/// Whether `--explain` asks for the torque. @throws Error for another word: only the torque is an input beside being
-/// read.
-inline bool explains_torque(const std::string& word) {
-  if (!word.empty() && word != "torque") throw Error("--explain takes `torque`, not `" + word + "`");
-  return !word.empty();
-}
+inline constexpr const char* unchecked_help =
+    "goes on where the recordings contradict themselves or the model's bounds: see emtb check";
 
 }  // namespace emtb

@@ -7,9 +7,9 @@
 #include <cstring>
 #include <iostream>
 #include <new>
-#include <numeric>
 
 #include "figures/terminal.h"
+#include "hal/did_you_mean.h"
 #include "hal/error.h"
 #include "hal/one_line.h"
 #include "hal/printable.h"
@@ -58,7 +58,7 @@ class HelpPage : public CLI::Formatter {
   }
 
  private:
-  static std::size_t width() { return std::min<std::size_t>(static_cast<std::size_t>(style_of_stdout().width), 120); }
+  static std::size_t width() { return std::min<std::size_t>(width_of_prose(), 120); }
 
   std::string row(const std::string& left, const std::string& right, std::size_t column) const {
     constexpr std::size_t gap = 2;
@@ -69,29 +69,6 @@ class HelpPage : public CLI::Formatter {
     return head + body.substr(head.size()) + "\n";
   }
 };
-
-/// How many letters must be put in, taken out, changed or swapped with their neighbour to make one word of another.
-std::size_t typing_errors(std::string_view a, std::string_view b) {
-  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  std::iota(d[0].begin(), d[0].end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  }
-  return d[a.size()][b.size()];
-}
-
-/// `; did you mean diagnose?`, or nothing where no known word is near.
-std::string did_you_mean(const std::string& typed, const std::vector<std::string>& known) {
-  const auto errors = [&](const std::string& word) { return typing_errors(typed, word); };
-  const auto nearest = std::ranges::min_element(known, {}, errors);
-  if (nearest == known.end() || errors(*nearest) > std::max<std::size_t>(1, typed.size() / 3)) return "";
-  return "; did you mean " + *nearest + "?";
-}
 
 std::vector<std::string> commands_of(const CLI::App& app) {
   std::vector<std::string> names;
@@ -104,12 +81,49 @@ std::string no_such_command(const std::string& typed, const CLI::App& app) {
   return printable(typed) + ": no such command" + (guess.empty() ? ". See emtb --help" : guess);
 }
 
+/// `check, calibrate or spin`
+std::string in_a_row(const std::vector<std::string>& words, const std::string& last) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : i + 1 == words.size() ? last : ", ") + words[i];
+  return text;
+}
+
+/// Where a command lacks a word of which there are but a few: which.
+std::string missing_word(const CLI::App& command, const Choices& choices) {
+  for (const CLI::Option* o : command.get_options()) {
+    if (!o->get_positional() || !o->get_required() || !o->empty()) continue;
+    const auto choice = choices.find(o);
+    if (choice == choices.end() || !choice->second.only) break;
+    return command.get_name() + ": which? " + in_a_row(choice->second.words(), " or ");
+  }
+  return "";
+}
+
+/// @throws Error where a word is none of those that there are
+void refuse_unknown_words(const CLI::App& command, const Choices& choices) {
+  for (const CLI::Option* o : command.get_options()) {
+    const auto choice = choices.find(o);
+    if (choice == choices.end() || !choice->second.only) continue;
+    const std::vector<std::string> known = choice->second.words();
+    for (const std::string& word : o->results()) {
+      if (std::ranges::find(known, word) != known.end()) continue;
+      const std::string what = o->get_positional() ? command.get_name() : "--" + o->get_lnames().front();
+      const std::string guess = did_you_mean(word, known);
+      throw Error(what + " " + printable(word) + ": not known" +
+                  (guess.empty() ? ". Known: " + in_a_row(known, ", ") : guess));
+    }
+  }
+}
+
 /// What was typed that nothing takes: a command, or an option of the one that was given.
-std::string not_understood(const CLI::App& app, const std::string& what) {
+std::string not_understood(const CLI::App& app, const Choices& choices, const std::string& what) {
   const auto chosen = app.get_subcommands();
   const std::vector<std::string> rest = app.remaining(true);
   if (rest.empty() && chosen.empty()) return "which command? See emtb --help";
-  if (rest.empty()) return what + ". See emtb help " + chosen.front()->get_name();
+  if (rest.empty()) {
+    const std::string missing = missing_word(*chosen.front(), choices);
+    return (missing.empty() ? what : missing) + ". See emtb help " + chosen.front()->get_name();
+  }
   if (chosen.empty() && !rest.front().starts_with("-")) return no_such_command(rest.front(), app);
   const CLI::App& owner = chosen.empty() ? app : *chosen.front();
   const auto option = std::ranges::find_if(rest, [](const std::string& word) { return word.starts_with("-"); });
@@ -132,48 +146,59 @@ struct Command::Impl {
   std::function<int()> chosen{};     // of the root: the action of the command that was given
   std::shared_ptr<Impl> root{};      // of a command
   std::shared_ptr<HelpPage> page{};  // of the root
+  Choices choices{};                 // of the root: those of all commands
+  const CLI::Option* last = nullptr;
+
+  void choose(Choice choice) { (root ? root->choices : choices)[last] = std::move(choice); }
 };
 
-Command& Command::argument(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->required();
+Command& Command::added(CLI::Option* option) {
+  impl_->last = option;
   return *this;
+}
+Command& Command::one_of(const std::vector<std::string>& words) {
+  impl_->choose({.words = [words] { return words; }, .only = true});
+  return *this;
+}
+Command& Command::offers(const Words& words) {
+  impl_->choose({.words = words});
+  return *this;
+}
+Command& Command::offers_beside_files(const Words& words) {
+  impl_->choose({.words = words, .files = true});
+  return *this;
+}
+
+Command& Command::argument(const std::string& name, std::string& value, const std::string& help) {
+  return added(impl_->app->add_option(name, value, help)->required());
 }
 Command& Command::optional_argument(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help);
-  return *this;
+  return added(impl_->app->add_option(name, value, help));
 }
 Command& Command::arguments(const std::string& name, std::vector<std::string>& values, const std::string& help) {
-  impl_->app->add_option(name, values, help)->required();
-  return *this;
+  return added(impl_->app->add_option(name, values, help)->required());
 }
 Command& Command::optional_arguments(const std::string& name, std::vector<std::string>& values,
                                      const std::string& help) {
-  impl_->app->add_option(name, values, help);
-  return *this;
+  return added(impl_->app->add_option(name, values, help));
 }
 Command& Command::hidden_option(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->group("");
-  return *this;
+  return added(impl_->app->add_option(name, value, help)->group(""));
 }
 Command& Command::option(const std::string& name, std::string& value, const std::string& help) {
-  impl_->app->add_option(name, value, help);
-  return *this;
+  return added(impl_->app->add_option(name, value, help));
 }
 Command& Command::option(const std::string& name, double& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->capture_default_str();
-  return *this;
+  return added(impl_->app->add_option(name, value, help)->capture_default_str());
 }
 Command& Command::option(const std::string& name, int& value, const std::string& help) {
-  impl_->app->add_option(name, value, help)->capture_default_str();
-  return *this;
+  return added(impl_->app->add_option(name, value, help)->capture_default_str());
 }
 Command& Command::options(const std::string& name, std::vector<std::string>& values, const std::string& help) {
-  impl_->app->add_option(name, values, help);
-  return *this;
+  return added(impl_->app->add_option(name, values, help));
 }
 Command& Command::flag(const std::string& name, bool& value, const std::string& help) {
-  impl_->app->add_flag(name, value, help);
-  return *this;
+  return added(impl_->app->add_flag(name, value, help));
 }
 
 void Command::action(std::function<int()> run) {
@@ -199,12 +224,13 @@ CommandLine::CommandLine(const std::string& description, const std::string& vers
   };
   const auto asked = std::make_shared<Asked>();
   Command help = command("help", "explains a command: all of its options");
-  help.optional_argument("COMMAND", asked->about, "without it the list of all commands");
+  help.optional_argument("COMMAND", asked->about, "without it the list of all commands")
+      .offers([root = std::weak_ptr(impl_)] { return commands_of(*root.lock()->app); });
   help.hidden_option("--as", asked->as, "man, bash or zsh: for the package");
   help.action([asked, root = std::weak_ptr(impl_)] {
     const CLI::App& app = *root.lock()->app;
     if (!asked->as.empty()) {
-      std::cout << written_as(asked->as, app);
+      std::cout << written_as(asked->as, app, root.lock()->choices);
       return 0;
     }
     const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == asked->about; });
@@ -242,11 +268,12 @@ int CommandLine::run(int argc, const char* const* argv) {
 int CommandLine::parse_and_run(int argc, const char* const* argv) {
   try {
     impl_->app->parse(argc, argv);
+    for (const CLI::App* command : impl_->app->get_subcommands()) refuse_unknown_words(*command, impl_->choices);
     return impl_->chosen ? impl_->chosen() : 0;
   } catch (const CLI::Success& e) {  // --help, --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
-    std::cerr << "emtb: " << in_one_line(not_understood(*impl_->app, e.what())) << "\n";
+    std::cerr << "emtb: " << in_one_line(not_understood(*impl_->app, impl_->choices, e.what())) << "\n";
   } catch (const std::bad_alloc&) {
     std::cerr << "emtb: the memory that is free is not enough. Give fewer sessions, or spans of them: PATH@T0:T1\n";
   } catch (const std::exception& e) {

@@ -6,7 +6,14 @@
 #include <string>
 #include <vector>
 
+namespace CLI {
+class Option;
+}
+
 namespace emtb {
+
+/// Words that are asked for when somebody wants to see them.
+using Words = std::function<std::vector<std::string>()>;
 
 /// One command of `emtb`: what it is called with, and what it does.
 ///
@@ -32,11 +39,19 @@ class Command {
                    const std::string& help);  ///< one or more
   Command& flag(const std::string& name, bool& value, const std::string& help);
 
+  /// Of what was added last: the words that it may be. Another is refused with those that there are.
+  Command& one_of(const std::vector<std::string>& words);
+  /// Of what was added last: the words that a shell offers for it; others are taken as well.
+  Command& offers(const Words& words);
+  Command& offers_beside_files(const Words& words);
+
   /// What the command does. @return the exit code: 0 done, 1 the answer is no; bad use and input are thrown as Error
   /// (2).
   void action(std::function<int()> run);
 
  private:
+  Command& added(CLI::Option* option);
+
   std::shared_ptr<Impl> impl_;
 };
 

@@ -12,9 +12,11 @@
 #include "config/schema.h"
 #include "config/shipped.h"
 #include "drivers/registry.h"
+#include "figures/terminal.h"
 #include "hal/error.h"
 #include "hal/format_version.h"
 #include "hal/printable.h"
+#include "report/text.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
 #include "tools/rewrite.h"
@@ -98,7 +100,7 @@ int check_files(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     FileCheck check(file);
     const auto complaints = check.complaints();
-    for (const std::string& line : complaints) std::cout << line << "\n";
+    for (const std::string& line : complaints) std::cout << fitted(line, width_of_rows());
     if (complaints.empty()) std::cout << file << ": " << check.kind() << ", nothing wrong\n";
     wrong += complaints.empty() ? 0 : 1;
   }
@@ -150,9 +152,6 @@ int config_command(const ConfigOptions& o) {
     std::cout << YamlMap::read_text(shipped(schema_file));
     return 0;
   }
-  if (o.what != "check" && o.what != "upgrade") {
-    throw Error("emtb config " + o.what + ": not known. Known: check, upgrade, schema");
-  }
   if (o.files.empty()) throw Error("emtb config " + o.what + ": which FILE?");
   if (o.what == "check") return check_files(o.files);
   int refused = 0;
@@ -169,6 +168,7 @@ void add_config_command(CommandLine& line) {
                "writes a bench or a model in the newest form, after showing what changes; schema: prints the JSON "
                "schema of bench files")
       .argument("WHAT", o->what, "check, upgrade or schema")
+      .one_of({"check", "upgrade", "schema"})
       .optional_arguments("FILE", o->files, "the YAML files")
       .flag("--yes", o->yes, "upgrade: writes without asking")
       .action([o] { return config_command(*o); });

@@ -21,6 +21,7 @@
 #include "server/unix_socket.h"
 #include "tools/bench_run.h"
 #include "tools/commands.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -230,6 +231,7 @@ void add_daemon_commands(CommandLine& line, const std::shared_ptr<const std::str
       .action(act(watch));
   line.command("run", "runs an experiment and prints where its session is; Ctrl-C stops it")
       .argument("PROFILE", options->profile, "a profile's file, or the name of one that the daemon knows")
+      .offers_beside_files(profile_names)
       .flag("--reset", options->reset, "arms the bench first; see that it is safe")
       .option("--note", options->note, "kept in the session")
       .option("--operator", options->operator_name, "who is responsible, kept in the session [you]")

@@ -13,6 +13,7 @@
 #include "config/model.h"
 #include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "report/discovery_figures.h"
 #include "report/discovery_json.h"
 #include "report/discovery_words.h"
@@ -59,7 +60,7 @@ void print_shares(const Shares& s, const std::string& what, const std::string& u
     table.row({name, percent(share.alone), percent(share.std_error), percent(share.only)});
   }
   table.row({"all together", percent(s.together), "", ""});
-  std::cout << table.text("  ");
+  std::cout << table.text("  ", width_of_rows());
 }
 
 /// The verdict of a diagnosis on these runs, in a line.
@@ -72,7 +73,7 @@ std::string verdict_on(std::span<const Run> train, std::span<const Run> held_out
 }
 
 void print_discovery(const Discovery& d, const DiscoverArguments& o, const std::string& name) {
-  const auto width = static_cast<std::size_t>(style_of_stdout().width);
+  const auto width = width_of_prose();
   std::cout << "model `" << name << "` as it stands, fitted: error (1 = noise floor) training " << pretty(d.train, 3)
             << ", held-out " << pretty(d.held_out, 3) << ". What the library holds, emtb diagnose names first\n";
   if (d.worth_a_name || d.held_out > above_the_floor) {
@@ -124,7 +125,7 @@ int discover_command(const DiscoverArguments& o) {
   if (const auto figure = law_figure(d); figure && !o.svg.empty()) write_svg(figure->figure, o.svg);
   if (o.json_file == "-") return d.law ? 0 : 1;
   print_discovery(d, o, model.name);
-  if (!verdicts.empty()) std::cout << fitted(verdicts, static_cast<std::size_t>(style_of_stdout().width));
+  if (!verdicts.empty()) std::cout << fitted(verdicts, width_of_prose());
   return d.law ? 0 : 1;
 }
 
@@ -161,10 +162,10 @@ int trend_command(const DiscoverArguments& o) {
   write_json(o.json_file, to_json(found));
   if (o.json_file == "-") return 0;
   for (const Trend& t : found) {
-    std::cout << t.parameter << " [" << t.unit << "]\n";
+    std::cout << t.parameter << in_brackets(t.unit) << "\n";
     Table table({"session", "value", "+- 95 %"});
     for (const TrendPoint& p : t.points) table.row({p.run, pretty(p.value, 4), pretty(1.96 * p.std_error, 2)});
-    std::cout << table.text("  ");
+    std::cout << table.text("  ", width_of_rows());
     std::cout << "  " << in_words(t) << "\n";
   }
   if (!o.svg.empty()) std::cout << "written: " << o.svg << "\n";

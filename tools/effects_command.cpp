@@ -1,18 +1,23 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
 #include "config/shipped.h"
+#include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/commands.h"
 #include "tools/effect_picture.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -38,27 +43,50 @@ json effect_json(const EffectInfo& e) {
           {"needs", needs_of(e)}, {"source", e.source}};
 }
 
-void list_effects() {
-  Table table({"id", "stage", "parameters", "equation"});
+/// A row for each effect; where the terminal has no room for the equations they stand below, each on a line of its own.
+void list_effects(std::size_t width) {
+  Table whole({"id", "stage", "parameters", "equation"}, Table::Align::words);
+  Table narrow({"id", "stage", "parameters"}, Table::Align::words);
   for (const EffectInfo& e : effect_catalogue()) {
     std::string parameters;
     for (const EffectParameter& p : e.parameters()) {
-      parameters += (parameters.empty() ? "" : ", ") + std::string(p.symbol) + " [" + std::string(p.unit) + "]";
+      parameters += (parameters.empty() ? "" : ", ") + std::string(p.symbol) + in_brackets(p.unit);
     }
-    table.row({std::string(e.id), std::string(name_of(e.stage)), parameters, std::string(e.equation)});
+    std::vector<std::string> row{std::string(e.id), std::string(name_of(e.stage)), parameters};
+    narrow.row(row);
+    row.emplace_back(e.equation);
+    whole.row(std::move(row));
   }
-  std::cout << table.text();
+  if (whole.width() <= width) {
+    std::cout << whole.text();
+    return;
+  }
+  std::istringstream rows(narrow.text());
+  std::string line;
+  std::getline(rows, line);
+  std::cout << line.substr(0, width) << "\n";
+  for (const EffectInfo& e : effect_catalogue()) {
+    std::getline(rows, line);
+    const std::string row = line.size() <= width ? line : wrapped(line, width);
+    std::cout << row << "\n" << wrapped(std::string(e.equation), width, 4) << "\n";
+  }
 }
 
 void explain(const EffectInfo& e) {
-  std::cout << e.id << ": " << e.name << " (" << name_of(e.stage) << ")\n\n    " << e.equation << "\n\n"
-            << e.what << "\n\nHow it shows: " << e.shows << "\n\nTold apart: " << e.told_apart << "\n\nParameters:\n";
+  const std::size_t width = width_of_prose();
+  const auto prose = [&](const std::string& text) { std::cout << "\n" << wrapped(text, width) << "\n"; };
+  std::cout << e.id << ": " << e.name << " (" << name_of(e.stage) << ")\n\n"
+            << wrapped(std::string(e.equation), width, 4) << "\n";
+  prose(std::string(e.what));
+  prose("How it shows: " + std::string(e.shows));
+  prose("Told apart: " + std::string(e.told_apart));
+  std::cout << "\nParameters:\n";
   for (const EffectParameter& p : e.parameters()) {
-    std::cout << "    " << p.symbol << " [" << p.unit << "], absent at " << p.null << ", from " << p.min << " to "
+    std::cout << "    " << p.symbol << in_brackets(p.unit) << ", absent at " << p.null << ", from " << p.min << " to "
               << p.max << "\n";
   }
-  if (const std::string needs = needs_of(e); !needs.empty()) std::cout << "\nNeeds: " << needs << "\n";
-  std::cout << "\nSource: " << e.source << "\n";
+  if (const std::string needs = needs_of(e); !needs.empty()) prose("Needs: " + needs);
+  prose("Source: " + std::string(e.source));
 }
 
 void draw(const EffectsOptions& o, std::size_t effect) {
@@ -77,7 +105,7 @@ void draw(const EffectsOptions& o, std::size_t effect) {
 int effects_command(const EffectsOptions& o) {
   if (o.effect.empty()) {
     if (!o.picture.empty()) throw Error("--picture needs an ID: a picture is of one effect");
-    if (o.json_file != "-") list_effects();
+    if (o.json_file != "-") list_effects(width_of_rows());
     json all = json::array();
     for (const EffectInfo& e : effect_catalogue()) all.push_back(effect_json(e));
     write_json(o.json_file, all);
@@ -96,10 +124,12 @@ void add_effects_command(CommandLine& line) {
   const auto o = std::make_shared<EffectsOptions>();
   line.command("effects", "lists the physical effects that a model can include, or explains one")
       .optional_argument("ID", o->effect, "the effect to explain")
+      .offers(effect_ids)
       .option("--json", o->json_file, "writes it to this file; - for standard output")
       .option("--picture", o->picture, "draws what the effect would leave of a model that lacks it, .svg or .png")
       .option("--model", o->model, "the model of the picture, which lacks the effect [models/desk.yaml]")
       .option("--profile", o->profile, "the run of the picture: a profile's file or name [desk_staircase]")
+      .offers_beside_files(profile_names)
       .action([o] { return effects_command(*o); });
 }
 

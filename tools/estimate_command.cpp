@@ -13,6 +13,7 @@
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "paper/estimate_figure.h"
 #include "report/result_json.h"
@@ -34,6 +35,14 @@ struct EstimateOptions {
   std::vector<Run> runs() const { return read_runs(sessions, map.empty() ? Mapping{} : read_mapping(map)); }
 };
 
+/// What --what may be.
+std::vector<std::string> experiment_names() {
+  std::vector<std::string> names;
+  for (const StaticExperiment e : static_experiments) names.emplace_back(name(e));
+  names.emplace_back("all");
+  return names;
+}
+
 /// What is to be found.
 std::vector<StaticExperiment> wanted(const EstimateOptions& o) {
   const bool model = !o.model.empty();
@@ -47,10 +56,6 @@ std::vector<StaticExperiment> wanted(const EstimateOptions& o) {
       if (!model) std::erase(all, StaticExperiment::inverse_dynamics);
     } else if (known != static_experiments.end()) {
       all.push_back(*known);
-    } else {
-      std::vector<std::string_view> choice;
-      for (const StaticExperiment e : static_experiments) choice.push_back(name(e));
-      throw Error("--what " + shown(text) + ": no such experiment. Known: " + listed(choice) + ", all");
     }
   }
   return all;
@@ -161,7 +166,8 @@ void print(const StaticEstimate& e) {
   std::cout << name(experiment_of(e.method)) << ": " << e.title << "\n";
   if (!e.lacking.empty()) std::cout << "  no result: " << e.lacking << "\n";
   Table table({"", "value", "+- std error", "unit"});
-  for (const Quantity& q : e.quantities) table.row({q.symbol, pretty(q.value, 5), pretty(q.std_error, 2), q.unit});
+  for (const Quantity& q : e.quantities)
+    table.row({q.symbol, pretty(q.value, 5), pretty(q.std_error, 2), shown_unit(q.unit)});
   if (!e.quantities.empty()) std::cout << table.text("  ");
   if (e.lacking.empty()) {
     std::cout << "  R2 " << pretty(e.r_squared, 6) << ", " << e.points << (e.points == 1 ? " point" : " points")
@@ -216,7 +222,7 @@ int inverse_dynamics_alone(const EstimateOptions& o) {
   json out = json::object();
   Table table({"inverse dynamics", "value", "+- std error", "unit"});
   for (const auto& v : result.values) {
-    table.row({v.symbol, pretty(v.value, 5), pretty(v.std_error, 2), v.unit});
+    table.row({v.symbol, pretty(v.value, 5), pretty(v.std_error, 2), shown_unit(v.unit)});
     out["parameters"][v.symbol] = {{"value", v.value}, {"std_error", v.std_error}, {"unit", v.unit}};
   }
   out["residual"] = result.residual;
@@ -274,6 +280,7 @@ void add_estimate_command(CommandLine& line, const std::shared_ptr<const KeptAns
           "--what", o->what,
           "resistance, generator, friction, torque-constant, inertia, coast-down, driver, inverse-dynamics or all; "
           "without it all, or with a model inverse-dynamics")
+      .one_of(experiment_names())
       .option("--model", o->model, "a model whose K_m, T_c and B, where fixed or fitted, count as known")
       .option("--map", o->map, "how the columns of foreign CSV files become signals")
       .options("--settled", o->settled,

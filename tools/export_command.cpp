@@ -72,9 +72,7 @@ std::string exported(const ExportOptions& o) {
   if (o.to == "c") return c_header(equations());
   if (o.to == "octave") return octave_function(equations(), function_name(o.out, "an Octave function"));
   if (o.to == "modelica") return modelica_model(equations());
-  if (o.to == "fmu") return fmu_archive(o, equations());
-  throw Error("--to " + printable(o.to) +
-              ": not known. Known: c, octave, state-space, transfer-function, modelica, fmu");
+  return fmu_archive(o, equations());
 }
 
 int export_model_command(const ExportOptions& o) {
@@ -167,7 +165,8 @@ void print(const Design& d, std::size_t width) {
   gains.row({"  speed, to a current", pretty(g.speed.kp), "A s/rad", pretty(g.speed.ki), "A/rad"});
   gains.row({"  current, to a voltage", pretty(g.current.kp), "V/A", pretty(g.current.ki), "V/(A s)"});
   gains.row({"  direct: speed, to a voltage", pretty(g.direct.kp), "V s/rad", pretty(g.direct.ki), "V/rad"});
-  std::cout << gains.text() << "  the current loop adds K_b omega, " << pretty(g.back_emf) << " V s/rad\n";
+  std::cout << gains.text("", width_of_rows()) << "  the current loop adds K_b omega, " << pretty(g.back_emf)
+            << " V s/rad\n";
   Table margins({"  margins", "phase", "least", "gain", "least"});
   Table steps({"  step on the whole model", "rise", "overshoot", "within 2 %", "off at end", "current", "at a limit"});
   const double negligible = 1e-4 * std::max(1e-6, std::abs(d.with[0].omega.back()));  // [rad/s]
@@ -185,7 +184,7 @@ void print(const Design& d, std::size_t width) {
                  pretty(a->largest_current, 3) + " A", pretty(100 * a->limited, 2) + " %"});
     }
   }
-  std::cout << margins.text() << steps.text();
+  std::cout << margins.text("", width_of_rows()) << steps.text("", width_of_rows());
   if (d.spread[0].draws == 0) {
     std::cout << wrapped("The model file has no standard errors: calibrate it, and the least margins are those over " +
                              std::string("what the data leave open."),
@@ -224,16 +223,16 @@ int gains_command(const GainsOptions& o) {
   }
   write_json(o.json_file, out);
   if (o.json_file == "-") return 0;
-  const TerminalStyle style = style_of_stdout();
-  const auto width = static_cast<std::size_t>(style.width);
-  std::cout << "model `" << model.name << "`: gains for " << pretty(at.omega, 3) << " rad/s, computed "
-            << pretty(o.rate) << " times a second\n";
-  for (const Design& d : designs) print(d, width);
-  std::cout << "\nfeed-forward: the current and the voltage that hold a speed against friction\n";
+  std::cout << fitted("model `" + model.name + "`: gains for " + pretty(at.omega, 3) + " rad/s, computed " +
+                          pretty(o.rate) + " times a second",
+                      width_of_prose());
+  for (const Design& d : designs) print(d, width_of_prose());
+  std::cout << "\n"
+            << fitted("feed-forward: the current and the voltage that hold a speed against friction", width_of_prose());
   Table table({"  omega [rad/s]", "i_a [A]", "e [V]"});
   for (std::size_t i = 0; i < ahead.omega.size(); ++i)
     table.row({"  " + pretty(ahead.omega[i], 3), pretty(ahead.i_a[i], 3), pretty(ahead.e_a[i], 3)});
-  std::cout << table.text();
+  std::cout << table.text("", width_of_rows());
   if (!o.plot) return 0;
   Figure figure("Step of the speed on the whole model", "Speed over time with each controller.");
   figure.x({"t", "s"});
@@ -241,7 +240,7 @@ int gains_command(const GainsOptions& o) {
   for (int k = 0; k < 2; ++k)
     speed.line(name_of(loops[k]), designs[0].with[k].t, designs[0].with[k].omega,
                {k == 0 ? Ink::blue : Ink::vermilion});
-  std::cout << "\n" << to_terminal(figure, style);
+  std::cout << "\n" << to_terminal(figure, style_of_stdout());
   return 0;
 }
 
@@ -252,6 +251,7 @@ void add_export_commands(CommandLine& line) {
   line.command("export-model", "writes a model for other programs: C, Octave, Modelica, an FMU, or a linear system")
       .argument("MODEL", o->model, "the model's YAML")
       .option("--to", o->to, "c, octave, state-space, transfer-function, modelica or fmu (2.0, co-simulation)")
+      .one_of({"c", "octave", "state-space", "transfer-function", "modelica", "fmu"})
       .option("--out", o->out, "the file to write; without it standard output")
       .flag("--linear", o->linear, "all effects as straight lines about the speed --at")
       .option("--at", o->at, "[rad/s] the speed for --linear")

@@ -9,14 +9,17 @@
 #include "config/model.h"
 #include "config/profile.h"
 #include "config/profile_path.h"
+#include "figures/terminal.h"
 #include "hal/error.h"
 #include "hal/printable.h"
+#include "hal/unit.h"
 #include "model/simulation.h"
 #include "report/result_json.h"
 #include "report/text.h"
 #include "session/mat.h"
 #include "session/spec.h"
 #include "tools/commands.h"
+#include "tools/offered_words.h"
 #include "tools/prediction.h"
 
 namespace emtb {
@@ -79,7 +82,6 @@ int merge_log(const FileOptions& o) {
 
 /// By the ending; of a .mat also by its version.
 void write(const FileOptions& o, const Session& session) {
-  if (o.mat != "5" && o.mat != "7.3") throw Error("--mat " + printable(o.mat) + ": not known. Known: 5, 7.3");
   if (o.mat == "7.3") {
     if (!o.out.ends_with(".mat")) throw Error("--mat 7.3 is for --out FILE.mat");
     return write_mat(o.out, session, MatVersion::v73);
@@ -112,27 +114,29 @@ int info_command(const FileOptions& o) {
     json one{{"session", text}, {"complete", session.complete}, {"attributes", session.attributes}};
     std::cout << text << (session.complete ? "" : "  (incomplete: the recording ended abruptly)") << "\n";
     for (const auto& [key, value] : session.attributes)
-      std::cout << "  " << printable(key) << ": " << printable(value) << "\n";
+      std::cout << fitted("  " + printable(key) + ": " + printable(value), width_of_rows());
     one["runs"] = json::array();
     for (const Run& run : read_runs(text, o.mapping())) {
       Table table(
-          {"  " + run.name, "readings", "from [s]", "to [s]", "window [s]", "resolution", "unit", "lowest", "highest"});
+          {"  signal", "readings", "from [s]", "to [s]", "window [s]", "resolution", "unit", "lowest", "highest"});
       json signals = json::object();
       for (const auto& [signal, s] : run.signals) {
         const auto [low, high] = std::ranges::minmax(s.value);
         table.row({"  " + std::string(info(signal).name), std::to_string(s.t.size()), pretty(s.t.front(), 6),
                    pretty(s.t.back(), 6), s.window > 0 ? pretty(s.window) : "-", s.lsb > 0 ? pretty(s.lsb) : "-",
-                   std::string(info(signal).unit), pretty(low), pretty(high)});
+                   shown_unit(info(signal).unit), pretty(low), pretty(high)});
         signals[std::string(info(signal).name)] = {
             {"readings", s.t.size()}, {"from", s.t.front()}, {"to", s.t.back()}, {"window", s.window},
             {"lsb", s.lsb},           {"min", low},          {"max", high}};
       }
-      std::cout << table.text();
+      if (run.name != text) std::cout << "  " << printable(run.name) << "\n";
+      std::cout << table.text("", width_of_rows());
       one["runs"].push_back({{"name", run.name}, {"signals", signals}});
     }
     one["events"] = json::array();
     for (const Event& e : session.events) {
-      std::cout << "  event " << e.code << " at " << pretty(e.t, 6) << " s: " << printable(e.text) << "\n";
+      std::cout << fitted("  event " + std::to_string(e.code) + " at " + pretty(e.t, 6) + " s: " + printable(e.text),
+                          width_of_rows());
       one["events"].push_back({{"t", e.t}, {"code", e.code}, {"text", e.text}});
     }
     all.push_back(std::move(one));
@@ -171,7 +175,7 @@ int table_command(const FileOptions& o) {
         continue;
       }
       const auto place = static_cast<std::size_t>(found - own.begin());
-      unit = model.at(place).unit;
+      unit = shown_unit(model.at(place).unit);
       row.push_back(pretty(model.values()[place], 4));
     }
     if (simulation) {
@@ -188,7 +192,7 @@ int table_command(const FileOptions& o) {
     row.push_back(unit);
     table.row(row);
   }
-  std::cout << table.text();
+  std::cout << table.text("", width_of_rows());
   return 0;
 }
 
@@ -203,6 +207,7 @@ void add_file_commands(CommandLine& line, const std::shared_ptr<const KeptAnswer
   line.command("simulate", "simulates a model under a profile")
       .argument("MODEL", o->model, "the model's YAML")
       .argument("PROFILE", o->profile, "a profile's file or name")
+      .offers_beside_files(profile_names)
       .option("--out", o->out, "the simulated session, .csv, .h5 or .mat")
       .option("--rate", o->rate, "[Hz] samples a second")
       .action(act(simulate_command));
@@ -217,6 +222,7 @@ void add_file_commands(CommandLine& line, const std::shared_ptr<const KeptAnswer
       .option("--map", o->map, map_help)
       .option("--out", o->out, "the file to write, .csv, .h5 or .mat")
       .option("--mat", o->mat, "of a .mat: 5, or 7.3 where it is larger than 2 GB")
+      .one_of({"5", "7.3"})
       .action(act(convert_command));
   line.command("info", "says what a session holds")
       .arguments("SESSION", o->sessions, session_help)

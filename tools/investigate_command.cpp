@@ -26,6 +26,7 @@
 #include "tools/checked.h"
 #include "tools/commands.h"
 #include "tools/discover_rest.h"
+#include "tools/offered_words.h"
 #include "tools/prediction.h"
 
 namespace emtb {
@@ -225,7 +226,9 @@ void add_investigate_command(CommandLine& line, const std::shared_ptr<const std:
       .options("--sessions", o->sessions, "recordings to begin with; without them six experiments are made first")
       .options("--held-out", o->held_out, "those of them that judge and take no part in a fit")
       .options("--only", o->wanted.only, only_help)
+      .offers(effect_ids)
       .options("--without", o->wanted.without, without_help)
+      .offers(effect_ids)
       .flag("--yes", o->yes, "moves the motor without asking")
       .flag("--reset", o->reset, "arms the bench first; see that it is safe")
       .option("--reach", o->reach, "the share of the bench's reference that is used [0.9]")

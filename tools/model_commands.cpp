@@ -21,6 +21,7 @@
 #include "config/model.h"
 #include "figures/terminal.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "report/answer.h"
 #include "report/discovery_json.h"
@@ -39,6 +40,7 @@
 #include "tools/checked.h"
 #include "tools/commands.h"
 #include "tools/discover_rest.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -129,7 +131,7 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
       remark += (remark.empty() ? "" : ", ") + ("goes with " + joined(with));
     }
     std::vector<std::string> row{names[i], pretty(values[i], free && !is_determined(p) ? 2 : 5),
-                                 error_in_words(p, free), p.unit};
+                                 error_in_words(p, free), shown_unit(p.unit)};
     if (!intervals.empty()) {
       const auto interval = intervals.find(names[i]);
       row.push_back(interval == intervals.end() ? "" : in_words(interval->second));
@@ -140,14 +142,13 @@ void print_parameters(const Model& model, const std::vector<std::string>& at_bou
     row.push_back(remark);
     table.row(row);
   }
-  std::cout << table.text();
-  const auto width = static_cast<std::size_t>(style_of_stdout().width);
-  for (const Pin& pin : pins) std::cout << fitted(in_words(pin), width);
-  for (const Undetermined& u : undetermined) std::cout << fitted(in_words(u), width);
+  std::cout << table.text("", width_of_rows());
+  for (const Pin& pin : pins) std::cout << fitted(in_words(pin), width_of_prose());
+  for (const Undetermined& u : undetermined) std::cout << fitted(in_words(u), width_of_prose());
   if (!undetermined.empty()) {
     std::cout << fitted("To determine " + std::string(undetermined.size() == 1 ? "it" : "them") + ": " +
                             advice_on(undetermined, model, recorded_by(records)),
-                        width);
+                        width_of_prose());
   }
 }
 
@@ -171,7 +172,7 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
       table.row({pretty(m.bins[b], 3), pretty(m.mean[b], 3), bar(largest > 0 ? m.mean[b] / largest : 0, 40),
                  pretty(m.ratio[b], 3)});
     }
-    std::cout << table.text("  ");
+    std::cout << table.text("  ", width_of_rows());
   }
   if (shown.empty()) std::cout << "No signal is above its noise floor by more than a tenth.\n";
 }
@@ -311,7 +312,6 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
   }
   write_json(o.json_file, out);
   if (o.json_file == "-") return 0;
-
   std::vector<std::string> heading{"multiples of the noise floor"};
   for (const std::string& file : files) heading.push_back(std::filesystem::path(file).stem().string());
   Table table(heading);
@@ -328,7 +328,7 @@ int compare_models(const ModelOptions& o, const std::vector<std::string>& files,
         [&](const Comparison& c) { return c.signals.at(signal).ratio; });
   }
   std::cout << models.size() << " models on " << counted(runs.size(), held_out.empty() ? "run" : "held-out run") << "\n"
-            << table.text();
+            << table.text("", width_of_rows());
   const auto best = std::ranges::min_element(results, {}, &Comparison::error);
   std::cout << "nearest to the measurements: " << files[static_cast<std::size_t>(best - results.begin())] << "\n";
   return 0;
@@ -378,16 +378,15 @@ void print_steps(const Diagnosis& d) {
     steps.row({s.action, error_cell(s.train), error_cell(s.held_out),
                std::string(length, '#') + std::string(50 - length, ' ')});
   }
-  std::cout << steps.text();
+  std::cout << steps.text("", width_of_rows());
 }
 
 /// What was tried, best first.
 void print_candidates(const Diagnosis& d, bool all) {
   constexpr std::size_t few = 5;
-  const auto width = static_cast<std::size_t>(style_of_stdout().width);
-  std::cout << candidates_text(d, all ? 0 : few, width);
+  std::cout << candidates_text(d, all ? 0 : few, width_of_prose());
   for (const auto& list : {refused(d), not_tried(d)}) {
-    for (const std::string& line : list) std::cout << wrapped(line, width) << "\n";
+    for (const std::string& line : list) std::cout << wrapped(line, width_of_prose()) << "\n";
   }
 }
 
@@ -399,7 +398,7 @@ int diagnose_command(const ModelOptions& o) {
   const std::vector<Run>&train = runs->train, &held_out = runs->held_out;
   Progress progress;
   DiagnoseOptions options;
-  options.explain_torque = explains_torque(o.explain);
+  options.explain_torque = !o.explain.empty();
   options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
   Diagnosis d = diagnose(train, held_out, model, options);
   const std::unique_ptr<Discovery> rest = discover_rest(d, train, held_out);
@@ -434,12 +433,11 @@ int diagnose_command(const ModelOptions& o) {
   print_candidates(d, o.every_candidate);
   std::cout << "\n";
   print_parameters(d.final, d.at_bound, d.undetermined, d.data->train, intervals, d.pins);
-  const auto width = static_cast<std::size_t>(style_of_stdout().width);
   std::cout << "\n"
             << fitted(signals_text(d.signals) + "timing: " + in_words(d.data->timing, d.data->interval(), d.final) +
                           "\n\n" + verdict_text(d) + "\n",
-                      width);
-  if (rest) std::cout << fitted(discovery_text(*rest), width) << "\n";
+                      width_of_prose());
+  if (rest) std::cout << fitted(discovery_text(*rest), width_of_prose()) << "\n";
   finish_model(o, d.final);
   std::cout << answer_text(d, {o.model, o.sessions, o.held_out, o.map, o.candidates, o.out});
   return 0;
@@ -457,7 +455,8 @@ void add_model_commands(CommandLine& line, const std::shared_ptr<const KeptAnswe
         .option("--map", o->map, "how the columns of foreign CSV files become signals")
         .option("--out", o->out, "writes the resulting model here; a MODEL is never overwritten otherwise")
         .option("--json", o->json_file, "writes the result to this file; - for standard output")
-        .options("--outputs", o->outputs, "fits to these signals alone: omega, i_a, e_a, torque");
+        .options("--outputs", o->outputs, "fits to these signals alone: omega, i_a, e_a, torque")
+        .offers(signal_names);
     return command;
   };
   const auto with_intervals = [&](Command command) {
@@ -483,12 +482,16 @@ void add_model_commands(CommandLine& line, const std::shared_ptr<const KeptAnswe
       with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
       .option("--candidates", o->candidates, candidates)
       .options("--only", o->wanted.only, only_help)
+      .offers(effect_ids)
       .options("--without", o->wanted.without, without_help)
+      .offers(effect_ids)
       .option("--explain", o->explain, explain_help)
+      .one_of({"torque"})
       .flag("--all", o->every_candidate, "shows every candidate, not only the best five")
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
-  add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates");
+  add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates")
+      .offers(effect_ids);
   looking_first(with_intervals(on_files(add)))
       .option("--candidates", o->candidates, candidates)
       .action(act(add_command));

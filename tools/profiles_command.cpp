@@ -11,6 +11,7 @@
 #include "report/result_json.h"
 #include "report/text.h"
 #include "tools/commands.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -34,8 +35,7 @@ std::string span_of(const ListedProfile& p) {
 /// One profile: what it is for, its reference over time, and its file.
 void show(const ListedProfile& p, const TerminalStyle& style) {
   const std::string kind = p.kind == p.name ? "" : p.kind + ", ";
-  std::cout << p.name << ": " << kind << span_of(p) << "\n"
-            << wrapped(p.about, static_cast<std::size_t>(style.width)) << "\n";
+  std::cout << p.name << ": " << kind << span_of(p) << "\n" << wrapped(p.about, width_of_prose()) << "\n";
   std::vector<double> t, u;
   for (const Knot& k : p.profile.knots()) {
     t.push_back(k.t);
@@ -65,9 +65,9 @@ int profiles_command(const ProfilesOptions& o) {
   constexpr std::size_t indent = 4;
   for (const ListedProfile& p : all) {
     std::cout << p.name << "  (" << p.kind << ", " << span_of(p) << ")\n"
-              << wrapped(p.about, static_cast<std::size_t>(style.width), indent) << "\n";
+              << wrapped(p.about, width_of_prose(), indent) << "\n";
   }
-  std::cout << "emtb profiles NAME shows one; emtb run NAME runs it on the bench\n";
+  std::cout << wrapped("emtb profiles NAME shows one; emtb run NAME runs it on the bench", width_of_prose()) << "\n";
   return 0;
 }
 
@@ -77,6 +77,7 @@ void add_profiles_command(CommandLine& line) {
   const auto o = std::make_shared<ProfilesOptions>();
   line.command("profiles", "lists the experiments that come with emtb and what each is for, or shows one")
       .optional_argument("NAME", o->name, "one of the list, or the file of a profile of yours")
+      .offers_beside_files(profile_names)
       .option("--json", o->json_file, "writes it to this file; - for standard output")
       .action([o] { return profiles_command(*o); });
 }

@@ -59,6 +59,9 @@ void add_replay_command(CommandLine& line) {
       .argument("SESSION", options->session, "PATH[#RUN] of .h5 or .csv")
       .option("--config", options->bench, "the bench whose limits judge it [the one it was recorded on]")
       .option("--pace", options->pace, "N times real time, or max [max]")
+      .offers([] {
+        return std::vector<std::string>{"max", "1"};
+      })
       .option("--data", options->data, "where the new session goes [./sessions]")
       .option("--json", options->json_file, "writes how it ended to this file; - for standard output")
       .action([options] { return replay(*options); });

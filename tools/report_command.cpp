@@ -14,6 +14,7 @@
 #include "tools/checked.h"
 #include "tools/commands.h"
 #include "tools/discover_rest.h"
+#include "tools/offered_words.h"
 
 namespace emtb {
 namespace {
@@ -71,7 +72,7 @@ int report_command(const ReportOptions& o) {
   Diagnosis d;
   try {
     DiagnoseOptions options;
-    options.explain_torque = explains_torque(o.explain);
+    options.explain_torque = !o.explain.empty();
     options.progress = [&](double share, const std::string& doing) { progress.show(0.9 * share, doing); };
     d = diagnose(in.part(false), in.part(true), in.model, options);
   } catch (const ModelError& refusal) {
@@ -109,8 +110,11 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
       .option("--candidates", o->candidates,
               "a YAML file of formulas of your own, to be tried beside the library's effects")
       .options("--only", o->wanted.only, only_help)
+      .offers(effect_ids)
       .options("--without", o->wanted.without, without_help)
+      .offers(effect_ids)
       .option("--explain", o->explain, explain_help)
+      .one_of({"torque"})
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")
       .option("--json", o->json_file, "writes the diagnosis to this file; - for standard output")

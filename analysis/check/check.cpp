@@ -7,6 +7,7 @@
 #include "analysis/check/balance.h"
 #include "analysis/check/begins_anew.h"
 #include "analysis/check/clipped.h"
+#include "analysis/check/dead_reference.h"
 #include "analysis/check/duplicate.h"
 #include "analysis/check/held.h"
 #include "analysis/check/leaps.h"
@@ -66,6 +67,7 @@ DataFindings check(std::span<const Run> train, std::span<const Run> held_out, co
   }
   add(findings, duplicates(train, held_out));
   add(findings, resting(runs));
+  add(findings, dead_reference(runs));
   add(findings, begins_anew(runs));
   const bool sign_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
   const bool scale_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::scale; });

@@ -36,6 +36,7 @@ struct DataFinding {
   double from = 0, to = 0;  ///< [s] in the run
   std::string text;         ///< what it is and what to do
   bool stops = false;       ///< a fit to these data would mean nothing
+  bool by_bounds = false;   ///< the model's bounds say so, and may be what is wrong; else the recordings themselves do
 };
 
 using DataFindings = std::vector<DataFinding>;

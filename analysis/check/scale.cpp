@@ -107,7 +107,10 @@ std::optional<DataFinding> by_model(const MotionWindows& w, const MotorBalance& 
 DataFindings wrong_scales(const MotionWindows& w, const MotorBalance& b, const Model* model) {
   if (w.all.size() < 20 || !w.speed) return {};
   if (model) {
-    if (auto found = by_model(w, b, *model)) return {*found};
+    if (auto found = by_model(w, b, *model)) {
+      found->by_bounds = true;
+      return {*found};
+    }
   }
   if (auto found = by_gauge(w, b)) return {*found};
   return {};

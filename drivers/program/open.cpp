@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <string>
+
+#include "config/shipped.h"
 
 namespace emtb::program {
 namespace {
@@ -36,11 +39,23 @@ class Output final : public AnalogOutput {
   std::shared_ptr<Device> device_;
 };
 
+/// A word of the command that names a program of ours, where the bench was copied away from it.
+std::string with_ours(const std::string& word, const std::filesystem::path& folder) {
+  const std::filesystem::path named(word);
+  if (named.is_absolute() || named.parent_path().filename() != "devices") return word;
+  const std::filesystem::path found = beside_or_shipped(folder, named, "devices");
+  return found == folder / named ? word : found.string();
+}
+
+/// Whom the program becomes where the bench file names nobody: root starts none with its own rights.
+constexpr const char* whom_root_makes_it = "nobody";
+
 ChildSettings read_child(const YamlMap& device) {
   ChildSettings child{.command = device.texts("command"), .folder = {}, .user = device.text_or("user", "")};
   child.folder = std::filesystem::absolute(device.file()).parent_path();
   if (child.command.empty())
     device.fail("command", "is empty. Write the program and its arguments: [python3, mine.py]");
+  for (std::string& word : child.command) word = with_ours(word, child.folder);
   const std::string program = find_program(child.command[0], child.folder);
   if (program.empty()) {
     device.fail("command", "names `" + child.command[0] +
@@ -49,9 +64,7 @@ ChildSettings read_child(const YamlMap& device) {
   child.command[0] = program;
 
   const bool root = geteuid() == 0;
-  if (root && child.user.empty()) {
-    device.fail("user", "is missing: root starts no program with its own rights. Write whom it shall run as, nobody");
-  }
+  if (root && child.user.empty()) child.user = whom_root_makes_it;
   const passwd* entry = child.user.empty() ? nullptr : getpwnam(child.user.c_str());
   if (child.user.empty()) return child;
   if (entry == nullptr) device.fail("user", "is `" + child.user + "`, whom this computer does not know");

@@ -105,6 +105,7 @@ TEST(ModelFile, ComplaintsNameFileLineAndKeyAndWhatWouldBeRight) {
   EXPECT_THAT(complaint_about("tie: {K_m: K_b}", "tie: {K_m: K_c}"), HasSubstr("K_c"));
   EXPECT_THAT(complaint_about("T_c: {", "T_x: {"), HasSubstr("T_x is not a parameter of coulomb_friction"));
   EXPECT_THAT(complaint_about("tacho_lag", "gremlins"), HasSubstr("m.yaml:11: effects.gremlins is an unknown effect"));
+  EXPECT_THAT(complaint_about("tacho_lag", "tacho_leg"), HasSubstr("did you mean tacho_lag? A formula of your own: "));
   EXPECT_THAT(complaint_about("noise: {omega: 0.15}", "noise: {omega: 0}"), HasSubstr("noise.omega"));
   EXPECT_THAT(complaint_about("rise: 22.5", "rise: -1"), HasSubstr("driver.rise"));
   EXPECT_THAT(complaint_about("min: 5, max: 100, unit: ohm, ", ""), HasSubstr("needs min and max (or fixed: true)"));

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "hal/error.h"
+#include "model/model.h"
 #include "tests/model/benches.h"
 
 namespace emtb {
@@ -325,13 +326,36 @@ TEST(Catalogue, FindsEveryEffectByItsId) {
   for (std::size_t i = 0; i < effect_count; ++i) EXPECT_EQ(effect_index(effect_catalogue()[i].id), i);
 }
 
-TEST(Catalogue, NamesTheKnownIdsWhereOneIsUnknown) {
+std::string complaint_about(const std::string& id) {
   try {
-    effect_index("coulomb");
-    FAIL() << "`coulomb` was accepted";
+    effect_index(id);
   } catch (const ModelError& e) {
-    EXPECT_THAT(e.what(),
-                AllOf(HasSubstr("unknown effect `coulomb`"), HasSubstr("coulomb_friction"), HasSubstr("tacho_lag")));
+    return e.what();
+  }
+  return "`" + id + "` was accepted";
+}
+
+TEST(Catalogue, NamesTheIdThatWasMeantWhereOneIsUnknown) {
+  EXPECT_EQ(complaint_about("coulomb"), "unknown effect `coulomb`; did you mean coulomb_friction?");
+  EXPECT_EQ(complaint_about("tacho_leg"), "unknown effect `tacho_leg`; did you mean tacho_lag?");
+}
+
+TEST(Catalogue, NamesTheKnownIdsWhereNoneIsNear) {
+  EXPECT_THAT(complaint_about("gremlins"), AllOf(HasSubstr("unknown effect `gremlins`. Known: driver_gain_error, "),
+                                                 HasSubstr("coulomb_friction"), HasSubstr("tacho_lag")));
+}
+
+TEST(Catalogue, AFormulaMayBeWhatWasMeant) {
+  Model model;
+  model.offered.push_back({});
+  model.offered.back().name = "rope_drag";
+  EXPECT_EQ(model.effect_named("rope_drag"), effect_count);
+  EXPECT_EQ(model.effect_named("cogging"), effect_index("cogging"));
+  try {
+    model.effect_named("rope_drug");
+    FAIL() << "`rope_drug` was accepted";
+  } catch (const ModelError& e) {
+    EXPECT_STREQ(e.what(), "unknown effect `rope_drug`; did you mean rope_drag?");
   }
 }
 

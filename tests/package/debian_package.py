@@ -3,8 +3,9 @@
 
     debian_package.py --build DIR [--cpack CPACK]
 
-Made twice it is the same. Installing starts nothing, an upgrade restarts nothing, sessions and what was edited stay.
-Programs that would act on this machine are put aside by others that only note how they were called.
+Made twice it is the same. Installing starts nothing, an upgrade restarts nothing, a run that is on goes to its end under it,
+sessions and what was edited stay. Programs that would act on this machine are put aside by others that note how they were called;
+that in the place of systemctl ends emtbd where systemd would.
 """
 import argparse
 import gzip
@@ -16,6 +17,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 STOOD_IN_FOR = ["systemctl", "systemd-sysusers", "systemd-tmpfiles", "udevadm"]
 wrong = []
@@ -95,13 +97,13 @@ def check_unpacked(root):
 
 def check_completion(root):
     script = f"""source {root}/usr/share/bash-completion/completions/emtb
-for words in 'emtb diag' 'emtb diagnose --held' 'emtb help rep'; do
+for words in 'emtb diag' 'emtb diagnose --held' 'emtb help rep' 'emtb bench ca' 'emtb simulate m.yaml fh2_st'; do
   COMP_WORDS=($words); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); COMPREPLY=(); _emtb; echo "${{COMPREPLY[*]}}"
 done"""
     said = run("bash", "-c", script).stdout
-    check(said.splitlines() == ["diagnose", "--held-out", "replay report"] or said.splitlines() == ["diagnose", "--held-out", "report replay"],
-          f"bash completes: {said!r}")
-    check("'--held-out[" in (root / "usr/share/zsh/vendor-completions/_emtb").read_text(), "zsh does not know --held-out")
+    wanted = ["diagnose", "--held-out", "replay report", "calibrate", "fh2_staircase fh2_step_high fh2_step_low fh2_step_mid"]
+    check([" ".join(sorted(line.split())) for line in said.splitlines()] == wanted, f"bash completes: {said!r}")
+    check("'*--held-out[" in (root / "usr/share/zsh/vendor-completions/_emtb").read_text(), "zsh does not know --held-out")
 
 
 def check_needrestart(root):
@@ -124,14 +126,15 @@ class Machine:
 
     def __init__(self, folder, runs):
         """@param runs whether systemd says that emtbd does"""
-        self.root, self.calls = folder / "root", folder / "calls"
+        self.root, self.calls, self.pid = folder / "root", folder / "calls", folder / "emtbd.pid"
         for path in ("var/lib/dpkg/info", "var/lib/dpkg/updates", "run/systemd/system"):
             (self.root / path).mkdir(parents=True)
         (self.root / "var/lib/dpkg/status").touch()
         (folder / "bin").mkdir()
         for name in STOOD_IN_FOR:
             stand_in = folder / "bin" / name
-            stand_in.write_text(f'#!/bin/sh\necho {name} "$@" >>{self.calls}\n[ "$1" != is-active ] || exit {0 if runs else 3}\n')
+            stand_in.write_text(f'#!/bin/sh\necho {name} "$@" >>{self.calls}\n[ "$1" != is-active ] || exit {0 if runs else 3}\n'
+                                f'case "$*" in *stop*|*restart*|*disable*|*kill*) if [ -e {self.pid} ]; then kill "$(cat {self.pid})"; fi ;; esac\n')
             stand_in.chmod(0o755)
         self.path = f"{folder / 'bin'}:{os.environ['PATH']}:/usr/sbin:/sbin"
 
@@ -178,6 +181,52 @@ def check_life(package, folder):
     check("sessions stay" in said and not override.exists(), f"purging says: {said}")
 
 
+def run_to_its_end(package, machine, took, folder):
+    """Starts a run, puts the package over the programs that make it, and waits until it has ended."""
+    root, socket = machine.root, folder / "emtb.sock"
+    bench, profile = root / "etc/emtb/bench.yaml", folder / "turn.yaml"
+    shutil.copy(root / "usr/share/emtb/benches/fh2-simulated.yaml", bench)
+    profile.write_text(f"name: turn\nkind: step\nlevel: 3\nbefore: 0.5\nhold: {max(5, 3 * took):.0f}\nafter: 0.5\n")
+    emtbd, emtb = root / "usr/bin/emtbd", [root / "usr/bin/emtb", "--socket", socket]
+    with open(folder / "emtbd.log", "w") as log, open(folder / "run.json", "w+") as ended:
+        daemon = subprocess.Popen([emtbd, "--config", bench, "--socket", socket, "--data", folder], stdout=log, stderr=log)
+        machine.pid.write_text(str(daemon.pid))
+        turning = None
+        try:
+            for _ in range(200):
+                if socket.exists() or daemon.poll() is not None:
+                    break
+                time.sleep(0.05)
+            turning = subprocess.Popen([*emtb, "run", profile, "--reset", "--json", folder / "ended.json"], stdout=ended, stderr=ended)
+            state = lambda: json.loads(run(*emtb, "status", "--json", "-").stdout or "{}").get("state")
+            for _ in range(200):
+                if state() == "running" or turning.poll() is not None:
+                    break
+                time.sleep(0.05)
+            before = state()
+            said, called = machine.dpkg("-i", package)
+            check(before == state() == "running", f"no run is on before and after the upgrade, but {before} and {state()}")
+            check("goes on as it was" in said, f"an upgrade with a run on says: {said}")
+            check(daemon.poll() is None, f"an upgrade ends the emtbd that makes a run: {called}")
+            check(os.stat(f"/proc/{daemon.pid}/exe").st_ino != emtbd.stat().st_ino, "the upgrade did not replace the programs")
+            turning.wait(120)
+        finally:
+            for process in (turning, daemon):
+                if process is not None and process.poll() is None:
+                    process.terminate()
+                    process.wait(30)
+        ended.seek(0)
+        outcome = json.loads((folder / "ended.json").read_text())["outcome"] if (folder / "ended.json").exists() else ended.read()
+        check(turning.returncode == 0 and outcome == "done", f"a run that was on during an upgrade ended: {outcome}")
+
+
+def check_upgrade_with_a_run_on(package, folder):
+    machine = Machine(folder, runs=True)
+    begin = time.monotonic()
+    machine.dpkg("-i", package)
+    run_to_its_end(package, machine, time.monotonic() - begin, folder)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, required=True)
@@ -185,7 +234,7 @@ def main():
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="emtb-package-") as name:
         folder = pathlib.Path(name)
-        for part in ("first", "second", "files", "fresh", "machine"):
+        for part in ("first", "second", "files", "fresh", "machine", "turning"):
             (folder / part).mkdir()
         package = made(given.build, given.cpack, folder / "first")
         again = made(given.build, given.cpack, folder / "second")
@@ -197,6 +246,7 @@ def main():
         check_needrestart(folder / "files")
         check_fresh(package, folder / "fresh")
         check_life(package, folder / "machine")
+        check_upgrade_with_a_run_on(package, folder / "turning")
     return 1 if wrong else 0
 
 

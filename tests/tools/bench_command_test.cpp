@@ -82,7 +82,7 @@ TEST_F(BenchCommands, LatencySaysInOneLineWhyADaemonDoesNotStart) {
   EXPECT_EQ(call({"latency", "--config", path("none.yaml").string()}), 2);
   EXPECT_THAT(last->err(), HasSubstr("none.yaml: cannot be read"));
   EXPECT_EQ(call({"bench", "dance"}), 2);
-  EXPECT_THAT(last->err(), HasSubstr("Known: spin"));
+  EXPECT_THAT(last->err(), HasSubstr("Known: check, calibrate, spin"));
 }
 
 }  // namespace

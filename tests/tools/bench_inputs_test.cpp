@@ -297,7 +297,33 @@ TEST_F(BenchInputCommands, CalibrateLeavesTheFileWhereTheReferencesMakeNoLine) {
 }
 
 /// The shipped bench whose one device is a program.
-class ProgramBenchCommand : public program::PythonFolder {};
+class ProgramBenchCommand : public program::PythonFolder {
+ protected:
+  /// Whether whoever a program becomes may read a file.
+  static bool open_to_all(const std::filesystem::path& file) {
+    using std::filesystem::perms;
+    const auto has = [](const std::filesystem::path& one, perms bit) {
+      return (std::filesystem::status(one).permissions() & bit) != perms::none;
+    };
+    for (auto folder = file.parent_path(); folder != folder.root_path(); folder = folder.parent_path()) {
+      if (!has(folder, perms::others_exec)) return false;
+    }
+    return has(file, perms::others_read);
+  }
+};
+
+/// As somebody tries it: the shipped file, where it stands and as a bench of one's own, /etc/emtb/bench.yaml.
+TEST_F(ProgramBenchCommand, TheShippedExampleRunsWhereverItIsCopied) {
+  const std::filesystem::path config(EMTB_CONFIG), bench = config / "benches/desk-program.yaml";
+  if (geteuid() == 0 && !open_to_all(config / "devices/toy_motor.py")) {
+    GTEST_SKIP() << "root's program becomes nobody, who may not read the sources here";
+  }
+  for (const auto& file : {bench, write("etc/bench.yaml", read(bench))}) {
+    Process check({EMTB, "bench", "check", file.string()}, path("check"));
+    EXPECT_EQ(check.wait(60), 0) << file << "\n" << check.out() << check.err();
+    EXPECT_THAT(check.out(), HasSubstr("Every signal reads"));
+  }
+}
 
 TEST_F(ProgramBenchCommand, CheckReadsItsSignalsAndListsWhatTheyGuard) {
   Process check({EMTB, "bench", "check", write("desk.yaml", desk()).string()}, path("check"));

@@ -77,7 +77,9 @@ TEST_F(CheckCommand, NothingIsFittedToRecordingsThatContradictThemselves) {
   const std::string file = write_run("turned.csv", run);
   for (const std::string command : {"diagnose", "calibrate", "report"}) {
     EXPECT_EQ(call({command, model(), file, "--out", path("out")}), 1) << command;
-    EXPECT_THAT(last->out(), AllOf(HasSubstr("sign: omega"), HasSubstr("--unchecked"))) << command;
+    EXPECT_THAT(last->out(), AllOf(HasSubstr("sign: omega"), HasSubstr("these recordings contradict themselves. Mend "
+                                                                       "them, or add --unchecked")))
+        << command;
     EXPECT_FALSE(std::filesystem::exists(path("out"))) << command;
   }
   EXPECT_EQ(call({"diagnose", model(), file, "--json", "-"}), 1);
@@ -85,6 +87,16 @@ TEST_F(CheckCommand, NothingIsFittedToRecordingsThatContradictThemselves) {
   EXPECT_THAT(last->err(), HasSubstr("sign: omega"));
   call({"calibrate", model(), file, "--unchecked"});
   EXPECT_THAT(last->out(), AllOf(HasSubstr("std error"), Not(HasSubstr("sign: omega"))));
+}
+
+TEST_F(CheckCommand, WhereTheModelsBoundsSayItTheyMayBeWhatIsWrong) {
+  emtb::Run run = good();
+  planted::scale(run, Signal::omega, 9.5493);
+  const std::string file = write_run("rpm.csv", run);
+  EXPECT_EQ(call({"calibrate", model(), file}), 1);
+  EXPECT_THAT(last->out(), AllOf(HasSubstr("scale: "), HasSubstr("the model allows"), Not(HasSubstr("themselves")),
+                                 HasSubstr("Nothing was fitted: these recordings contradict the model's bounds. Mend "
+                                           "them, or widen the bounds in the model's file, or add --unchecked\n")));
 }
 
 TEST_F(CheckCommand, AGapIsTwoRunsAndNotAHundredSecondsOfMotion) {

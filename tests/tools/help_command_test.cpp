@@ -88,6 +88,34 @@ TEST_F(HelpCommand, AMistypedWordIsAnsweredWithTheNearestOne) {
   EXPECT_THAT(complaint({"diagnose"}), HasSubstr("See emtb help diagnose"));
 }
 
+TEST_F(HelpCommand, AMistypedEffectIsAnsweredWithTheNearestOneWhereverItIsNamed) {
+  const std::string model = std::string(EMTB_CONFIG) + "/models/fh2.yaml";
+  const std::string guess = "emtb: unknown effect `coulomb`; did you mean coulomb_friction?\n";
+  EXPECT_EQ(complaint({"effects", "coulomb"}), guess);
+  EXPECT_EQ(complaint({"add", "coulomb", model, "none.csv"}), guess);
+  for (const char* option : {"--without", "--only"}) {
+    EXPECT_EQ(complaint({"diagnose", model, "none.csv", option, "coulomb"}), guess) << option;
+    EXPECT_EQ(complaint({"report", model, "none.csv", "--out", path("r.html"), option, "coulomb"}), guess) << option;
+  }
+}
+
+TEST_F(HelpCommand, AWordOfWhichThereAreButAFewIsNamedWhereItIsMissingOrAnother) {
+  EXPECT_EQ(complaint({"bench"}), "emtb: bench: which? check, calibrate or spin. See emtb help bench\n");
+  EXPECT_EQ(complaint({"config"}), "emtb: config: which? check, upgrade or schema. See emtb help config\n");
+  EXPECT_EQ(complaint({"bench", "chek"}), "emtb: bench chek: not known; did you mean check?\n");
+  EXPECT_EQ(complaint({"config", "mend"}), "emtb: config mend: not known. Known: check, upgrade, schema\n");
+}
+
+TEST_F(HelpCommand, TheUnitOfAPureNumberIsForProgramsAlone) {
+  const std::string warmup = "friction_warmup";
+  ASSERT_EQ(call({"effects"}), 0);
+  EXPECT_THAT(last->out(), AllOf(HasSubstr(" drop, tau [s]"), Not(HasSubstr("[1]"))));
+  ASSERT_EQ(call({"effects", warmup}), 0);
+  EXPECT_THAT(last->out(), HasSubstr("    drop, absent at 0, from -1 to"));
+  ASSERT_EQ(call({"effects", warmup, "--json", "-"}), 0);
+  EXPECT_EQ(json::parse(last->out())["parameters"][0]["unit"], "1");
+}
+
 TEST_F(HelpCommand, TheVersionNamesTheCommit) {
   ASSERT_EQ(call({"--version"}), 0);
   EXPECT_THAT(last->out(), testing::MatchesRegex("emtb [0-9.]+ \\(commit [0-9a-f]+(-dirty)?\\)\n"));

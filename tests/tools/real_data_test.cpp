@@ -109,7 +109,8 @@ TEST_F(RealData, EmpsHidesFrictionThatDiffersBetweenTheDirections) {
   EXPECT_NEAR(value(d, "coulomb_friction", "T_c"), 20.39, 2);                 // published
   EXPECT_NEAR(value(d, "asymmetric_friction", "B_d"), (166 - 240) / 2.0, 6);  // half the difference of the directions
   EXPECT_NEAR(d["parameters"]["B"]["value"], 203.5, 15);
-  EXPECT_NEAR(d["error"]["base"]["held_out"].get<double>() / d["error"]["final"]["held_out"].get<double>(), 10.9, 1.5);
+  EXPECT_NEAR(d["error"]["base"]["held_out"].get<double>() / d["error"]["final"]["held_out"].get<double>(), 10.7, 0.3)
+      << "docs/data/emps.md says so";
 }
 
 }  // namespace

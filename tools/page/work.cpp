@@ -15,6 +15,7 @@
 #include "config/mapping.h"
 #include "config/model.h"
 #include "hal/error.h"
+#include "hal/unit.h"
 #include "model/catalogue.h"
 #include "report/symbols.h"
 #include "report/text.h"
@@ -198,7 +199,7 @@ void Work::set(const json& params) {
     if (!value.is_number()) throw Error(name + " needs a number");
     const double number = value;
     if (!p.fixed && !(number >= p.min && number <= p.max)) {
-      throw Error(name + " must be " + pretty(p.min) + " to " + pretty(p.max) + " " + p.unit);
+      throw Error(name + " must be " + pretty(p.min) + " to " + pretty(p.max) + with_space(p.unit));
     }
     p.value = number;
     p.std_error.reset();
@@ -232,7 +233,7 @@ void Work::lock(const json& params) {
 }
 
 void Work::refuse_unless_fit_for_fitting() const {
-  if (!findings_.empty()) throw Error("the recordings contradict themselves. " + findings_);
+  if (!findings_.empty()) throw Error("nothing can be fitted to these recordings. " + findings_);
 }
 
 void Work::refit(const Model& start, State& next) {

@@ -57,6 +57,7 @@ TEST_F(Check, TheModelsBoundsContradictMilliamperesAndRevolutions) {
   auto mA = servo_runs();
   for (Run& run : mA) planted::scale(run, Signal::i_a, 1000);
   EXPECT_THAT(check(mA, {}, &servo), names(Flaw::scale, Signal::i_a));
+  EXPECT_TRUE(check(mA, {}, &servo).front().by_bounds);
   auto rpm = slow_runs();
   for (Run& run : rpm) planted::scale(run, Signal::omega, 9.5493);
   const DataFindings found = check(rpm, {}, &slow);
@@ -381,6 +382,9 @@ TEST_F(Check, AMotorThatNeverTurnsOrADeadChannelStops) {
   auto dead = servo_runs();
   for (Run& run : dead) std::ranges::fill(run.signals.at(Signal::i_a).value, 0.0);
   EXPECT_THAT(check(dead, {}, &servo), names(Flaw::rest, Signal::i_a));
+  auto unwired = slow_runs();
+  for (Run& run : unwired) std::ranges::fill(run.signals.at(Signal::u_ref).value, 0.0);
+  EXPECT_THAT(check(unwired, {}, &slow), names(Flaw::rest, Signal::u_ref));
 }
 
 TEST_F(Check, AShortRunOfFewCountsMovesWhereItsInputLeadsIt) {

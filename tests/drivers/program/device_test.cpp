@@ -216,16 +216,30 @@ TEST_F(MeasuringProgram, HasNothingOfTheDaemonButThreePipes) {
                               "there=True"));
 }
 
-TEST_F(MeasuringProgram, ComplainsOfWhatCannotBe) {
-  const auto with = [&](const std::string& more) {
-    return refusal_of([&] {
-      const BenchConfig bench = read_bench(write("b.yaml",
-                                                 "name: b\nreference: {device: cell, min: 0, max: 6, safe: 0}\n"
-                                                 "devices:\n  cell: {driver: program, " +
-                                                     more + "}\n"));
-      read_settings(bench.devices[0].yaml, &bench.reference);
-    });
+TEST_F(MeasuringProgram, IsOursWhereACopyOfOurBenchNamesIt) {
+  const auto command_of = [&](const std::string& words) {
+    const BenchConfig bench = read_bench(write("b.yaml",
+                                               "name: b\nreference: {device: cell, min: 0, max: 6, safe: 0}\n"
+                                               "devices:\n  cell: {driver: program, moves: true, command: [" +
+                                                   words + "]}\n"));
+    return read_settings(bench.devices[0].yaml, &bench.reference).child.command;
   };
+  EXPECT_EQ(command_of("python3, ../devices/toy_motor.py, ../devices/absent.py, other/toy_motor.py"),
+            (std::vector<std::string>{"/usr/bin/python3", EMTB_SOURCE_DIR "/config/devices/toy_motor.py",
+                                      "../devices/absent.py", "other/toy_motor.py"}));
+  write("devices/toy_motor.py", "");
+  EXPECT_EQ(command_of("python3, devices/toy_motor.py").at(1), "devices/toy_motor.py") << "its own goes first";
+}
+
+TEST_F(MeasuringProgram, ComplainsOfWhatCannotBe) {
+  const auto settings_with = [&](const std::string& more) {
+    const BenchConfig bench = read_bench(write("b.yaml",
+                                               "name: b\nreference: {device: cell, min: 0, max: 6, safe: 0}\n"
+                                               "devices:\n  cell: {driver: program, " +
+                                                   more + "}\n"));
+    return read_settings(bench.devices[0].yaml, &bench.reference);
+  };
+  const auto with = [&](const std::string& more) { return refusal_of([&] { settings_with(more); }); };
   const std::string python = "command: [python3, x.py]" + its_user();
   EXPECT_THAT(
       with(python + ", channels: {omega: {period: 1}}"),
@@ -238,8 +252,8 @@ TEST_F(MeasuringProgram, ComplainsOfWhatCannotBe) {
   EXPECT_THAT(with(python + ", moves: true, channels: {u_ref: {period: 1}}"), HasSubstr("cannot be measured here"));
   EXPECT_THAT(with(python + ", moves: true, channels: {omega: {period: 0.0001}}"), HasSubstr("period is 0.0001"));
   if (geteuid() == 0) {
-    EXPECT_THAT(with("command: [python3], moves: true"),
-                HasSubstr("devices.cell.user is missing: root starts no program"));
+    EXPECT_EQ(settings_with("command: [python3], moves: true").child.user, "nobody")
+        << "root starts no program with its own rights";
     EXPECT_THAT(with("command: [python3], user: root, moves: true"), HasSubstr("user is root. Write another"));
   } else {
     EXPECT_THAT(with("command: [python3], user: nobody, moves: true"),

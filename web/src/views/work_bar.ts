@@ -38,7 +38,8 @@ export function workHead(title: string, ...more: HTMLElement[]): {element: HTMLE
     const state = work.state;
     findings.hidden = !state?.findings;
     const lines = (state?.findings ?? "").split("\n").filter((line) => line && !line.startsWith("Nothing was fitted"));  // and what to do at a terminal
-    setText(findings, lines.length ? `These recordings contradict themselves, so nothing is fitted to them:\n${lines.join("\n")}` : "");
+    const why = /Nothing was fitted: these (.*?)\. /.exec(state?.findings ?? "")?.[1] ?? "recordings contradict themselves";
+    setText(findings, lines.length ? `These ${why}, so nothing is fitted to them:\n${lines.join("\n")}` : "");
     undo.disabled = Boolean(work.busy) || !state?.undo;
     redo.disabled = Boolean(work.busy) || !state?.redo;
     undo.title = state?.undo ? `Undo: ${state.undo}` : "There is nothing to undo";
