@@ -108,43 +108,5 @@ TEST(TimingOfALog, DoesNotStandInForALagOfLessThanARowWhoseShapeItDoesNotHave) {
   EXPECT_NEAR(answers::fitted(d, "tau"), tau, 0.05 * tau);
 }
 
-/// The same motor behind a driver that follows two rows late, and from then on with a lag of less than a row.
-emtb::Run behind_a_late_driver(double tau, unsigned seed) {
-  constexpr std::size_t rows = 400, hold = 9, late = 2, steps = 400;
-  constexpr double row = 0.02, R_a = 1.2, K = 0.042, B = 1.2e-5, J = 2e-4, h = row / steps;
-  synthetic::Noise noise(seed);
-  emtb::Run run;
-  run.name = "late";
-  double omega = 0, e_a = 0;
-  const auto reference = [&](std::size_t k) { return 8 * std::sin(2.4 * static_cast<double>(seed + k / hold)); };
-  for (std::size_t k = 0; k < rows; ++k) {
-    const std::map<Signal, double> row_of{{Signal::u_ref, reference(k)},
-                                          {Signal::omega, omega + noise(0.1)},
-                                          {Signal::i_a, (e_a - K * omega) / R_a + noise(0.01)}};
-    for (const auto& [signal, value] : row_of) {
-      run.signals[signal].t.push_back(row * static_cast<double>(k));
-      run.signals[signal].value.push_back(value);
-    }
-    const double target = k < late ? 0 : reference(k - late);
-    for (std::size_t step = 0; step < steps; ++step) {
-      const double middle = e_a + 0.5 * (target - e_a) * h / tau;
-      omega += h * (K * (middle - K * omega) / R_a - B * omega) / J;
-      e_a = target + (e_a - target) * std::exp(-h / tau);
-    }
-  }
-  return run;
-}
-
-TEST(TimingOfALog, DoesNotTakeALagOfLessThanARowFromBesideADelayOfMore) {
-  constexpr double tau = 0.0094;  // [s] of a row of 0.02
-  Model model = synthetic::servo_model();
-  model.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
-  const Diagnosis d = diagnose(std::vector{behind_a_late_driver(tau, 1), behind_a_late_driver(tau, 2)},
-                               std::vector{behind_a_late_driver(tau, 3)}, model);
-  EXPECT_THAT(answers::named(d), testing::UnorderedElementsAre("driver_delay", "driver_lag")) << answers::report(d);
-  EXPECT_NEAR(answers::fitted(d, "tau"), tau, 0.05 * tau);
-  EXPECT_LT(d.final_held_out, 1.1);
-}
-
 }  // namespace
 }  // namespace emtb::timing_tests
