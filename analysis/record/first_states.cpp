@@ -22,18 +22,26 @@ std::optional<FirstValue> first_value_of(const Observation& o, std::span<const d
   return first_value(times, std::span(o.value).first(times.size()), grid.front(), o.lsb);
 }
 
-/// The readings of a speed that is a slope begin in the middle of the first line: a small servo is at full speed by
-/// then. Its angles begin with the run; where they are coarse, a few of them do not tell a shaft that turns from one
-/// that rests.
+/// The first angles of an encoder: they begin with the run, where the readings of a speed that is their slope begin in
+/// the middle of the first line, and a small servo is at full speed by then.
 /// @param end so many grid points lie before the first change of the input
+std::optional<FirstValue> first_angle(const Run& run, std::span<const double> grid, std::size_t end) {
+  const auto found = run.signals.find(Signal::theta);
+  if (found == run.signals.end()) return std::nullopt;
+  const Series& theta = found->second;
+  const auto before = static_cast<std::size_t>(std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin());
+  return first_value(std::span(theta.t).first(before), std::span(theta.value).first(before), grid.front(), theta.lsb);
+}
+
+/// Where angles are coarse, a few of them do not tell a shaft that turns from one that rests. What they tell counts
+/// more than a tachogenerator, which may read a speed at rest.
 void set_first_speed(InitialState& initial, const Observation& speed, const Run& run, std::span<const double> grid,
                      std::size_t end) {
+  const std::optional<FirstValue> angle = first_angle(run, grid, end);
   if (speed.origin == Origin::slope_of_angle) {
-    const Series& theta = run.at(Signal::theta);
-    const auto before = static_cast<std::size_t>(std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin());
-    const auto first =
-        first_value(std::span(theta.t).first(before), std::span(theta.value).first(before), grid.front(), theta.lsb);
-    if (first && first->may_move()) (first->moves() ? initial.omega : initial.omega_doubt) = first->slope;
+    if (angle && angle->may_move()) (angle->moves() ? initial.omega : initial.omega_doubt) = angle->slope;
+  } else if (angle && (angle->moves() || !angle->may_move())) {
+    initial.omega = angle->moves() ? angle->slope : 0;
   } else if (const auto first = first_value_of(speed, grid, end); first && first->is_other_than(0)) {
     initial.omega = first->value;
   }

@@ -129,6 +129,17 @@ TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseEncoderDoesNotTell) {
   EXPECT_EQ(angles(0).omega_doubt, 0);
 }
 
+TEST(PrepareRun, StartsAsTheAngleTellsWhereATachogeneratorReadsASpeedAtRest) {
+  emtb::Run run = plain_run();
+  for (double& value : run.signals[Signal::omega].value) value -= 10;
+  EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, -10) << "nothing else tells it";
+  Series& angle = run.signals[Signal::theta] = series(1e-3, 2, [](double) { return 1.0; });
+  angle.lsb = 1e-3;
+  EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0);
+  for (std::size_t k = 0; k < angle.t.size(); ++k) angle.value[k] = 1e-3 * std::floor(1e3 * 30 * angle.t[k]);
+  EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 30, 0.1);
+}
+
 TEST(PrepareRun, StartsAtTheSpeedThatWasBeforeTheInputChanged) {
   emtb::Run run = plain_run();  // a small servo: at rest for 10 ms, at full speed 20 ms later
   run.signals.erase(Signal::omega);
