@@ -19,18 +19,9 @@ import sys
 import tempfile
 import time
 
+from checks import check, run, wrong
+
 STOOD_IN_FOR = ["systemctl", "systemd-sysusers", "systemd-tmpfiles", "udevadm"]
-wrong = []
-
-
-def check(holds, what):
-    if not holds:
-        wrong.append(what)
-        print("WRONG:", what, flush=True)
-
-
-def run(*words, **more):
-    return subprocess.run([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
 
 
 def made(build, cpack, folder):

@@ -13,17 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-wrong = []
-
-
-def check(holds, what):
-    if not holds:
-        wrong.append(what)
-        print("WRONG:", what, flush=True)
-
-
-def run(*words, **more):
-    return subprocess.run([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
+from checks import check, run, wrong
 
 
 def installed(cmake, build, prefix, cwd=None):
