@@ -38,9 +38,6 @@ std::vector<Remark> remarks_of(const ChannelSeen& seen) {
   if (rail == ChannelSeen::Rail::upper) remarks.push_back({"at the upper rail", true});
   if (rail == ChannelSeen::Rail::lower) remarks.push_back({"at the lower rail", true});
   if (rail == ChannelSeen::Rail::zero) remarks.push_back({"at 0, the least that its input can tell: is it wired?"});
-  if (seen.finite && seen.lowest == 0 && seen.highest == 0) {
-    remarks.push_back({"exactly 0 in all " + std::to_string(seen.count) + " readings: is it wired?"});
-  }
   return remarks;
 }
 
@@ -48,6 +45,10 @@ std::vector<Remark> remarks_of(const ChannelSeen& seen) {
 std::vector<Remark> remarks_of(const ChannelSeen& seen, const BenchConfig& bench) {
   std::vector<Remark> remarks;
   if (seen.count == 0) return remarks;
+  const bool is_set_so = seen.channel.signal == Signal::u_ref && bench.reference.limits.safe == 0;
+  if (seen.finite && seen.lowest == 0 && seen.highest == 0 && !is_set_so) {
+    remarks.push_back({"exactly 0 in all " + std::to_string(seen.count) + " readings: is it wired?"});
+  }
   const auto beyond = [&](std::string_view key, const std::optional<double>& limit) {
     if (limit && std::abs(seen.mean) > *limit) {
       remarks.push_back({"beyond limits." + std::string(key) + ", " + with_unit(*limit, seen.channel.signal), true});

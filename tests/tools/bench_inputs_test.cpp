@@ -62,6 +62,7 @@ TEST_F(BenchInputCommands, CheckReadsEachSignalInVoltsAndInItsUnit) {
       << last->out() << last->err();
   EXPECT_THAT(last->out(), testing::ContainsRegex("omega +50 +0 +rad/s +2.5 V +-200 to 199.9"));
   EXPECT_THAT(last->out(), HasSubstr("i_a: exactly 0 in all"));
+  EXPECT_THAT(last->out(), Not(HasSubstr("u_ref: exactly 0"))) << "it is set so";
   EXPECT_THAT(last->out(), Not(HasSubstr("WRONG")));
 }
 
