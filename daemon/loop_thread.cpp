@@ -51,10 +51,10 @@ void LoopThread::run(bool scheduled) {
       deadline.restart(clock_.now());
     }
     const double asked = deadline.next() - (awake ? early.margin() : 0);
-    const bool slept = clock_.now() < asked;
+    const bool sleeps = awake && clock_.now() < asked;
     clock_.sleep_until(asked);
     double now = clock_.now();
-    if (slept) early.slept(now - asked);
+    if (sleeps) early.slept(now - asked);
     while (awake && now < deadline.next()) now = clock_.now();
     const bool real_time = !busy || !settings_.pace;
     if (real_time) live_.lateness.add(now - deadline.next());

@@ -96,29 +96,25 @@ Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squar
 
 namespace {
 
-/// A refit of one wave, begun at each of its orders that stood out and gone on with at the best.
-std::optional<BegunAtWholeOrders> begun_at_best_order(std::span<const Record> records, const Fit& fitted,
-                                                      double squares, Score score, const Valleys& valleys) {
+/// The orders of a wave at which a refit is worth going on, as a first look at a few runs tells, the best first.
+/// @param squares what the fitted model leaves there
+std::vector<Score::Start> best_orders(std::span<const Record> runs, const Model& fitted, double squares,
+                                      const Score& score) {
   constexpr int first_look = 2;  // steps
   constexpr std::size_t go_on = 2;
-  const ShortestRecords shortest(records);
-  const std::span<const Record> runs = shortest.all();
-  const double squares_there = sum_of_squares(residuals(runs, fitted.model, fitted.model.values(), {}));
   std::vector<std::pair<double, Score::Start>> begun;
   for (const Score::Start& start : score.starts) {
-    const auto there = with_effect(runs, fitted.model, squares_there, score.effect, start);
+    const auto there = with_effect(runs, fitted, squares, score.effect, start);
     if (!there) continue;
     const Fit f = first_steps(runs, there->model, first_look, there->phases);
     std::vector<double> values;
     for (const Parameter& p : f.model.parameters_of(score.effect)) values.push_back(p.value);
     begun.push_back({f.cost, {values, values, {}}});
   }
-  if (begun.empty()) return std::nullopt;
   std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);
-  score.starts.clear();
-  for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) score.starts.push_back(begun[i].second);
-  Fit started = begun_refit(records, fitted, squares, score, valleys);
-  return BegunAtWholeOrders{std::move(score), std::move(started)};
+  std::vector<Score::Start> best;
+  for (std::size_t i = 0; i < std::min(go_on, begun.size()); ++i) best.push_back(begun[i].second);
+  return best;
 }
 
 }  // namespace
@@ -128,10 +124,16 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
                                                         const ScoreOptions& options, const Valleys& valleys) {
   ScoreOptions all = options;
   all.whole_orders = true;
+  const std::vector<Score> scored = promising(score(records, fitted.model, effects, all), options);
+  if (scored.empty()) return std::nullopt;
+  const ShortestRecords shortest(records);
+  const double squares_there = sum_of_squares(residuals(shortest.all(), fitted.model, fitted.model.values(), {}));
   std::optional<BegunAtWholeOrders> best;
-  for (Score& score : promising(emtb::score(records, fitted.model, effects, all), options)) {
-    auto begun = begun_at_best_order(records, fitted, squares, std::move(score), valleys);
-    if (begun && (!best || begun->fit.cost < best->fit.cost)) best = std::move(begun);
+  for (Score wave : scored) {
+    wave.starts = best_orders(shortest.all(), fitted.model, squares_there, wave);
+    if (wave.starts.empty()) continue;
+    Fit begun = begun_refit(records, fitted, squares, wave, valleys);
+    if (!best || begun.cost < best->fit.cost) best = BegunAtWholeOrders{std::move(wave), std::move(begun)};
   }
   return best;
 }
