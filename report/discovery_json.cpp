@@ -35,6 +35,7 @@ json law_json(const Law& law) {
   one["resembles"] = law.resembles;
   one["likeness"] = number_json(law.likeness);
   one["tied_with"] = tied;
+  one["nearest"] = law.nearest ? json(law.nearest->formula) : json(nullptr);
   one["may_be"] = may_be(law.text);
   one["most_uncertain_at"] = law.most_uncertain_at;
   return one;

@@ -16,13 +16,15 @@ namespace {
 std::string percent(double share) { return pretty(std::round(100 * std::clamp(share, 0.0, 1.0)), 3) + " %"; }
 
 std::string quantity(const std::string& name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> names{{{"omega", "the speed"},
-                                                                                {"i_a", "the current"},
-                                                                                {"acceleration", "the acceleration"},
-                                                                                {"theta", "the angle in the turn"},
-                                                                                {"t", "the time since the start"},
-                                                                                {"u_ref", "the reference"},
-                                                                                {"direction", "the direction"}}};
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> names{
+      {{"omega", "the speed"},
+       {"i_a", "the current"},
+       {"acceleration", "the acceleration"},
+       {"theta", "the angle in the turn"},
+       {"t", "the time since the start"},
+       {"u_ref", "the reference"},
+       {"direction", "the direction"},
+       {"theta_against_motion", "a friction over the angle in the turn"}}};
   for (const auto& [key, word] : names) {
     if (key == name) return std::string(word);
   }
@@ -113,12 +115,14 @@ std::string no_law_in_words(const Discovery& d) {
            " of it on runs left out, under 20 %";
   }
   return "no law: smooth functions of the measured states explain " + percent(most) +
-         " of it on runs left out, but no formula of three parameters is material, determined and confirmed";
+         " of it on runs left out, but no formula of three parameters and no curve is material, determined and "
+         "confirmed";
 }
 
 std::string may_be(const FormulaText& law) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kinds{
-      {{"wave_of_angle", "slots, poles, gear teeth or a shaft that is not round"},
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kinds{
+      {{"friction_over_angle", "a bearing, a seal or a belt that is not alike all around the turn"},
+       {"wave_of_angle", "slots, poles, gear teeth or a shaft that is not round"},
        {"wave", "a resonance of what the motor stands on"},
        {"bump", "a resonance, or a critical speed of the shaft"},
        {"decaying", "friction that a film of oil carries away as the speed grows"},
@@ -138,7 +142,8 @@ std::string may_be(const FormulaText& law) {
 }
 
 std::vector<std::string> law_in_words(const Law& law) {
-  std::vector<std::string> lines{"A law: " + name_of(law.text.place) + " = " + law.text.formula};
+  std::vector<std::string> lines{std::string(law.text.is_curve ? "A curve: " : "A law: ") + name_of(law.text.place) +
+                                 " = " + law.text.formula};
   for (const Parameter& p : law.parameters) {
     lines.push_back("  " + p.symbol + " = " +
                     (p.fixed       ? pretty(p.value, 4) + with_space(p.unit) + ", held"
@@ -152,6 +157,11 @@ std::vector<std::string> law_in_words(const Law& law) {
                       ? "confirmed on a run that neither choice nor fit saw: " + pretty(*law.confirm_before, 3) +
                             " -> " + pretty(*law.confirm_after, 3)
                       : "not confirmed: name two sessions or more with --held-out, and the shortest confirms");
+  if (law.text.is_curve) {
+    lines.push_back(law.nearest ? "no short formula follows it: the nearest, " + law.nearest->formula + ", leaves " +
+                                      pretty(law.nearest_held_out, 3) + " held out"
+                                : "no short formula follows it");
+  }
   if (const std::string meaning = may_be(law.text); !meaning.empty()) lines.push_back("it may be " + meaning);
   if (!law.resembles.empty()) {
     lines.push_back("like " + law.resembles + ": the cosine of what both do to the readings is " +

@@ -26,12 +26,6 @@ std::string digits(double value) {
   return text.str();
 }
 
-double range_of(const std::vector<double>& x) {
-  double most = 0;
-  for (const double v : x) most = std::max(most, std::abs(v));
-  return most;
-}
-
 Place amplitude(const std::string& symbol, const std::string& unit, double most) {
   return {symbol, unit, 0, -most, most, true, false};
 }
@@ -102,6 +96,18 @@ void add_waves_of_angle(std::vector<FormulaText>& list, double most) {
                     "a*cos(n*theta) + b*sin(n*theta)",
                     {"theta"},
                     {amplitude("a", "N m", most), amplitude("b", "N m", most), constant("n", "1", order)}});
+  }
+}
+
+/// Friction that is not alike all around the turn: a bent shaft, a seal, a bearing's race.
+void add_friction_over_angle(std::vector<FormulaText>& list, double omega, double most) {
+  for (const int order : {1, 2, 3, 4, 6}) {
+    list.push_back({"friction_over_angle_" + std::to_string(order),
+                    TermPlace::torque,
+                    "-tanh(omega/s)*(a*cos(n*theta) + b*sin(n*theta))",
+                    {"theta", "omega"},
+                    {amplitude("a", "N m", most), amplitude("b", "N m", most), constant("n", "1", order),
+                     constant("s", "rad/s", 0.004 * omega)}});
   }
 }
 
@@ -272,6 +278,7 @@ std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, 
   add_even(list, TermPlace::torque, "omega", "rad/s", omega, torque);
   add_odd(list, TermPlace::torque, "i_a", "A", current, torque);
   add_waves_of_angle(list, torque);
+  if (turns_both_ways(samples)) add_friction_over_angle(list, omega, torque);
   add_of_time(list, longest, omega, torque);
   add_flux(list, current, longest);
   return list;

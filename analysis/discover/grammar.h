@@ -23,6 +23,7 @@ struct FormulaText {
   std::string formula;
   std::vector<std::string> of;  ///< the quantities that it holds, the first that its curve is drawn over
   std::vector<Parameter> parameters;
+  bool is_curve = false;  ///< values of a curve, as many as it takes, instead of a short formula
 
   /// The candidate as YAML, as `--candidates` reads it; ends with a newline.
   std::string yaml() const;

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "analysis/diagnose/bench_parts.h"
+#include "analysis/discover/curves.h"
 #include "analysis/numerics/parallel.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
@@ -16,26 +17,53 @@ double error_on(std::span<const Record> runs, const Model& model) {
   return error_of(mean_squares(residuals(runs, model, model.values(), {})));
 }
 
-/// The best few of the torque's and of the voltage's formulas.
-std::vector<FormulaText> worth_a_fit(const WhatIsLeft& left, const Shares& torque, const Shares& voltage,
-                                     const ReadFormula& read, double k_m) {
-  constexpr std::size_t most = 8;
+/// What is tried on the torque and on the voltage that is missing, by what equation error says of it.
+struct Proposed {
+  std::vector<EquationError> formulas, curves;
+};
+
+Proposed by_equation_error(const WhatIsLeft& left, bool of_voltage, const ReadFormula& read, double k_m) {
   constexpr double nothing = 0.1;  // of what is left
-  std::vector<EquationError> all;
-  const auto add = [&](bool of_voltage) {
-    const Samples s = samples_of(left, of_voltage);
-    auto best = by_equation_error(s, sentences(s, left.torque_scale, left.voltage_scale, of_voltage), read, k_m);
-    std::erase_if(best, [](const EquationError& e) { return e.share < nothing; });
-    if (best.size() > most) best.resize(most);
-    all.insert(all.end(), best.begin(), best.end());
-  };
+  const Samples s = samples_of(left, of_voltage);
+  Proposed p{by_equation_error(s, sentences(s, left.torque_scale, left.voltage_scale, of_voltage), read, k_m),
+             by_equation_error(s, curves(s, left.torque_scale, left.voltage_scale, of_voltage), read, k_m)};
+  std::erase_if(p.formulas, [](const EquationError& e) { return e.share < nothing; });
+  std::erase_if(p.curves, [](const EquationError& e) { return e.share < nothing; });
+  return p;
+}
+
+/// Of the curves that explain as much as the best, those of the fewest values.
+std::vector<EquationError> shortest_curves(std::vector<EquationError> curves) {
+  constexpr double as_much = 0.03;
+  constexpr std::size_t most = 4;
+  if (curves.empty()) return curves;
+  const double best = curves.front().share;
+  std::erase_if(curves, [&](const EquationError& e) { return e.share < best - as_much; });
+  std::ranges::stable_sort(curves, {}, [](const EquationError& e) { return e.law.parameters.size(); });
+  if (curves.size() > most) curves.resize(most);
+  return curves;
+}
+
+/// The best few of the torque's and of the voltage's formulas, and of their curves.
+struct WorthAFit {
+  std::vector<FormulaText> formulas, curves;
+};
+
+WorthAFit worth_a_fit(const WhatIsLeft& left, const Shares& torque, const Shares& voltage, const ReadFormula& read,
+                      double k_m) {
+  constexpr std::size_t most = 8;
   constexpr double ceiling = 0.2, far_less = 0.25;  // of what drives the motor
+  WorthAFit texts;
+  const auto add = [&](bool of_voltage) {
+    Proposed p = by_equation_error(left, of_voltage, read, k_m);
+    if (p.formulas.size() > most) p.formulas.resize(most);
+    for (EquationError& e : p.formulas) texts.formulas.push_back(std::move(e.law));
+    for (EquationError& e : shortest_curves(std::move(p.curves))) texts.curves.push_back(std::move(e.law));
+  };
   const double torque_share = left.torque_scale > 0 ? torque.rms / left.torque_scale : 0;
   const double voltage_share = left.voltage_seen && left.voltage_scale > 0 ? voltage.rms / left.voltage_scale : 0;
   if (torque.ceiling >= ceiling && torque_share > far_less * voltage_share) add(false);
   if (voltage.ceiling >= ceiling && voltage_share > far_less * torque_share) add(true);
-  std::vector<FormulaText> texts;
-  for (EquationError& e : all) texts.push_back(std::move(e.law));
   return texts;
 }
 
@@ -152,7 +180,7 @@ std::vector<double> places_of_peaks(std::span<const double> x, const std::vector
   return places;
 }
 
-/// The law over the range of its first quantity, the others at their means.
+/// The law over the range of its first quantity, the others at their rms.
 void draw(Law& law, const Samples& s, const ReadFormula& read) {
   constexpr std::size_t points = 41;
   const std::string& over = law.text.of.front();
@@ -162,13 +190,13 @@ void draw(Law& law, const Samples& s, const ReadFormula& read) {
     low = 0;
     high = 6.283185307179586;
   }
-  const auto mean = [](const std::vector<double>& v) {
+  const auto size = [](const std::vector<double>& v) {
     double sum = 0;
-    for (const double one : v) sum += one;
-    return v.empty() ? 0 : sum / static_cast<double>(v.size());
+    for (const double one : v) sum += one * one;
+    return v.empty() ? 0 : std::sqrt(sum / static_cast<double>(v.size()));
   };
   for (std::size_t k = 0; k < points; ++k) law.at.push_back(low + (high - low) * static_cast<double>(k) / (points - 1));
-  const TermInput at{mean(s.omega), mean(s.i_a), 0, mean(s.u_ref), mean(s.t)};
+  const TermInput at{size(s.omega), size(s.i_a), 0, size(s.u_ref), size(s.t)};
   law.value = curve(law.model.terms.back(), at, over, law.at, &law.value_error);
   std::vector<double> unsure = law.value_error;
   for (const FormulaText& other : law.tied_with) {
@@ -220,6 +248,91 @@ struct Fitted {
   Trial trial;
 };
 
+/// What a search for a law stands on.
+struct Ground {
+  const Dataset& data;
+  const Trial& base;
+  const Model& given;
+  const Criterion& criterion;
+  std::span<const Record> confirm;
+  const WhatIsLeft& left;
+  const ReadFormula& read;
+};
+
+/// The law that a fitted formula is, unless it is not determined, not told for sure or not confirmed.
+std::optional<Law> confirmed(const Ground& g, const Fitted& best, const FormulaText& text, FittedTrials& trials) {
+  if (!trials.determined(best.trial.model(), best.effect)) return {};
+  Law law;
+  law.model = with_standard_errors(g.data.train, best.trial.model()).model;
+  law.parameters = law.model.terms.back().parameters;
+  if (!told_for_sure(law.parameters, text)) return {};
+  law.text = with_values(text, law.parameters);
+  law.train_before = g.base.train;
+  law.train_after = best.trial.train;
+  law.held_out_before = g.base.held_out.error();
+  law.held_out_after = best.trial.held_out.error();
+  if (g.base.held_out.quality && best.trial.held_out.quality) {
+    law.nats = gain(*g.base.held_out.quality, *best.trial.held_out.quality);
+  }
+  if (g.confirm.empty()) return law;
+  law.confirm_before = error_on(g.confirm, g.base.model());
+  law.confirm_after = error_on(g.confirm, law.model);
+  if (!(*law.confirm_after < *law.confirm_before)) return {};
+  law.held_out_before = error_of(squares_on_held_out(g.data, g.confirm, g.base.model()));
+  law.held_out_after = error_of(squares_on_held_out(g.data, g.confirm, law.model));
+  return law;
+}
+
+/// A law with the trial that found it.
+struct Found {
+  Law law;
+  Trial trial;
+};
+
+/// Is it one curve, told by more values and by fewer?
+bool same_curve(const FormulaText& a, const FormulaText& b) {
+  return a.is_curve && b.is_curve && a.place == b.place && a.of == b.of;
+}
+
+/// The best of some formulas that is a law, with those that do as well.
+std::optional<Found> best_of(const Ground& g, const std::vector<FormulaText>& texts) {
+  if (texts.empty()) return {};
+  Model offering = g.given;
+  const std::size_t first = offering.known_effects();
+  for (const FormulaText& text : texts) offering.offered.push_back(g.read(text));
+  const ScoreOptions score;
+  FittedTrials trials(g.data, offering, g.criterion, score, texts.size());
+  std::vector<Fitted> good;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    std::optional<Trial> trial = fitted_law(trials, g.base, offering, first + i, texts[i]);
+    if (!trial || !g.criterion.material(g.base.held_out, trial->held_out)) continue;
+    good.push_back({i, first + i, std::move(*trial)});
+  }
+  std::ranges::stable_sort(good, {}, [](const Fitted& f) { return f.trial.held_out.error(); });
+  for (const Fitted& best : good) {
+    std::optional<Law> law = confirmed(g, best, texts[best.text], trials);
+    if (!law) continue;
+    for (const Fitted& other : good) {
+      if (other.text == best.text || same_curve(texts[other.text], texts[best.text])) continue;
+      if (!g.criterion.tied(best.trial.held_out, other.trial.held_out)) continue;
+      law->tied_with.push_back(with_values(texts[other.text], other.trial.model().terms.back().parameters));
+    }
+    draw(*law, samples_of(g.left, law->text.place == TermPlace::voltage), g.read);
+    compare_with_library(*law, g.data, g.base, trials);
+    return Found{std::move(*law), best.trial};
+  }
+  return {};
+}
+
+/// Does a curve do what the best formula does not?
+bool says_more(const Criterion& criterion, const Found& curve, const Found& formula) {
+  constexpr double nats = 3;  // as of a name
+  const Loss &with = curve.trial.held_out, &without = formula.trial.held_out;
+  if (!criterion.material(without, with)) return false;
+  if (formula.law.confirm_after && !(*curve.law.confirm_after < *formula.law.confirm_after)) return false;
+  return !with.quality || !without.quality || gain(*without.quality, *with.quality) > nats;
+}
+
 }  // namespace
 
 std::map<Signal, double> squares_on_held_out(const Dataset& data, std::span<const Record> confirm, const Model& model) {
@@ -231,50 +344,18 @@ std::map<Signal, double> squares_on_held_out(const Dataset& data, std::span<cons
 std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model& given, const Criterion& criterion,
                             std::span<const Record> confirm, const WhatIsLeft& left, const Shares& torque,
                             const Shares& voltage, const ReadFormula& read) {
-  const std::vector<FormulaText> texts = worth_a_fit(left, torque, voltage, read, base.model().values()[2]);
-  if (texts.empty()) return {};
-  Model offering = given;
-  const std::size_t first = offering.known_effects();
-  for (const FormulaText& text : texts) offering.offered.push_back(read(text));
-  const ScoreOptions score;
-  FittedTrials trials(data, offering, criterion, score, texts.size());
-  std::vector<Fitted> good;
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    std::optional<Trial> trial = fitted_law(trials, base, offering, first + i, texts[i]);
-    if (!trial || !criterion.material(base.held_out, trial->held_out)) continue;
-    good.push_back({i, first + i, std::move(*trial)});
-  }
-  std::ranges::stable_sort(good, {}, [](const Fitted& f) { return f.trial.held_out.error(); });
-  for (const Fitted& best : good) {
-    if (!trials.determined(best.trial.model(), best.effect)) continue;
-    Law law;
-    law.model = with_standard_errors(data.train, best.trial.model()).model;
-    law.parameters = law.model.terms.back().parameters;
-    if (!told_for_sure(law.parameters, texts[best.text])) continue;
-    law.text = with_values(texts[best.text], law.parameters);
-    law.train_before = base.train;
-    law.train_after = best.trial.train;
-    law.held_out_before = base.held_out.error();
-    law.held_out_after = best.trial.held_out.error();
-    if (base.held_out.quality && best.trial.held_out.quality) {
-      law.nats = gain(*base.held_out.quality, *best.trial.held_out.quality);
-    }
-    if (!confirm.empty()) {
-      law.confirm_before = error_on(confirm, base.model());
-      law.confirm_after = error_on(confirm, law.model);
-      if (!(*law.confirm_after < *law.confirm_before)) continue;
-      law.held_out_before = error_of(squares_on_held_out(data, confirm, base.model()));
-      law.held_out_after = error_of(squares_on_held_out(data, confirm, law.model));
-    }
-    for (const Fitted& other : good) {
-      if (other.text == best.text || !criterion.tied(best.trial.held_out, other.trial.held_out)) continue;
-      law.tied_with.push_back(with_values(texts[other.text], other.trial.model().terms.back().parameters));
-    }
-    draw(law, samples_of(left, law.text.place == TermPlace::voltage), read);
-    compare_with_library(law, data, base, trials);
-    return law;
-  }
-  return {};
+  const Ground ground{data, base, given, criterion, confirm, left, read};
+  const WorthAFit texts = worth_a_fit(left, torque, voltage, read, base.model().values()[2]);
+  std::optional<Found> formula = best_of(ground, texts.formulas);
+  constexpr double at_the_floor = 1.05;
+  if (formula && formula->law.held_out_after < at_the_floor) return std::move(formula->law);
+  std::optional<Found> curve = best_of(ground, texts.curves);
+  if (!curve) return formula ? std::optional(std::move(formula->law)) : std::nullopt;
+  if (!formula) return std::move(curve->law);
+  if (!says_more(criterion, *curve, *formula)) return std::move(formula->law);
+  curve->law.nearest = formula->law.text;
+  curve->law.nearest_held_out = formula->law.held_out_after;
+  return std::move(curve->law);
 }
 
 }  // namespace emtb

@@ -28,13 +28,16 @@ struct Law {
   std::string resembles;                  ///< id of the library's effect that does most alike; empty: none does
   double likeness = 0;                    ///< cosine of what both do to the readings
   std::vector<FormulaText> tied_with;     ///< formulas that do as well
+  std::optional<FormulaText> nearest;     ///< of a curve: the short formula that does best, and leaves more
+  double nearest_held_out = 0;            ///< in noise floors, as held_out_after
   Model model;                            ///< the fitted model with the law
 };
 
 /// Mean squares of a model's residuals on all runs held out, those that confirm among them, as a diagnosis counts.
 std::map<Signal, double> squares_on_held_out(const Dataset& data, std::span<const Record> confirm, const Model& model);
 
-/// Searches a law for what a fitted model leaves.
+/// Searches a law for what a fitted model leaves: a short formula, or where none follows what is left as far as the
+/// instruments see it, a curve, where that raises Q by 3 nats and removes a material part of what the formula leaves.
 /// @param base the model fitted to data.train, as trials judge it @param confirm runs that nothing has seen; may be
 /// empty
 /// @return none where no formula is material by the criterion of the library, determined, and confirmed

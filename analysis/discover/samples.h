@@ -17,6 +17,12 @@ struct Samples {
   std::size_t size() const { return value.size(); }
 };
 
+/// The largest size of a quantity in the samples.
+double range_of(const std::vector<double>& x);
+
+/// Else a torque over the angle and a friction over it are one thing.
+bool turns_both_ways(const Samples& samples);
+
 /// The samples of the missing torque, or of the voltage, some 3000 at most and none at rest.
 Samples samples_of(const WhatIsLeft& left, bool voltage);
 

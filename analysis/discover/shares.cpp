@@ -33,6 +33,15 @@ Basis angle_basis(const std::vector<double>& theta) {
   return basis;
 }
 
+/// The same waves, always against the motion: friction that is not alike all around the turn.
+Basis angle_friction_basis(const std::vector<double>& theta, const std::vector<double>& omega) {
+  Basis basis = angle_basis(theta);
+  for (Eigen::Index i = 0; i < basis.columns.rows(); ++i) {
+    if (omega[static_cast<std::size_t>(i)] < 0) basis.columns.row(i) *= -1;
+  }
+  return basis;
+}
+
 /// Hats over knots at even quantiles and second differences.
 Basis curve_basis(const std::vector<double>& x) {
   std::vector<double> sorted = x, knots;
@@ -167,37 +176,6 @@ class Judge {
 
 }  // namespace
 
-Samples samples_of(const WhatIsLeft& left, bool voltage) {
-  constexpr std::size_t most = 3000;
-  constexpr double moves = 0.02;  // of the largest speed: below it friction holds
-  Samples s;
-  double fastest = 0;
-  std::size_t all = 0;
-  for (const MissingTorque& run : left.runs) {
-    all += run.t.size();
-    for (const double omega : run.omega) fastest = std::max(fastest, std::abs(omega));
-  }
-  const std::size_t every = std::max<std::size_t>(1, (all + most - 1) / most);
-  const bool alone = left.runs.size() == 1;
-  constexpr std::size_t fifths = 5;
-  s.groups = alone ? fifths : left.runs.size();
-  for (std::size_t r = 0; r < left.runs.size(); ++r) {
-    const MissingTorque& run = left.runs[r];
-    for (std::size_t k = 0; k < run.t.size(); k += every) {
-      if (std::abs(run.omega[k]) < moves * fastest) continue;
-      s.group.push_back(alone ? k * fifths / run.t.size() : r);
-      s.t.push_back(run.t[k]);
-      s.omega.push_back(run.omega[k]);
-      s.i_a.push_back(run.i_a[k]);
-      s.theta.push_back(run.theta[k]);
-      s.u_ref.push_back(run.u_ref[k]);
-      s.acceleration.push_back(run.acceleration[k]);
-      s.value.push_back(voltage ? run.voltage[k] : run.torque[k]);
-    }
-  }
-  return s;
-}
-
 Shares shares_of(const WhatIsLeft& left, bool voltage) {
   constexpr std::size_t fewest = 60;
   Shares shares;
@@ -213,6 +191,7 @@ Shares shares_of(const WhatIsLeft& left, bool voltage) {
   bases["t"] = curve_basis(s.t);
   bases["u_ref"] = curve_basis(s.u_ref);
   bases["theta"] = angle_basis(s.theta);
+  if (turns_both_ways(s)) bases["theta_against_motion"] = angle_friction_basis(s.theta, s.omega);
   bases["direction"] = direction_basis(s.omega);
   const Judge judge(s);
   std::vector<const Basis*> all;

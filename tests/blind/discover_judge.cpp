@@ -1,12 +1,13 @@
-/// Hides laws that the grammar does not hold exactly, splines over the speed, on the simulated servo, and counts what
-/// `discover` makes of them; then runs of one machine, of a machine that changed, and disturbed ones:
-/// docs/discover.md. Arguments: what (law, healthy, lacking, changed, from_then, drift, disturbed, all), how many,
-/// seed.
+/// Hides laws that the grammar does not hold exactly on the simulated servo, splines over the speed and tables over
+/// the angle, and counts what `discover` makes of them; then runs of one machine, of a machine that changed, and
+/// disturbed ones: docs/discover.md. Arguments: what (law, law_of_angle, friction_over_angle, healthy, lacking,
+/// changed, from_then, drift, disturbed, all), how many, seed.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -54,44 +55,97 @@ Discovery asked(const Bench& bench, std::span<const Run> train, std::uint64_t se
   return discover(train, record(bench, bench.held_out, seed + 100), bench.model, options);
 }
 
-/// RMS of the found curve less the hidden one, a straight line through zero aside, which is B's, over the hidden span.
-double curve_error(const Law& law, const HiddenCurve& hidden) {
-  if (law.text.of.front() != "omega" || law.text.place != TermPlace::torque) return 1;
+/// A torque over the angle in the turn that is no few waves: straight between nine random values of a turn.
+class HiddenTurn {
+ public:
+  HiddenTurn(Draw draw, double size) {
+    double mean = 0;
+    for (double& v : value_) mean += (v = size * draw.within(0, 1)) / count;
+    for (double& v : value_) v -= mean;  // the mean is a load's or a dry friction's
+  }
+
+  double operator()(double theta) const {
+    const double turns = theta / two_pi - std::floor(theta / two_pi), at = turns * count;
+    const auto k = std::min(static_cast<std::size_t>(at), count - 1);
+    const double s = at - static_cast<double>(k);
+    return (1 - s) * value_[k] + s * value_[(k + 1) % count];
+  }
+
+ private:
+  static constexpr std::size_t count = 9;
+  static constexpr double two_pi = 6.283185307179586;
+  std::array<double, count> value_{};
+};
+
+/// RMS of the found curve less the hidden one over the hidden span. @param aside a straight line through zero is B's
+double curve_error(const Law& law, const std::string& over, const std::function<double(double)>& truth, bool aside) {
+  if (law.text.of.front() != over || law.text.place != TermPlace::torque) return 1;
   double xy = 0, xx = 0, low = 0, high = 0;
   std::vector<double> off;
   for (std::size_t k = 0; k < law.at.size(); ++k) {
-    const double truth = -hidden(law.at[k]);
-    off.push_back(law.value[k] - truth);
+    const double v = truth(law.at[k]);
+    off.push_back(law.value[k] - v);
     xy += law.at[k] * off.back();
     xx += law.at[k] * law.at[k];
-    low = std::min(low, truth);
-    high = std::max(high, truth);
+    low = std::min(low, v);
+    high = std::max(high, v);
   }
   double squares = 0;
-  for (std::size_t k = 0; k < off.size(); ++k) squares += std::pow(off[k] - xy / xx * law.at[k], 2);
+  for (std::size_t k = 0; k < off.size(); ++k) squares += std::pow(off[k] - (aside ? xy / xx * law.at[k] : 0), 2);
   return std::sqrt(squares / static_cast<double>(off.size())) / (high - low);
 }
 
 double excess(double error) { return std::max(0.0, error * error - 1); }
 
-void judge_laws(std::size_t count, std::uint64_t seed) {
+/// What is hidden in one case: on a bench, and as the curve that a law is held against.
+struct HiddenLaw {
+  std::function<double(double omega, double theta, double t)> braking;  ///< [N m]
+  std::string over;
+  std::function<double(double)> curve;  ///< as formulas have it: it accelerates
+};
+
+/// Some 4000 counts a turn, over the two thousand turns of the longest run.
+simulated::DaqChannel encoder() {
+  constexpr double half = 2000 * 3.141592653589793;
+  return {.signal = Signal::theta, .low = -half, .high = half, .bits = 23, .noise = 0};
+}
+
+HiddenLaw hidden_law(const std::string& kind, Draw& draw) {
+  constexpr double fastest = 450;
+  const double size =
+      (kind == "law" ? 1 : 5) * draw.log_within(0.01, 0.04);  // inertia smooths what turns with the angle
+  if (kind == "law") {
+    const HiddenCurve curve(draw, fastest, size);
+    return {[curve](double omega, double, double) { return curve(omega); }, "omega",
+            [curve](double omega) { return -curve(omega); }};
+  }
+  const HiddenTurn turn(draw, size);
+  const bool friction = kind == "friction_over_angle";
+  return {[turn, friction](double omega, double theta, double) {
+            return friction ? std::tanh(omega) * turn(theta) : -turn(theta);
+          },
+          "theta", [turn, friction](double theta) { return (friction ? -1 : 1) * turn(theta); }};
+}
+
+void judge_laws(const std::string& kind, std::size_t count, std::uint64_t seed) {
   std::size_t offered = 0, shaped = 0;
   std::vector<double> removed;
   for (std::size_t i = 0; i < count; ++i) {
     Draw draw(seed + 1000 * i);
     Bench bench = fast_bench();
-    const HiddenCurve curve(draw, 450, draw.log_within(0.01, 0.04));
-    bench.plant.hidden_torque = [curve](double omega, double, double) { return curve(omega); };
+    const HiddenLaw hidden = hidden_law(kind, draw);
+    bench.plant.hidden_torque = hidden.braking;
+    if (hidden.over == "theta") bench.channels.push_back(encoder());
     const Discovery d = asked(bench, record(bench, bench.train, seed + i), seed + i);
     double gone = 0, wrong = 1;
     if (d.law) {
       ++offered;
       gone = 1 - excess(d.law->held_out_after) / excess(d.law->held_out_before);
-      wrong = curve_error(*d.law, curve);
+      wrong = curve_error(*d.law, hidden.over, hidden.curve, kind == "law");
       shaped += wrong < 0.1 ? 1 : 0;
     }
     removed.push_back(gone);
-    std::cout << "law " << i << ": held-out " << d.held_out << (d.law ? " -> " : "")
+    std::cout << kind << " " << i << ": held-out " << d.held_out << (d.law ? " -> " : "")
               << (d.law ? std::to_string(d.law->held_out_after) + " by " + d.law->text.formula : " no law")
               << ", ceiling " << d.torque.ceiling << ", removed " << gone << ", curve off by " << wrong << "\n"
               << std::flush;
@@ -140,7 +194,9 @@ int main(int argc, char** argv) {
   const std::size_t count = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 20;
   const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
   try {
-    if (kind == "law" || kind == "all") emtb::blind::judge_laws(count, seed);
+    for (const std::string one : {"law", "law_of_angle", "friction_over_angle"}) {
+      if (kind == one || kind == "all") emtb::blind::judge_laws(one, count, seed);
+    }
     for (const MachineKind one : {MachineKind::healthy, MachineKind::lacking, MachineKind::changed,
                                   MachineKind::from_then, MachineKind::drift, MachineKind::disturbed}) {
       if (kind == name_of(one) || kind == "all") emtb::blind::judge_machines(one, count, seed);

@@ -74,6 +74,18 @@ TEST(DiscoveryWords, TellTheLawWithWhatItMayBeAndWhereToLookNext) {
   EXPECT_EQ(next_for_discovery(Discovery{}), "");
 }
 
+TEST(DiscoveryWords, SayThatACurveIsNoFormulaAndWhatTheNearestLeaves) {
+  Discovery d = with_a_law();
+  d.law->text.is_curve = true;
+  EXPECT_THAT(law_in_words(*d.law), testing::Contains("no short formula follows it"));
+  d.law->nearest = FormulaText{"saturating_torque_of_omega", TermPlace::torque, "-a*tanh(omega/w)", {"omega"}, {}};
+  d.law->nearest_held_out = 2.5;
+  const std::vector<std::string> lines = law_in_words(*d.law);
+  EXPECT_THAT(lines.front(), HasSubstr("A curve: torque = "));
+  EXPECT_THAT(lines, testing::Contains(HasSubstr("the nearest, -a*tanh(omega/w), leaves 2.5 held out")));
+  EXPECT_EQ(to_json(d)["laws"][0]["nearest"], "-a*tanh(omega/w)");
+}
+
 TEST(DiscoveryWords, TellARunOfAnotherMachine) {
   Discovery d;
   d.changed = {changed_by(ChangeOf::one_run, 1.04e-3), changed_by(ChangeOf::from_here_on, 0.667e-3),

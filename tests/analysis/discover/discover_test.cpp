@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <vector>
 
+#include "analysis/discover/curves.h"
 #include "config/formula_effect.h"
 #include "tests/blind/recording.h"
 
@@ -42,6 +46,56 @@ TEST(Discover, FindsALawOfTheSpeedThatTheLibraryLacks) {
     const double truth = -std::copysign(0.01 * std::exp(-std::pow((std::abs(omega) - 250) / 40, 2)), omega);
     EXPECT_NEAR(d.law->value[k], truth, 2e-3) << omega;
   }
+}
+
+/// A friction that rises, falls and rises again: no formula of three parameters does.
+double friction_of_two_humps(double omega) {
+  const double size = std::abs(omega), first = (size - 110) / 45, second = (size - 300) / 60;
+  return std::copysign(0.02 * std::exp(-first * first) + 0.03 * std::exp(-second * second), omega);
+}
+
+/// RMS of a curve less what was hidden over its span, a straight line through zero aside: that is viscous friction's.
+double off_by(const Law& law, const std::function<double(double)>& truth) {
+  double xy = 0, xx = 0, low = 0, high = 0, squares = 0;
+  std::vector<double> off;
+  for (std::size_t k = 0; k < law.at.size(); ++k) {
+    const double x = law.at[k], v = truth(x);
+    off.push_back(law.value[k] - v);
+    xy += x * off.back();
+    xx += x * x;
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  for (std::size_t k = 0; k < off.size(); ++k) squares += std::pow(off[k] - xy / xx * law.at[k], 2);
+  return std::sqrt(squares / static_cast<double>(off.size())) / (high - low);
+}
+
+TEST(Discover, TellsTheCurveWhereNoShortFormulaFollowsIt) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.hidden_torque = [](double omega, double, double) { return friction_of_two_humps(omega); };
+  const Discovery d = discover_on(bench);
+  ASSERT_TRUE(d.law);
+  EXPECT_TRUE(d.law->text.is_curve);
+  EXPECT_EQ(d.law->text.of.front(), "omega");
+  EXPECT_LT(d.law->held_out_after, 0.3 * d.law->held_out_before);
+  EXPECT_LT(off_by(*d.law, [](double omega) { return -friction_of_two_humps(omega); }), 0.1);
+  EXPECT_TRUE(!d.law->nearest || d.law->nearest_held_out > d.law->held_out_after);
+  const AddedTerm again = read(d.law->text);
+  EXPECT_EQ(again.parameters.size(), d.law->parameters.size()) << "it is a candidate like any other";
+}
+
+TEST(Discover, FindsAFrictionThatIsNotAlikeAroundTheTurn) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.hidden_torque = [](double omega, double theta, double) {
+    return 0.12 * std::tanh(omega) * std::cos(theta);
+  };
+  bench.channels.push_back({.signal = Signal::theta, .low = -6283, .high = 6283, .bits = 23, .noise = 0});
+  const Discovery d = discover_on(bench);
+  EXPECT_GT(d.torque.of.at("theta_against_motion").alone, 0.3);
+  EXPECT_LT(d.torque.of.at("theta").alone, 0.5 * d.torque.of.at("theta_against_motion").alone);
+  ASSERT_TRUE(d.law);
+  EXPECT_EQ(d.law->text.id, "friction_over_angle_1");
+  EXPECT_LT(off_by(*d.law, [](double theta) { return -0.12 * std::cos(theta); }), 0.1);
 }
 
 TEST(Discover, OffersNoLawToAHealthyMotor) {
@@ -83,12 +137,15 @@ TEST(SameMachine, TellsTheRunWithAnotherResistance) {
   EXPECT_NEAR(d.changed[0].to / d.changed[0].from, 1.15, 0.03);
 }
 
-TEST(Grammar, EachSentenceIsReadAsACandidate) {
+/// Samples of a motor that turns both ways at speeds up to 50 rad/s, but none between two speeds.
+Samples some_samples(double above = 0, double below = 0) {
   Samples s;
   s.groups = 2;
   for (int i = 0; i < 100; ++i) {
+    const double omega = i - 50.5;
+    if (std::abs(omega) > above && std::abs(omega) < below) continue;
     s.group.push_back(i < 50 ? 0 : 1);
-    s.omega.push_back(i - 50.5);
+    s.omega.push_back(omega);
     s.i_a.push_back(0.1 * (i % 7) - 0.3);
     s.theta.push_back(0.3 * i);
     s.t.push_back(0.1 * i);
@@ -96,15 +153,51 @@ TEST(Grammar, EachSentenceIsReadAsACandidate) {
     s.acceleration.push_back(i % 5);
     s.value.push_back(0);
   }
+  return s;
+}
+
+std::size_t free_parameters(const AddedTerm& term) {
+  std::size_t free = 0;
+  for (const Parameter& p : term.parameters) free += p.fixed ? 0 : 1;
+  return free;
+}
+
+TEST(Grammar, EachSentenceIsReadAsACandidate) {
   for (const bool voltage : {false, true}) {
-    for (const FormulaText& text : sentences(s, 1, 1, voltage)) {
+    for (const FormulaText& text : sentences(some_samples(), 1, 1, voltage)) {
       const AddedTerm term = read(text);
-      std::size_t free = 0;
-      for (const Parameter& p : term.parameters) free += p.fixed ? 0 : 1;
-      EXPECT_LE(free, 3U) << text.id;
+      EXPECT_LE(free_parameters(term), 3U) << text.id;
       EXPECT_EQ(term.formula, text.formula);
+      EXPECT_FALSE(text.is_curve);
     }
   }
+}
+
+TEST(Curves, AreReadAsCandidatesAndAreTheirOwnValues) {
+  const std::vector<FormulaText> all = curves(some_samples(), 1, 1, false);
+  EXPECT_THAT(all, testing::Contains(testing::Field(&FormulaText::id, "curve_of_8_torque_of_omega")));
+  EXPECT_THAT(all, testing::Contains(testing::Field(&FormulaText::id, "curve_of_4_waves_of_friction_over_angle")));
+  for (const FormulaText& text : all) {
+    EXPECT_TRUE(text.is_curve);
+    EXPECT_EQ(free_parameters(read(text)), text.parameters.size()) << text.id;
+  }
+  FormulaText four = *std::ranges::find(all, "curve_from_zero_of_4_torque_of_omega", &FormulaText::id);
+  for (std::size_t k = 0; k < four.parameters.size(); ++k) four.parameters[k].value = static_cast<double>(k + 1);
+  const AddedTerm term = read(four);
+  const std::vector<double> p{1, 2, 3};
+  std::vector<double> by(3);
+  TermInput by_input;
+  const double apart = 50.5 / 4;
+  for (const double way : {-1.0, 1.0}) {
+    EXPECT_NEAR(term.term->evaluate({way * apart, 0, 0, 0, 0}, p, by_input, by), -way * 1, 1e-3);
+    EXPECT_NEAR(term.term->evaluate({way * 2.5 * apart, 0, 0, 0, 0}, p, by_input, by), -way * 2.5, 1e-3);
+    EXPECT_NEAR(term.term->evaluate({way * 4 * apart, 0, 0, 0, 0}, p, by_input, by), 0, 1e-3) << "the line is B's";
+  }
+}
+
+TEST(Curves, AreToldByNoMoreValuesThanTheSamplesReach) {
+  const std::vector<FormulaText> gap = curves(some_samples(10, 45), 1, 1, false);
+  for (const FormulaText& text : gap) EXPECT_FALSE(text.id.ends_with("of_omega")) << text.id;
 }
 
 }  // namespace
