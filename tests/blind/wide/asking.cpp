@@ -159,8 +159,10 @@ WideAnswer ask(const WideCase& c, const CaseFiles& files, const Asking& how) {
   // What loads a bench with a gauge is read by it: an input, of which nothing need be said.
   if (c.bench.find(Signal::torque) != nullptr)
     a.tolerated = {c.bench.plant.load.brake > 0 ? "dry_brake" : "eddy_brake"};
-  // Its dry friction holds by a bristle, however little that gives: a fast, fine encoder sees it.
-  if (c.bench.plant.friction.law == simulated::FrictionLaw::bristle) a.tolerated.emplace_back("presliding_friction");
+  // Its dry friction holds by a bristle, however little that gives, and so does a brake by its lining: a fast, fine
+  // encoder sees it.
+  const bool bristle = c.bench.plant.friction.law == simulated::FrictionLaw::bristle;
+  if (bristle || c.bench.plant.load.brake > 0) a.tolerated.emplace_back("presliding_friction");
   for (const char* old : {"diagnosis.json", "final.yaml", "check.json"}) std::filesystem::remove(files.folder / old);
   check(files, how, a);
   if (c.garbage) {
