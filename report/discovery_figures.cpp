@@ -12,7 +12,7 @@ namespace {
 
 /// The states over which a law is drawn, of one run.
 const std::vector<double>& states_of(const MissingTorque& run, const std::string& of) {
-  return of == "omega" ? run.omega : of == "i_a" ? run.i_a : of == "t" ? run.t : run.theta;
+  return of == "omega" ? run.omega : of == "i_a" ? run.i_a : of == "t" ? run.t : of == "u_ref" ? run.u_ref : run.theta;
 }
 
 /// The mean of what is missing in even bins over a quantity, with its scatter.

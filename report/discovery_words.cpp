@@ -92,7 +92,7 @@ std::string name_of(TermPlace place) {
 }
 
 std::string unit_over(const std::string& of) {
-  return of == "omega" ? "rad/s" : of == "i_a" ? "A" : of == "t" ? "s" : "rad";
+  return of == "omega" ? "rad/s" : of == "i_a" ? "A" : of == "t" ? "s" : of == "u_ref" ? "V" : "rad";
 }
 
 std::vector<std::string> shares_in_words(const Discovery& d) {
@@ -135,6 +135,8 @@ std::string may_be(const FormulaText& law) {
        {"flux_bent", "iron that saturates, or the armature's own field"},
        {"flux_of", "a field that warms up"},
        {"fading_torque", "grease that warms up"}}};
+  if (!law.of.empty() && law.of.front() == "u_ref")
+    return "a driver that does not follow its reference alike everywhere";
   for (const auto& [start, meaning] : kinds) {
     if (law.id.starts_with(start)) return std::string(meaning);
   }

@@ -105,6 +105,7 @@ std::vector<FormulaText> curves(const Samples& samples, double torque_scale, dou
   }
   add_odd_curves(list, TermPlace::torque, "omega", samples.omega, most * torque_scale);
   add_odd_curves(list, TermPlace::torque, "i_a", samples.i_a, most * torque_scale);
+  add_odd_curves(list, TermPlace::torque, "u_ref", samples.u_ref, most * torque_scale);
   for (const std::size_t waves : {2, 4}) {
     list.push_back(curve_of_angle(waves, most * torque_scale, ""));
     if (turns_both_ways(samples)) {

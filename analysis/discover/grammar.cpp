@@ -266,7 +266,8 @@ std::string FormulaText::yaml() const {
 std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, double voltage_scale, bool voltage) {
   constexpr double most = 5;  // times what drives the motor: no law is larger
   std::vector<FormulaText> list;
-  const double omega = range_of(samples.omega), current = range_of(samples.i_a), longest = range_of(samples.t);
+  const double omega = range_of(samples.omega), current = range_of(samples.i_a), longest = range_of(samples.t),
+               reference = range_of(samples.u_ref);
   if (voltage) {
     add_odd(list, TermPlace::voltage, "i_a", "A", current, most * voltage_scale);
     add_odd(list, TermPlace::voltage, "omega", "rad/s", omega, most * voltage_scale);
@@ -277,6 +278,7 @@ std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, 
   add_sums(list, TermPlace::torque, "omega", "rad/s", omega, torque);
   add_even(list, TermPlace::torque, "omega", "rad/s", omega, torque);
   add_odd(list, TermPlace::torque, "i_a", "A", current, torque);
+  if (reference > 0) add_odd(list, TermPlace::torque, "u_ref", "V", reference, torque);
   add_waves_of_angle(list, torque);
   if (turns_both_ways(samples)) add_friction_over_angle(list, omega, torque);
   add_of_time(list, longest, omega, torque);

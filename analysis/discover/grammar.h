@@ -33,9 +33,9 @@ struct FormulaText {
 using ReadFormula = std::function<AddedTerm(const FormulaText&)>;
 
 /// The sentences of the grammar for these samples: powers, saturations, decays, hyperbolas, dead zones, bumps and waves
-/// in speed and current, waves in the angle, decays in time; as a torque, a voltage or a factor on the flux. At most
-/// three free parameters; the argument of each exp, tanh and sin is divided by a parameter of its own unit. Bounds and
-/// first values come from the ranges that the data span.
+/// in speed, current and reference, waves in the angle, decays in time; as a torque, a voltage or a factor on the flux.
+/// At most three free parameters; the argument of each exp, tanh and sin is divided by a parameter of its own unit.
+/// Bounds and first values come from the ranges that the data span.
 std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, double voltage_scale, bool voltage);
 
 /// A law fitted to what is left, without a simulation.

@@ -130,7 +130,11 @@ void compare_with_library(Law& law, const Dataset& data, const Trial& base, Fitt
 }
 
 double& quantity(TermInput& at, const std::string& name) {
-  return name == "omega" ? at.omega : name == "i_a" ? at.i_a : name == "t" ? at.t : at.theta;
+  return name == "omega"   ? at.omega
+         : name == "i_a"   ? at.i_a
+         : name == "t"     ? at.t
+         : name == "u_ref" ? at.u_ref
+                           : at.theta;
 }
 
 /// A formula over places of one quantity, the others as they are. @param error by the standard errors; may be null
@@ -184,7 +188,11 @@ std::vector<double> places_of_peaks(std::span<const double> x, const std::vector
 void draw(Law& law, const Samples& s, const ReadFormula& read) {
   constexpr std::size_t points = 41;
   const std::string& over = law.text.of.front();
-  const std::vector<double>& x = over == "omega" ? s.omega : over == "i_a" ? s.i_a : over == "t" ? s.t : s.theta;
+  const std::vector<double>& x = over == "omega"   ? s.omega
+                                 : over == "i_a"   ? s.i_a
+                                 : over == "t"     ? s.t
+                                 : over == "u_ref" ? s.u_ref
+                                                   : s.theta;
   auto [low, high] = std::ranges::minmax(x);
   if (over == "theta") {
     low = 0;

@@ -72,6 +72,8 @@ TEST(DiscoveryWords, TellTheLawWithWhatItMayBeAndWhereToLookNext) {
   EXPECT_THAT(lines, testing::Contains(HasSubstr("not confirmed")));
   EXPECT_THAT(next_for_discovery(d), HasSubstr("omega = -100 and 100 rad/s"));
   EXPECT_EQ(next_for_discovery(Discovery{}), "");
+  EXPECT_THAT(may_be({"bump_torque_of_u_ref", TermPlace::torque, "-a*u_ref", {"u_ref"}, {}}), HasSubstr("driver"));
+  EXPECT_EQ(unit_over("u_ref"), "V");
 }
 
 TEST(DiscoveryWords, SayThatACurveIsNoFormulaAndWhatTheNearestLeaves) {
