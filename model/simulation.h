@@ -22,8 +22,8 @@ struct Excitation {
   SharedColumn<double> load;   ///< [N m] linear in between
   SharedColumn<double> omega;  ///< [rad/s] measured speed, for load effects beside a measured torque
   SharedColumn<double> angle;  ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
-  SharedColumn<double> angle_pull;  ///< [1/s] how fast the rotor comes back to an angle that wanders: 0 where it
-                                    ///< stands, for noise does not turn it; held; empty: it is where it is measured
+  SharedColumn<double> angle_pull;   ///< [1/s] how fast the rotor comes back to an angle that wanders: 0 where it
+                                     ///< stands, for noise does not turn it; held; empty: it is where it is measured
   bool angle_integrated = false;     ///< it is the integral of the speed's reading: noise makes it wander, and a lag
                                      ///< or an offset of the reading, where the model has one, puts it off
   SharedColumn<double> temperature;  ///< [degC] of the armature, held
