@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "hal/shared_column.h"
 #include "model/dual.h"
 #include "model/structure.h"
 
@@ -12,20 +13,21 @@ namespace emtb {
 
 /// What drives a simulated run: values at the times t, each signal empty where the structure does not need it.
 struct Excitation {
-  std::vector<double> t;          ///< [s], increasing; the simulation's readings are at these times
-  std::vector<double> u_ref;      ///< [V] held from its time to the next
-  std::vector<double> e_a;        ///< [V] linear in between, or held, but for:
-  std::vector<double> e_a_bulge;  ///< [V] by how much its mean from its time to the next exceeds that of both; empty: 0
-  std::vector<double> i_a;        ///< [A] of a current drive, held
-  std::vector<double> load;       ///< [N m] linear in between
-  std::vector<double> omega;      ///< [rad/s] measured speed, for load effects beside a measured torque
-  std::vector<double> angle;      ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
-  std::vector<double> angle_pull;  ///< [1/s] how fast the rotor comes back to an angle that wanders: 0 where it stands,
-                                   ///< for noise does not turn it; held; empty: it is where it is measured
-  bool angle_integrated = false;   ///< it is the integral of the speed's reading: noise makes it wander, and a lag
-                                   ///< or an offset of the reading, where the model has one, puts it off
-  std::vector<double> temperature;  ///< [degC] of the armature, held
-  std::vector<char> armature_open;  ///< from its time to the next
+  SharedColumn<double> t;      ///< [s], increasing; the simulation's readings are at these times
+  SharedColumn<double> u_ref;  ///< [V] held from its time to the next
+  SharedColumn<double> e_a;    ///< [V] linear in between, or held, but for:
+  SharedColumn<double>
+      e_a_bulge;               ///< [V] by how much its mean from its time to the next exceeds that of both; empty: 0
+  SharedColumn<double> i_a;    ///< [A] of a current drive, held
+  SharedColumn<double> load;   ///< [N m] linear in between
+  SharedColumn<double> omega;  ///< [rad/s] measured speed, for load effects beside a measured torque
+  SharedColumn<double> angle;  ///< [rad] measured, linear in between: what periodic effects see; empty: as simulated
+  SharedColumn<double> angle_pull;   ///< [1/s] how fast the rotor comes back to an angle that wanders: 0 where it
+                                     ///< stands, for noise does not turn it; held; empty: it is where it is measured
+  bool angle_integrated = false;     ///< it is the integral of the speed's reading: noise makes it wander, and a lag
+                                     ///< or an offset of the reading, where the model has one, puts it off
+  SharedColumn<double> temperature;  ///< [degC] of the armature, held
+  std::vector<char> armature_open;   ///< from its time to the next
   double acts_after = 0;  ///< [s] after the readings of its row, before them where negative: when a held input acts;
                           ///< less than an interval
   bool e_a_held = false;  ///< a voltage that is set, not measured

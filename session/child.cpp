@@ -50,7 +50,7 @@ class Outlet {
     put(text.size());
     put(text.data(), text.size());
   }
-  void put(const std::vector<double>& numbers) {
+  void put(const SharedColumn<double>& numbers) {
     put(numbers.size());
     put(numbers.data(), numbers.size() * sizeof(double));
   }
@@ -118,6 +118,7 @@ class Inlet {
       get(out.data() + out.size() - count, count * sizeof(typename Container::value_type));
       left -= count;
     }
+    out.shrink_to_fit();
     return out;
   }
   void get(void* data, std::size_t size) {
@@ -152,8 +153,10 @@ class Inlet {
   std::size_t begin_ = 0, end_ = 0;
 };
 
-void put(Outlet& to, const Series& series) {
-  to.put(series.t);
+/// @param times the place, from 1, of the times among those before it; 0: they come here
+void put(Outlet& to, const Series& series, std::uint64_t times) {
+  to.put(times);
+  if (times == 0) to.put(series.t);
   to.put(series.value);
   to.put(series.window);
   to.put(series.lsb);
@@ -166,9 +169,12 @@ void put(Outlet& to, const Session& session) {
     to.put(run.name);
     to.put(run.field_on);
     to.put(run.signals.size());
+    std::vector<const double*> times;
     for (const auto& [signal, series] : run.signals) {
       to.put(std::uint64_t{index(signal)});
-      put(to, series);
+      const auto same = std::ranges::find(times, series.t.data());
+      put(to, series, same != times.end() ? static_cast<std::uint64_t>(same - times.begin()) + 1 : 0);
+      if (same == times.end()) times.push_back(series.t.data());
     }
   }
   to.put(session.events.size());
@@ -186,9 +192,12 @@ void put(Outlet& to, const Session& session) {
   to.put(std::uint64_t{session.complete});
 }
 
-Series take_series(Inlet& from) {
+/// @param times those that came so far
+Series take_series(Inlet& from, std::vector<SharedColumn<double>>& times) {
   Series series;
-  series.t = from.numbers();
+  const std::uint64_t known = from.number(times.size());
+  if (known == 0) times.emplace_back(from.numbers());
+  series.t = known == 0 ? times.back() : times[known - 1];
   series.value = from.numbers();
   if (series.t.size() != series.value.size()) throw Broken();
   series.window = from.real();
@@ -201,9 +210,10 @@ Session take_session(Inlet& from) {
   Session session;
   for (std::uint64_t runs = from.number(); runs > 0; --runs) {
     Run run{.name = from.text(), .signals = {}, .field_on = from.real()};
+    std::vector<SharedColumn<double>> times;
     for (std::uint64_t signals = from.number(signal_count); signals > 0; --signals) {
       const auto signal = static_cast<Signal>(from.number(signal_count - 1));
-      run.signals[signal] = take_series(from);
+      run.signals[signal] = take_series(from, times);
     }
     session.runs.push_back(std::move(run));
   }

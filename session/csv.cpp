@@ -191,6 +191,7 @@ Run finished(const std::filesystem::path& path, Recording&& recording, const Csv
       series.window = window->second;
     run.signals.emplace(column.signal, std::move(series));
   }
+  share_times(run.signals);
   if (run.signals.empty()) {
     throw SessionError(path.string() + ": " + (run.name.empty() ? "" : "run " + shown(run.name) + ": ") +
                        "every cell of every signal is empty. Record at least one signal");

@@ -99,6 +99,7 @@ std::vector<Run> split_into_runs(std::map<Signal, Series> signals, const std::ve
         if (m > 0) shift_to_zero(part.t, begin);
         if (!part.t.empty()) run.signals.emplace(signal, std::move(part));
       }
+      share_times(run.signals);
       runs.push_back(std::move(run));
     }
   }
@@ -192,7 +193,9 @@ Session read_here(const std::filesystem::path& path) {
     std::map<Signal, Series> signals;
     for (const auto& signal : stored.signals) {
       Series series = read_series(stored, signal);
-      if (!series.t.empty()) signals.emplace(signal.signal, std::move(series));
+      if (series.t.empty()) continue;
+      signals.emplace(signal.signal, std::move(series));
+      share_times(signals);  // with each, so that they never stand for all
     }
     session.runs = split_into_runs(std::move(signals), session.events);
     return session;

@@ -63,6 +63,7 @@ Run run_of(const std::filesystem::path& path, const std::string& name, matvar_t*
     Series series = series_of(path, name + "." + field, signal, stored);
     if (!series.t.empty()) run.signals.emplace(signal, std::move(series));
   }
+  share_times(run.signals);
   return run;
 }
 

@@ -12,6 +12,14 @@ double Run::duration() const {
   return last;
 }
 
+void share_times(std::map<Signal, Series>& signals) {
+  for (auto series = signals.begin(); series != signals.end(); ++series) {
+    for (auto before = signals.begin(); before != series; ++before) {
+      if (series->second.t.share(before->second.t)) break;
+    }
+  }
+}
+
 bool is_sparse(const Run& run, Signal signal) {
   std::size_t fastest = 0;
   for (const auto& [other, series] : run.signals) fastest = std::max(fastest, series.t.size());

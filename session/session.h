@@ -5,14 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "hal/shared_column.h"
 #include "hal/signal.h"
 
 namespace emtb {
 
-/// What one channel recorded: values at their own times, never interpolated.
+/// What one channel recorded: values at their own times, never interpolated. Channels that were read together share
+/// their times, see share_times().
 struct Series {
-  std::vector<double> t;         ///< [s] from the start of the run, increasing
-  std::vector<double> value;     ///< SI, as long as t
+  SharedColumn<double> t;        ///< [s] from the start of the run, increasing
+  SharedColumn<double> value;    ///< SI, as long as t
   double window = 0;             ///< [s] each value is the mean over this time before it; 0: an instant
   double lsb = 0;                ///< resolution of the instrument in the signal's unit; 0: unknown
   std::string source;            ///< the device and channel, or the file's column
@@ -56,6 +58,9 @@ struct Run {
   const Series& at(Signal signal) const { return signals.at(signal); }
   double duration() const;  ///< [s] last time of any signal
 };
+
+/// Signals of a run that were read at the same times hold these once, for all.
+void share_times(std::map<Signal, Series>& signals);
 
 /// A slow meter among faster signals: fewer than half the samples of the fastest signal of the run. Where it has no
 /// window, each of its readings is the mean since the reading before it; see window_start().

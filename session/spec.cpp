@@ -200,6 +200,7 @@ Run cut(const Run& run, double t0, double t1) {
     shift_to_zero(part.t, t0);
     out.signals.emplace(signal, std::move(part));
   }
+  share_times(out.signals);
   return out;
 }
 

@@ -97,9 +97,9 @@ std::map<Signal, ComingAgain> coming_again(const RecordRefs& records, const Mode
   constexpr double of_shortest = 2;  // 64 pieces at most of an only run: more tell no more
   const double piece = std::max(forgotten * memory, of_shortest * shortest_piece(records));
   std::map<Signal, ComingAgain> all;
-  for (const auto& [signal, readings] : readings_by_condition(records, model, piece)) {
+  visit_readings_by_condition(records, model, piece, [&](Signal signal, const ReadingsByCondition& readings) {
     all.emplace(signal, coming_again(readings));
-  }
+  });
   return all;
 }
 

@@ -38,7 +38,8 @@ Applied applied_on(std::span<const Record> records, const Model& model) {
   for (const Record& record : records) {
     Trajectory<double> y;
     simulate<double>(record.structure(model), values, record.excitation, y);
-    const std::vector<double>& e_a = record.excitation.e_a.empty() ? y.e_a : record.excitation.e_a;
+    const SharedColumn<double>& given = record.excitation.e_a;
+    const std::span<const double> e_a = given.empty() ? std::span<const double>(y.e_a) : given;
     for (const double i : y.i_a) currents += i * i;
     for (const double e : e_a) voltages += e * e;
     n += static_cast<double>(y.i_a.size());

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "analysis/fit/residuals.h"
 #include "model/catalogue.h"
@@ -30,13 +32,35 @@ double mean_over(const std::vector<double>& x, std::size_t first, std::size_t la
   return sum / static_cast<double>(last - first + 1);
 }
 
-/// [J] lost in the armature from the beginning of a run to each grid point.
-std::vector<double> heat_of(const Excitation& x, std::span<const double> i_a, double resistance) {
-  std::vector<double> heat(x.t.size(), 0.0);
-  for (std::size_t k = 1; k < heat.size(); ++k) {
-    heat[k] = heat[k - 1] + resistance * i_a[k] * i_a[k] * (x.t[k] - x.t[k - 1]);
+/// What a machine does in a record, at its grid points.
+struct Motion {
+  std::vector<double> omega, i_a;
+  std::vector<double> theta;  ///< empty: the measured angle counts
+  std::vector<double> heat;   ///< [J] lost in the armature since the beginning
+};
+
+Motion motion_of(const Record& record, const Model& machine) {
+  struct Keep final : Reader<double> {
+    Motion motion;
+    bool angle = false;
+    void read(std::size_t, const SimulatedReadings<double>& y) override {
+      motion.omega.push_back(y.omega);
+      motion.i_a.push_back(y.i_a);
+      if (angle) motion.theta.push_back(y.theta);
+    }
+  } keep;
+  const Excitation& x = record.excitation;
+  const std::vector<double> values = machine.values();
+  keep.angle = x.angle.empty();
+  keep.motion.omega.reserve(x.t.size());
+  keep.motion.i_a.reserve(x.t.size());
+  simulate<double>(record.structure(machine), values, x, keep);
+  Motion motion = std::move(keep.motion);
+  motion.heat.assign(x.t.size(), 0.0);
+  for (std::size_t k = 1; k < motion.heat.size(); ++k) {
+    motion.heat[k] = motion.heat[k - 1] + values[base::R_a] * motion.i_a[k] * motion.i_a[k] * (x.t[k] - x.t[k - 1]);
   }
-  return heat;
+  return motion;
 }
 
 double within_a_turn(double angle) {
@@ -68,9 +92,9 @@ std::map<Signal, std::size_t> strides_of(const RecordRefs& records) {
 
 /// Adds each so many-th reading of one observation, with the conditions that it was taken in.
 void add_readings(ReadingsByCondition& readings, const Record& record, const Observation& o, const Residuals& residuals,
-                  const Trajectory<double>& y, std::span<const double> heat, const Pieces& pieces, std::size_t stride) {
+                  const Motion& y, const Pieces& pieces, std::size_t stride) {
   const Excitation& x = record.excitation;
-  const std::vector<double>& angle = x.angle.empty() ? y.theta : x.angle;
+  const std::span<const double> angle = x.angle.empty() ? std::span<const double>(y.theta) : x.angle;
   for (std::size_t j = 0; j < o.size(); j += stride) {
     const std::size_t a = o.first[j], k = o.last[j];
     const auto over = [&](const std::vector<double>& signal) { return mean_over(signal, a, k); };
@@ -84,7 +108,7 @@ void add_readings(ReadingsByCondition& readings, const Record& record, const Obs
     put(Condition::speed, omega);
     put(Condition::direction, omega > 0 ? 1 : omega < 0 ? -1 : 0);
     put(Condition::current, over(y.i_a));
-    put(Condition::heat, heat[k]);
+    put(Condition::heat, y.heat[k]);
     if (!o.slow) put(Condition::angle, within_a_turn(0.5 * (angle[a] + angle[k])));
     if (!x.u_ref.empty()) put(Condition::reference, x.u_ref[k]);
     const std::size_t before = a == k && a > 0 ? a - 1 : a;
@@ -107,28 +131,31 @@ std::size_t Bins::of(double condition) const {
   return width_ > 0 ? std::min(count - 1, static_cast<std::size_t>((condition - from_) / width_)) : 0;
 }
 
-std::map<Signal, ReadingsByCondition> readings_by_condition(const RecordRefs& records, const Model& model,
-                                                            double piece) {
-  std::map<Signal, ReadingsByCondition> readings;
+void visit_readings_by_condition(const RecordRefs& records, const Model& model, double piece,
+                                 const VisitReadingsByCondition& visit) {
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
   const Model machine = without_sensors(model);
-  const std::vector<double> machine_values = machine.values();
-  const std::map<Signal, std::size_t> strides = strides_of(records);
-  Pieces pieces{piece, 0, 0};
+  std::vector<Motion> motions;
+  std::vector<std::vector<Residuals>> left;
   for (const Record& record : records) {
-    Trajectory<double> y;
-    simulate<double>(record.structure(machine), machine_values, record.excitation, y);
-    const std::vector<double> heat = heat_of(record.excitation, y.i_a, machine_values[base::R_a]);
-    const std::vector<Residuals> rs = residuals({&record, 1}, 0, record.structure(model), values, {});
-    pieces.begin = record.excitation.t.front();
-    for (std::size_t s = 0; s < rs.size(); ++s) {
-      const Observation& o = record.observations[s];
-      add_readings(readings[o.signal], record, o, rs[s], y, heat, pieces, strides.at(o.signal));
-    }
-    pieces.first = pieces.at(record.excitation.t.back()) + 1;
+    motions.push_back(motion_of(record, machine));
+    left.push_back(residuals({&record, 1}, 0, record.structure(model), values, {}));
   }
-  return readings;
+  for (const auto& [signal, stride] : strides_of(records)) {
+    ReadingsByCondition readings;
+    Pieces pieces{piece, 0, 0};
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      const Record& record = records[i];
+      pieces.begin = record.excitation.t.front();
+      for (std::size_t s = 0; s < left[i].size(); ++s) {
+        const Observation& o = record.observations[s];
+        if (o.signal == signal) add_readings(readings, record, o, left[i][s], motions[i], pieces, stride);
+      }
+      pieces.first = pieces.at(record.excitation.t.back()) + 1;
+    }
+    visit(signal, readings);
+  }
 }
 
 }  // namespace emtb

@@ -2,7 +2,7 @@
 
 #include <array>
 #include <cstddef>
-#include <map>
+#include <functional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -41,11 +41,14 @@ class Bins {
 /// The readings of a signal by condition; none where the condition is not known of it.
 using ReadingsByCondition = std::array<std::vector<ConditionedReading>, condition_count>;
 
+/// Called with a signal, in their order, and its readings, which go when the next signal comes.
+using VisitReadingsByCondition = std::function<void(Signal, const ReadingsByCondition&)>;
+
 /// The readings of all records with their conditions, or of more than a quarter of a million of a signal every second,
 /// third ..., which tell as much: the angle within a turn [rad], the heat lost in R_a since the run
 /// began [J].
 /// @param piece [s] the length of the pieces that are numbered on through all records; 0: each record is one
-std::map<Signal, ReadingsByCondition> readings_by_condition(const RecordRefs& records, const Model& model,
-                                                            double piece = 0);
+void visit_readings_by_condition(const RecordRefs& records, const Model& model, double piece,
+                                 const VisitReadingsByCondition& visit);
 
 }  // namespace emtb

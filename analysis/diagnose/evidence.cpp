@@ -149,20 +149,16 @@ class Gathering {
     const BaseResiduals& base = bases_[observation];
     const Eigen::Index rows = change.rows();
     const Residuals& left = base.plain;
-    const auto of = [&](const auto& x) { return x.middleRows(first, rows); };
-    const VectorXd left_white = base.whitened(left.value, first, rows);
-    MatrixXd known_white;
-    if (left.informed()) known_white = base.whitened(left.sensitivity, first, rows);
+    const VectorXd left_here = left.value.segment(first, rows), left_white = base.left_white(first, rows);
+    const MatrixXd known = base.known(first, rows), known_white = base.known_white(first, rows);
     Eigen::Index column = 0;
     for (std::size_t h = 0; h < batch_.size(); ++h) {
       const auto q = static_cast<Eigen::Index>(batch_[h].columns());
-      const Readings of_one{change.middleCols(column, q), white.middleCols(column, q), of(left.value), left_white};
+      const Readings of_one{change.middleCols(column, q), white.middleCols(column, q), left_here, left_white};
       if (all_[h].size() > 1) {
         add_by_pieces(all_[h], observation, first, of_one);
-      } else if (left.informed()) {
-        add_to(all_[h].front(), left.signal, of(left.sensitivity), known_white, of_one);
       } else {
-        add_to(all_[h].front(), left.signal, MatrixXd{}, MatrixXd{}, of_one);
+        add_to(all_[h].front(), left.signal, known, known_white, of_one);
       }
       column += q;
     }

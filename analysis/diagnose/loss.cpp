@@ -20,7 +20,8 @@ void Loss::add(std::span<const Record> records, std::span<const Residuals> resid
       const double its = std::floor((grid[o.last[static_cast<std::size_t>(i)]] - grid.front()) / length);
       if (its != piece) readings.ends.push_back(readings.residual.size());
       piece = its;
-      readings.residual.push_back(r.value[i]);
+      readings.residual.push_back(static_cast<float>(r.value[i]));
+      readings.squared += r.value[i] * r.value[i];
       const double value = o.value[static_cast<std::size_t>(i)] / floors_.at(r.signal).sigma;
       readings.sum += value;
       readings.squares += value * value;
@@ -36,10 +37,8 @@ std::vector<Signal> Loss::signals() const {
 }
 
 double Loss::mean_square(Signal signal) const {
-  const std::vector<double>& residual = signals_.at(signal).residual;
-  double squares = 0;
-  for (const double r : residual) squares += r * r;
-  return squares / std::max(1.0, static_cast<double>(residual.size()));
+  const Readings& readings = signals_.at(signal);
+  return readings.squared / std::max(1.0, static_cast<double>(readings.residual.size()));
 }
 
 std::map<Signal, double> Loss::mean_squares() const {
@@ -70,15 +69,15 @@ std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Los
   for (const auto& [signal, readings] : worse.signals_) {
     const auto other = better.signals_.find(signal);
     if (other == better.signals_.end()) continue;
-    const std::vector<double>& r = other->second.residual;
+    const SharedColumn<float>& r = other->second.residual;
     double gain = 0, variance = 0, added = 0;
     std::size_t k = 0;
     for (const std::size_t end : readings.ends) {
       double random = 0;
       for (; k < end; ++k) {
-        const double d = readings.residual[k] - r[k];
-        gain += d * d + 2 * r[k] * d;
-        random += 2 * r[k] * d;
+        const double left = r[k], with = readings.residual[k], d = with - left;
+        gain += d * d + 2 * left * d;
+        random += 2 * left * d;
         added += d * d;
       }
       variance += random * random;

@@ -9,6 +9,7 @@
 #include "analysis/fit/residuals.h"
 #include "analysis/record/noise_floor.h"
 #include "analysis/record/record.h"
+#include "hal/shared_column.h"
 #include "hal/signal.h"
 
 namespace emtb {
@@ -63,7 +64,8 @@ class Loss {
 
  private:
   struct Readings {
-    std::vector<double> residual;   ///< in units of sigma
+    SharedColumn<float> residual;   ///< in units of sigma; a search holds those of many models side by side
+    double squared = 0;             ///< their sum of squares
     std::vector<std::size_t> ends;  ///< of each piece: a tenth of a run, a second at most
     double sum = 0, squares = 0;    ///< of the readings themselves, in units of sigma
   };

@@ -147,10 +147,13 @@ Fit fit_of_columns(std::span<const Record> records, const Model& model,
   for (const Residuals& r : all) {
     if (!r.informed()) continue;
     const Eigen::VectorXd left = r.value - r.sensitivity * fit.value;
-    for_each_piece(records[r.record], r, length, [&](long, Eigen::Index begin, Eigen::Index rows) {
-      const Eigen::VectorXd g = transposed_product(r.sensitivity.middleRows(begin, rows), left.segment(begin, rows));
-      meat.noalias() += g * g.transpose();
-    });
+    const Record& record = records[r.record];
+    for_each_piece(record, *record.find(r.signal), 0, r.value.size(), length,
+                   [&](long, Eigen::Index begin, Eigen::Index rows) {
+                     const Eigen::VectorXd g =
+                         transposed_product(r.sensitivity.middleRows(begin, rows), left.segment(begin, rows));
+                     meat.noalias() += g * g.transpose();
+                   });
   }
   const Eigen::MatrixXd sandwich = product(product(inverse, meat), inverse);
   const Eigen::MatrixXd white = product(product(inverse, information), inverse);

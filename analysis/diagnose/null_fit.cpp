@@ -13,8 +13,8 @@ namespace {
 
 constexpr Eigen::Index at_once = 2048;  // readings that are whitened: few enough for a cache
 
-BaseResiduals with_autoregression(Residuals r) {
-  BaseResiduals base;
+BaseResiduals with_autoregression(BaseResiduals base) {
+  const Residuals& r = base.plain;
   const Eigen::Index n = r.value.size();
   const double squares = r.value.squaredNorm();
   if (n > 2 && squares > 0) {
@@ -22,20 +22,48 @@ BaseResiduals with_autoregression(Residuals r) {
   }
   double white = 0;
   for (Eigen::Index first = 0; first < n; first += at_once) {
-    white += base.whitened(r.value, first, std::min(at_once, n - first)).squaredNorm();
+    white += base.left_white(first, std::min(at_once, n - first)).squaredNorm();
   }
   base.innovation = std::max(1e-9, std::sqrt(white / static_cast<double>(std::max<Eigen::Index>(1, n))));
-  base.plain = std::move(r);
   return base;
 }
 
-void add_whitened(OwnSums& sums, const BaseResiduals& base) {
-  const Residuals& r = base.plain;
-  for (Eigen::Index first = 0; first < r.value.size(); first += at_once) {
-    const Eigen::Index count = std::min(at_once, r.value.size() - first);
-    const Eigen::MatrixXd known = r.informed() ? base.whitened(r.sensitivity, first, count) : Eigen::MatrixXd{};
-    sums.add(known, base.whitened(r.value, first, count));
+void add_to(OwnSums& plain, OwnSums& white, const BaseResiduals& base) {
+  const Eigen::VectorXd& left = base.plain.value;
+  for (Eigen::Index first = 0; first < left.size(); first += at_once) {
+    const Eigen::Index count = std::min(at_once, left.size() - first);
+    plain.add(base.known(first, count), left.segment(first, count));
+    white.add(base.known_white(first, count), base.left_white(first, count));
   }
+}
+
+/// The residuals of a record at a phase, its sensitivities never held with all their digits where they need not be.
+std::vector<BaseResiduals> bases_of(const Record& record, const ModelStructure& structure,
+                                    std::span<const double> values, std::span<const std::vector<std::size_t>> moved,
+                                    const RotorPhase& phase) {
+  std::vector<BaseResiduals> bases;
+  if (!phase.at.empty() || moved.size() > 2 * derivatives_per_pass) {
+    for (Residuals& r : residuals_at_phase(record, structure, values, moved, phase).residuals) {
+      Eigen::MatrixXf sensitivity = r.sensitivity.cast<float>();
+      r.sensitivity.resize(0, 0);
+      bases.push_back({std::move(r), std::move(sensitivity)});
+    }
+    return bases;
+  }
+  for (const Observation& o : record.observations)
+    bases.push_back({{0, o.signal, Eigen::VectorXd(static_cast<Eigen::Index>(o.size())), {}}, {}});
+  visit_simulated_residuals(
+      record, structure, values, moved,
+      [&](std::size_t s, Eigen::Index first, const Eigen::VectorXd& value, const Eigen::MatrixXd& sensitivity) {
+        BaseResiduals& base = bases[s];
+        base.plain.value.segment(first, value.size()) = value;
+        if (!base.informed()) {
+          if (sensitivity.isZero(0)) return;  // no derivative yet, perhaps never
+          base.sensitivity.setZero(base.plain.value.size(), sensitivity.cols());
+        }
+        base.sensitivity.middleRows(first, value.size()) = sensitivity.cast<float>();
+      });
+  return bases;
 }
 
 /// [rad/s] at which what is left of the speed rings.
@@ -66,12 +94,12 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
   struct Extremes final : Reader<double> {
     Ranges seen;
     double heat = 0, resistance = 0;
-    const std::vector<double>* t = nullptr;
+    std::span<const double> t;
     void read(std::size_t k, const SimulatedReadings<double>& y) override {
       seen.voltage = std::max(seen.voltage, std::abs(y.e_a));
       seen.current = std::max(seen.current, std::abs(y.i_a));
       seen.speed = std::max(seen.speed, std::abs(y.omega));
-      if (k > 0) heat += resistance * y.i_a * y.i_a * ((*t)[k] - (*t)[k - 1]);
+      if (k > 0) heat += resistance * y.i_a * y.i_a * (t[k] - t[k - 1]);
     }
   };
   const std::vector<double> values = model.values();
@@ -83,7 +111,7 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     const Excitation& x = record.excitation;
     Extremes extremes;
     extremes.resistance = values[base::R_a];
-    extremes.t = &x.t;
+    extremes.t = x.t;
     simulate<double>(record.structure(model), values, x, extremes);
     for (const double u : x.u_ref) seen.reference = std::max(seen.reference, std::abs(u));
     for (const double e : x.e_a) seen.voltage = std::max(seen.voltage, std::abs(e));
@@ -120,15 +148,14 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
   const auto simulate_one = [&](std::size_t i) {
     const ModelStructure structure = records[i].structure(model);
     fit.phases[i] = best_phase(records[i], structure, values);
-    std::vector<Residuals> all = residuals_at_phase(records[i], structure, values, moved, fit.phases[i]).residuals;
-    for (Residuals& r : all) fit.bases[i].push_back(with_autoregression(std::move(r)));
+    for (BaseResiduals& base : bases_of(records[i], structure, values, moved, fit.phases[i]))
+      fit.bases[i].push_back(with_autoregression(std::move(base)));
   };
   parallel_for(records, simulate_one);
   ResidualSpectra spectra;
   for (std::size_t i = 0; i < records.size(); ++i) {
     for (const BaseResiduals& base : fit.bases[i]) {
-      fit.plain.try_emplace(base.plain.signal, p).first->second.add(base.plain.sensitivity, base.plain.value);
-      add_whitened(fit.white, base);
+      add_to(fit.plain.try_emplace(base.plain.signal, p).first->second, fit.white, base);
       add_squares(fit.left, records[i], base.plain);
       add_spectrum(spectra, records[i], base.plain);
     }

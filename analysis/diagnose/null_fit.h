@@ -17,19 +17,42 @@
 namespace emtb {
 
 /// One record's residuals of one signal and the fitted model's sensitivities, with the first-order autoregression that
-/// whitens them.
+/// whitens them. All scores hold candidates against them, so they stand for as long as a round of scores takes: the
+/// sensitivities with half the digits, the same ones in every sum.
 struct BaseResiduals {
-  Residuals plain;
-  double rho = 0;         ///< autocorrelation of the residuals from one reading to the next
-  double innovation = 1;  ///< standard deviation of the whitened residuals
+  Residuals plain;              ///< its sensitivity is left empty
+  Eigen::MatrixXf sensitivity;  ///< as Residuals::sensitivity
+  double rho = 0;               ///< autocorrelation of the residuals from one reading to the next
+  double innovation = 1;        ///< standard deviation of the whitened residuals
+
+  bool informed() const { return sensitivity.size() > 0; }
+
+  /// Some rows of the sensitivities; none where no parameter moves the signal.
+  Eigen::MatrixXd known(Eigen::Index first, Eigen::Index count) const {
+    if (!informed()) return {};
+    return sensitivity.middleRows(first, count).cast<double>();
+  }
+
+  /// The same rows, whitened.
+  Eigen::MatrixXd known_white(Eigen::Index first, Eigen::Index count) const {
+    if (!informed()) return {};
+    const Eigen::Index before = first == 0 ? 0 : 1;
+    return whitened(known(first - before, count + before), before, count, first == 0);
+  }
+
+  /// Some readings, whitened.
+  Eigen::VectorXd left_white(Eigen::Index first, Eigen::Index count) const {
+    return whitened(plain.value, first, count, first == 0);
+  }
 
   /// Some rows of x, one for each reading, whitened: x[k] - rho x[k-1], in units of `innovation`.
+  /// @param from_start the first of them is the first of all, and has none before it
   template <class Matrix>
-  Matrix whitened(const Matrix& x, Eigen::Index first, Eigen::Index count) const {
+  Matrix whitened(const Matrix& x, Eigen::Index first, Eigen::Index count, bool from_start) const {
     Matrix y = x.middleRows(first, count);
-    const Eigen::Index begin = first == 0 ? 1 : 0;
+    const Eigen::Index begin = from_start ? 1 : 0;
     y.bottomRows(count - begin) -= rho * x.middleRows(first + begin - 1, count - begin);
-    if (begin == 1) y.row(0) *= std::sqrt(1 - rho * rho);  // it has none before it
+    if (from_start) y.row(0) *= std::sqrt(1 - rho * rho);
     y /= innovation;
     return y;
   }

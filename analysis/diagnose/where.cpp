@@ -81,13 +81,13 @@ std::vector<ResidualMap> residual_maps(const RecordRefs& records, const Model& m
   double duration = 0;
   for (const Record& record : records) duration += record.excitation.t.back() - record.excitation.t.front();
   std::vector<ResidualMap> maps;
-  for (const auto& [signal, of_signal] : readings_by_condition(records, model, duration / pieces)) {
+  visit_readings_by_condition(records, model, duration / pieces, [&](Signal signal, const ReadingsByCondition& all) {
     for (std::size_t c = 0; c < condition_count; ++c) {
-      if (of_signal[c].empty()) continue;
-      ResidualMap map = map_of(signal, static_cast<Condition>(c), of_signal[c]);
+      if (all[c].empty()) continue;
+      ResidualMap map = map_of(signal, static_cast<Condition>(c), all[c]);
       if (!map.bins.empty()) maps.push_back(std::move(map));
     }
-  }
+  });
   std::ranges::stable_sort(maps, [](const ResidualMap& a, const ResidualMap& b) {
     return std::pair(a.signal, -a.explained) < std::pair(b.signal, -b.explained);
   });

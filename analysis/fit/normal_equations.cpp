@@ -15,24 +15,6 @@ bool wanted(Signal signal, const CalibrationOptions& options) {
   return options.outputs.empty() || std::ranges::find(options.outputs, signal) != options.outputs.end();
 }
 
-void add_blocks(const Record& record, const Residuals& r, double length, std::map<long, Block>& blocks) {
-  for_each_piece(record, r, length, [&](long piece, Eigen::Index begin, Eigen::Index rows) {
-    const Eigen::MatrixXd sensitivity = r.sensitivity.middleRows(begin, rows);
-    blocks[piece] += {gram(sensitivity), transposed_product(sensitivity, r.value.segment(begin, rows))};
-  });
-}
-
-/// An error that is the same throughout a stretch moves Sᵀr by the sum of its rows of S; were it another in each
-/// reading, their squares would add up.
-void add_rounding(const Observation& o, const Residuals& r, Eigen::MatrixXd& scatter) {
-  for (const EqualReadings& same : o.rounded) {
-    const Eigen::MatrixXd rows =
-        r.sensitivity.middleRows(static_cast<Eigen::Index>(same.begin), static_cast<Eigen::Index>(same.length()));
-    const Eigen::VectorXd sum = rows.colwise().sum();
-    scatter += sum * sum.transpose() - gram(rows);
-  }
-}
-
 std::vector<char> wanted_of(const Record& record, const CalibrationOptions& options) {
   std::vector<char> out;
   for (const Observation& o : record.observations) out.push_back(wanted(o.signal, options) ? 1 : 0);
@@ -81,6 +63,80 @@ Blocks blocks_of(const std::map<long, Block>& pieces) {
   }
   return blocks;
 }
+
+/// Sums what readings say as they come, observation by observation, and what judges an optimum: an hour's
+/// sensitivities are never held.
+class ReadingSums {
+ public:
+  /// @param length [s] of the shortest pieces; absent: nothing is judged
+  /// @param finer residuals of a simulation in half steps; empty: not asked
+  ReadingSums(const Record& record, std::optional<double> length, std::span<const Residuals> finer,
+              NormalEquations& sums)
+      : record_(record), length_(length), finer_(finer), sums_(sums), each_(record.observations.size()) {}
+
+  /// @param first of some readings of an observation in a row, in their order
+  void add(std::size_t observation, Eigen::Index first, const Eigen::VectorXd& left, const Eigen::MatrixXd& s) {
+    sums_.rtr += left.squaredNorm();
+    if (s.size() == 0) return;
+    sums_.sts += gram(s);
+    sums_.str += transposed_product(s, left);
+    if (!length_) return;
+    OfOne& one = each_[observation];
+    one.informed = one.informed || !s.isZero(0);
+    const Observation& o = record_.observations[observation];
+    for_each_piece(record_, o, first, left.size(), *length_, [&](long piece, Eigen::Index begin, Eigen::Index rows) {
+      const Eigen::MatrixXd part = s.middleRows(begin - first, rows);
+      one.pieces[piece] += {gram(part), transposed_product(part, left.segment(begin - first, rows))};
+    });
+    add_rounding(o, one, first, s);
+    if (finer_.empty()) return;
+    constexpr double second_order = 4.0 / 3;  // half steps show three quarters of the error
+    sums_.str_of_step +=
+        second_order * transposed_product(s, finer_[observation].value.segment(first, left.size()) - left);
+  }
+
+  /// The parts of each piece, of the observations that some parameter moves.
+  std::map<long, Block> pieces() const {
+    std::map<long, Block> all;
+    for (const OfOne& one : each_) {
+      if (!one.informed) continue;
+      for (const auto& [piece, part] : one.pieces) all[piece] += part;
+    }
+    return all;
+  }
+
+ private:
+  struct OfOne {
+    bool informed = false;
+    std::map<long, Block> pieces;
+    std::size_t stretch = 0;  ///< of Observation::rounded, the one that comes or is under way
+    Eigen::VectorXd sum;      ///< of its rows so far
+  };
+
+  /// An error that is the same throughout a stretch moves Sᵀr by the sum of its rows of S; were it another in each
+  /// reading, their squares would add up.
+  void add_rounding(const Observation& o, OfOne& one, Eigen::Index first, const Eigen::MatrixXd& s) {
+    const auto from = static_cast<std::size_t>(first), until = from + static_cast<std::size_t>(s.rows());
+    for (; one.stretch < o.rounded.size(); ++one.stretch) {
+      const EqualReadings& same = o.rounded[one.stretch];
+      const std::size_t begin = std::max(same.begin, from), end = std::min(same.end, until);
+      if (begin >= end) return;
+      const Eigen::MatrixXd rows =
+          s.middleRows(static_cast<Eigen::Index>(begin - from), static_cast<Eigen::Index>(end - begin));
+      if (begin == same.begin) one.sum.setZero(s.cols());
+      one.sum += rows.colwise().sum().transpose();
+      sums_.rounding -= gram(rows);
+      if (end < same.end) return;  // it goes on in the readings to come
+      sums_.rounding += one.sum * one.sum.transpose();
+    }
+  }
+
+  const Record& record_;
+  std::optional<double> length_;
+  std::span<const Residuals> finer_;
+  NormalEquations& sums_;
+  std::vector<OfOne> each_;
+};
 
 }  // namespace
 
@@ -165,28 +221,23 @@ NormalEquations FitProblem::of_record(std::size_t i, std::span<const double> val
   }
   std::vector<Residuals> finer;
   if (in_steps) finer = residuals_at_phase(record, structure, values, {}, phase, StepLength::half).residuals;
-  ResidualsAtPhase seen = residuals_at_phase(record, structure, values, moved, phase);
-  course = std::move(seen.course);
-  if (seen.prior.sts.size() > 0) {
-    n.sts += seen.prior.sts;
-    n.str += seen.prior.str;
+  ReadingSums sums(record, to_judge ? std::optional(shortest_piece_) : std::nullopt, finer, n);
+  const auto take = [&](std::size_t s, Eigen::Index first, const Eigen::VectorXd& left, const Eigen::MatrixXd& by) {
+    if (wanted(record.observations[s].signal, options_)) sums.add(s, first, left, by);
+  };
+  if (phase.at.empty() && moved.size() <= 2 * derivatives_per_pass) {
+    visit_simulated_residuals(record, structure, values, moved, take);
+  } else {
+    ResidualsAtPhase seen = residuals_at_phase(record, structure, values, moved, phase);
+    course = std::move(seen.course);
+    if (seen.prior.sts.size() > 0) {
+      n.sts += seen.prior.sts;
+      n.str += seen.prior.str;
+    }
+    for (std::size_t s = 0; s < seen.residuals.size(); ++s)
+      take(s, 0, seen.residuals[s].value, seen.residuals[s].sensitivity);
   }
-  std::map<long, Block> blocks;
-  for (std::size_t s = 0; s < seen.residuals.size(); ++s) {
-    const Residuals& r = seen.residuals[s];
-    if (!wanted(r.signal, options_)) continue;
-    n.rtr += r.value.squaredNorm();
-    if (!r.informed()) continue;
-    n.sts += gram(r.sensitivity);
-    n.str += transposed_product(r.sensitivity, r.value);
-    if (!to_judge) continue;
-    add_blocks(record, r, shortest_piece_, blocks);
-    add_rounding(record.observations[s], r, n.rounding);
-    if (!in_steps) continue;
-    constexpr double second_order = 4.0 / 3;  // half steps show three quarters of the error
-    n.str_of_step += second_order * transposed_product(r.sensitivity, finer[s].value - r.value);
-  }
-  n.blocks = blocks_of(blocks);
+  if (to_judge) n.blocks = blocks_of(sums.pieces());
   return n;
 }
 

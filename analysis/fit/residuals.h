@@ -75,17 +75,17 @@ double shortest_piece(const Records& records) {
 }
 
 /// Calls visit(piece, begin, rows) for each group of neighbouring readings that end in the same piece of their record.
-/// @param length [s] of a piece
+/// @param first of the `count` readings that are asked @param length [s] of a piece
 template <class Visit>
-void for_each_piece(const Record& record, const Residuals& r, double length, const Visit& visit) {
-  const Observation& o = *record.find(r.signal);
-  const std::vector<double>& t = record.excitation.t;
+void for_each_piece(const Record& record, const Observation& o, Eigen::Index first, Eigen::Index count, double length,
+                    const Visit& visit) {
+  const SharedColumn<double>& t = record.excitation.t;
   const auto piece_of = [&](Eigen::Index i) {
     return std::lround(std::floor((t[o.last[static_cast<std::size_t>(i)]] - t.front()) / length));
   };
-  for (Eigen::Index begin = 0, end = 0; begin < r.value.size(); begin = end) {
+  for (Eigen::Index begin = first, end = first; begin < first + count; begin = end) {
     const long piece = piece_of(begin);
-    for (end = begin + 1; end < r.value.size() && piece_of(end) == piece;) ++end;
+    for (end = begin + 1; end < first + count && piece_of(end) == piece;) ++end;
     visit(piece, begin, end - begin);
   }
 }

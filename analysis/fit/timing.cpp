@@ -82,6 +82,7 @@ class TimingSearch {
       r.sensitivity /= scale_.at(r.signal);
       sts_ += gram(r.sensitivity);
     }
+    for (Residuals& r : known_) r.value.resize(0);
   }
 
   double cost(const Timing& timing) {
@@ -245,7 +246,7 @@ class TimingSearch {
   const Model& model_;
   std::vector<double> values_;
   std::vector<Record> records_;
-  std::vector<Residuals> known_;  ///< as recorded, for its sensitivities
+  std::vector<Residuals> known_;  ///< as recorded: the sensitivities, without the values
   std::map<Signal, double> scale_, averaged_;
   Eigen::MatrixXd sts_;
 };

@@ -172,11 +172,12 @@ bool only_counts(std::span<const Series> speeds, double step, std::size_t length
 Series of_each_row(const Series& mean, const CountedSpeed& counted) {
   const double interval = mean_interval(mean.t), n = static_cast<double>(counted.rows);
   Series each = mean;
+  const std::span<double> value = each.value.edit();
   std::vector<double> sum(mean.value.size(), 0);  // of the counts, up to each row
   for (std::size_t k = 0; k < sum.size(); ++k) {
     const double since = std::round(n * mean.value[k] * interval / counted.step);
     sum[k] = (k < counted.rows ? 0 : sum[k - counted.rows]) + since;
-    each.value[k] = (sum[k] - (k > 0 ? sum[k - 1] : 0)) * counted.step / interval;
+    value[k] = (sum[k] - (k > 0 ? sum[k - 1] : 0)) * counted.step / interval;
   }
   return each;
 }
@@ -239,7 +240,7 @@ std::optional<CountedSpeed> counts_before_smoothing(std::span<const Series> spee
   std::vector<Series> raw;
   for (const Series& speed : speeds) {
     raw.push_back(before_smoothing(speed, smoothing->kept));
-    for (double& y : raw.back().value) y = std::abs(y) > nothing * smoothing->rounding ? y : 0;
+    for (double& y : raw.back().value.edit()) y = std::abs(y) > nothing * smoothing->rounding ? y : 0;
   }
   std::optional<CountedSpeed> counted = counts_of(raw);
   if (!counted) return std::nullopt;

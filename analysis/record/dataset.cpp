@@ -30,9 +30,10 @@ std::vector<Run> with_voltage_earlier(std::span<const Run> runs, int rows, const
     if (!run.has(Signal::e_a) || !run.has(model.input)) continue;
     Series& e_a = run.signals[Signal::e_a];
     const double by = rows * mean_interval(e_a.t);
+    const std::span<double> value = e_a.value.edit();
     for (std::size_t k = 0; k < e_a.t.size(); ++k) {
       const std::size_t from = std::min(k + static_cast<std::size_t>(rows), e_a.t.size() - 1);
-      if (std::abs(e_a.t[from] - e_a.t[k] - by) < 0.5 * by) e_a.value[k] = e_a.value[from];
+      if (std::abs(e_a.t[from] - e_a.t[k] - by) < 0.5 * by) value[k] = value[from];
     }
   }
   return earlier;

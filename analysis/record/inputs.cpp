@@ -105,15 +105,16 @@ double change_of_means(const ColouredNoise& noise, std::size_t before, std::size
 /// What is left of the noise in moving means. They take none of its slow part away, the product of variance and
 /// correlation time: what they leave is smaller and lasts longer.
 InputNoise noise_of_means(const ColouredNoise& noise, std::span<const std::size_t> half, double interval) {
-  InputNoise left;
+  std::vector<double> sigmas, lasting, change;
+  for (std::vector<double>* of : {&sigmas, &lasting, &change}) of->reserve(half.size());
   const double own = 0.5 * interval * (1 + noise.autocorrelation) / (1 - noise.autocorrelation);  // [s]
   for (std::size_t k = 0; k < half.size(); ++k) {
     const double sigma = noise.of_mean(2.0 * static_cast<double>(half[k]) + 1);
-    left.sigma.push_back(sigma);
-    left.correlated.push_back(sigma > 0 ? own * noise.sigma * noise.sigma / (sigma * sigma) : own);
-    left.change.push_back(k > 0 ? change_of_means(noise, half[k - 1], half[k]) : 0);
+    sigmas.push_back(sigma);
+    lasting.push_back(sigma > 0 ? own * noise.sigma * noise.sigma / (sigma * sigma) : own);
+    change.push_back(k > 0 ? change_of_means(noise, half[k - 1], half[k]) : 0);
   }
-  return left;
+  return {std::move(sigmas), std::move(lasting), std::move(change)};
 }
 
 /// What repeats with the angle of the shaft in a reading, by pieces of two seconds: a mean over a turn would take it
@@ -200,7 +201,7 @@ std::vector<double> bulge_of(const Model& model, std::span<const double> values,
 
 /// The series on the grid: the reading nearest to each grid point, at most half an interval away.
 /// @throws ModelError where there are holes: what drives a simulation must be known throughout.
-std::vector<double> on_grid(const Series& series, std::span<const double> grid, const std::string& what) {
+SharedColumn<double> on_grid(const Series& series, std::span<const double> grid, const std::string& what) {
   if (std::ranges::equal(series.t, grid)) return series.value;
   std::vector<double> values(grid.size());
   std::size_t j = 0;

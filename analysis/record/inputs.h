@@ -13,15 +13,15 @@ namespace emtb {
 
 /// What the noise of a measured input leaves in it at each grid point, after smoothing.
 struct InputNoise {
-  std::vector<double> sigma;       ///< in the unit of the input; empty: none
-  std::vector<double> correlated;  ///< [s] over which it stays about the same: the integral of its autocorrelation
-  std::vector<double> change;      ///< from the grid point before, as sigma
+  SharedColumn<double> sigma;       ///< in the unit of the input; empty: none
+  SharedColumn<double> correlated;  ///< [s] over which it stays about the same: the integral of its autocorrelation
+  SharedColumn<double> change;      ///< from the grid point before, as sigma
 };
 
 /// The series on the grid: the reading nearest to each grid point, at most half an interval away.
 /// @param what it is, for people @throws ModelError where there are holes: what drives a simulation must be known
 /// throughout.
-std::vector<double> on_grid(const Series& series, std::span<const double> grid, const std::string& what);
+SharedColumn<double> on_grid(const Series& series, std::span<const double> grid, const std::string& what);
 
 /// What is measured of a stage and drives the next, its noise averaged away as far as nothing changes.
 struct MeasuredInput {

@@ -60,7 +60,8 @@ class Integral {
     const auto i = static_cast<std::size_t>(k);
     return sum_[i - 1] + (sum_[i] - sum_[i - 1]) * (t - t_[i - 1]) / (t_[i] - t_[i - 1]);
   }
-  std::vector<double> t_, sum_;
+  SharedColumn<double> t_;
+  std::vector<double> sum_;
 };
 
 /// What of the log the run leaves unexplained at some place.

@@ -68,6 +68,8 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
   o.window = series.window;
   o.slow = slow;
   const double interval = mean_interval(grid);
+  std::vector<double> begin, end, value;
+  std::vector<std::uint32_t> firsts, lasts;
   for (std::size_t i = 0; i < series.t.size(); ++i) {
     const std::uint32_t last = nearest(grid, series.t[i]);
     if (std::abs(grid[last] - series.t[i]) > 0.75 * interval) continue;  // beyond what drives the model
@@ -79,12 +81,21 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
       if (start < grid.front() - 0.75 * interval) continue;
       first = nearest(grid, start);
     }
-    o.begin.push_back(start);
-    o.end.push_back(series.t[i]);
-    o.first.push_back(first);
-    o.last.push_back(last);
-    o.value.push_back(series.value[i]);
+    if (slow) {  // else a reading is an instant
+      begin.push_back(start);
+      firsts.push_back(first);
+    }
+    end.push_back(series.t[i]);
+    lasts.push_back(last);
+    value.push_back(series.value[i]);
   }
+  o.end = std::move(end);
+  o.last = std::move(lasts);
+  o.value = std::move(value);
+  o.begin = slow ? SharedColumn<double>(std::move(begin)) : o.end;
+  o.first = slow ? SharedColumn<std::uint32_t>(std::move(firsts)) : o.last;
+  o.end.share(series.t);
+  o.value.share(series.value);
   return o;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/numerics/equal_readings.h"
+#include "hal/shared_column.h"
 #include "hal/signal.h"
 #include "session/session.h"
 
@@ -34,10 +35,10 @@ struct Observation {
   Signal signal{};
   Functional functional = Functional::instant;
   Origin origin = Origin::instrument;
-  std::vector<double> begin, end;          ///< [s] of each reading, as recorded; the same for an instant
-  std::vector<std::uint32_t> first, last;  ///< the grid points that stand for them
-  std::vector<double> value;               ///< SI
-  std::vector<double> sigma;   ///< what the reading may differ from a perfect model: noise, timing, noise of the input;
+  SharedColumn<double> begin, end;          ///< [s] of each reading, as recorded; the same for an instant
+  SharedColumn<std::uint32_t> first, last;  ///< the grid points that stand for them
+  SharedColumn<double> value;               ///< SI
+  SharedColumn<double> sigma;  ///< what the reading may differ from a perfect model: noise, timing, noise of the input;
                                ///< the same for all models that are compared; empty until the run is weighed
   double autocorrelation = 0;  ///< of the errors, from one reading to the next
   double lsb = 0;              ///< SI, the instrument's step; 0: not known

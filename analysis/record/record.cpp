@@ -33,7 +33,13 @@ void set_inputs(ObservedRun& record, const Run& run, const Model& model) {
 }
 
 void add(ObservedRun& record, Observation o) {
-  if (o.size() > 0) record.observations.push_back(std::move(o));
+  if (o.size() == 0) return;
+  for (const Observation& before : record.observations) {  // most are read at the same times
+    if (o.last.share(before.last)) break;
+  }
+  o.first.share(o.last);
+  o.begin.share(o.end);
+  record.observations.push_back(std::move(o));
 }
 
 /// A signal as its instrument read it: an instant, or where readings are few, means. What a logger repeats from row to
@@ -55,6 +61,7 @@ void observe_motion(ObservedRun& record, const Run& run, const Logging& logging)
   }
   MeasuredAngle measured = measured_angle(run, x.t, logging.order);
   x.angle = std::move(measured.angle);
+  if (run.has(Signal::theta)) x.angle.share(run.at(Signal::theta).value);
   x.angle_integrated = measured.wanders;
 }
 

@@ -46,10 +46,11 @@ Series straight_between_updates(const Series& series) {
   const std::size_t rows = rows_an_update(series.value, &first);
   if (rows == 1) return series;
   Series straight = series;
+  const std::span<double> value = straight.value.edit();
   for (std::size_t k = first; k + rows < series.t.size(); k += rows) {
     const double from = series.value[k], to = series.value[k + rows], interval = series.t[k + rows] - series.t[k];
     for (std::size_t i = k + 1; i < k + rows; ++i)
-      straight.value[i] = std::lerp(from, to, (series.t[i] - series.t[k]) / interval);
+      value[i] = std::lerp(from, to, (series.t[i] - series.t[k]) / interval);
   }
   return straight;
 }

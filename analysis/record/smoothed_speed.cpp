@@ -76,9 +76,10 @@ std::optional<Smoothing> smoothing_of(std::span<const Series> speeds) {
 
 Series before_smoothing(const Series& smoothed, double kept) {
   Series raw = smoothed;
+  const std::span<double> value = raw.value.edit();
   double last = 0;
-  for (std::size_t k = 0; k < raw.value.size(); ++k) {
-    raw.value[k] = (smoothed.value[k] - kept * last) / (1 - kept);
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    value[k] = (smoothed.value[k] - kept * last) / (1 - kept);
     last = smoothed.value[k];
   }
   return raw;

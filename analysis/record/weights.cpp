@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "analysis/numerics/equal_readings.h"
 #include "analysis/record/driver_voltage.h"
@@ -67,12 +68,14 @@ std::vector<EqualReadings> rounded(const Observation& o, const NoiseFloor& floor
 void widen_by_rounding(InputNoise& left, const Record& record, Signal signal) {
   const Observation* o = record.find(signal);
   if (o == nullptr || left.sigma.empty()) return;
-  const std::vector<double>& t = record.excitation.t;
+  if (o->rounded.empty()) return;
+  const SharedColumn<double>& t = record.excitation.t;
+  const std::span<double> sigma = left.sigma.edit(), correlated = left.correlated.edit();
   for (const EqualReadings& same : o->rounded) {
     const std::size_t first = o->first[same.begin], last = same.end < o->size() ? o->first[same.end] : t.size() - 1;
     for (std::size_t k = first; k <= last; ++k) {
-      left.sigma[k] = std::max(left.sigma[k], o->sigma[same.begin]);
-      left.correlated[k] = std::max(left.correlated[k], t[last] - t[first]);
+      sigma[k] = std::max(sigma[k], o->sigma[same.begin]);
+      correlated[k] = std::max(correlated[k], t[last] - t[first]);
     }
   }
 }
@@ -95,14 +98,15 @@ void trust_the_angle(Record& record, const Noise& noise) {
   const std::size_t n = x.t.size();
   const auto half =
       static_cast<std::size_t>(std::lround(0.5 * window * static_cast<double>(n - 1) / (x.t.back() - x.t.front())));
-  x.angle_pull.assign(n, 0);
+  std::vector<double> pull(n, 0.0);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t from = k - std::min(k, half), to = std::min(k + half, n - 1);
     const double seconds = x.t[to] - x.t[from];
     if (seconds <= 0) continue;
     const double turning = std::abs(x.angle[to] - x.angle[from]) / seconds;
-    x.angle_pull[k] = back * std::max(0.0, turning - clear * std::sqrt(by_noise / seconds));
+    pull[k] = back * std::max(0.0, turning - clear * std::sqrt(by_noise / seconds));
   }
+  x.angle_pull = std::move(pull);
 }
 
 /// Of the change from row to row: when within its row a voltage is read is not known, with an even chance.
@@ -139,6 +143,7 @@ Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
   for (Observation& o : record.observations) {
     const NoiseFloor& floor = noise.at(o.signal);
     o.autocorrelation = floor.autocorrelation;
+    std::vector<double> sigma(o.size());
     for (std::size_t i = 0; i < o.size(); ++i) {
       double widened =
           floor.from == FloorSource::counts && !o.counted.empty() ? o.counted[i] : floor.sigma * floor.sigma;
@@ -155,8 +160,9 @@ Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
       if (o.functional != Functional::increment) {
         widened += carried.variance(o.signal, middle, t[k] - t[o.first[i]]);
       }
-      o.sigma[i] = std::sqrt(widened);
+      sigma[i] = std::sqrt(widened);
     }
+    o.sigma = std::move(sigma);
   }
   return record;
 }

@@ -60,7 +60,7 @@ class OwnRecord {
       const std::vector<double> slow = coloured(o.size(), colour.rho, own), white = coloured(o.size(), 0, own + 1);
       for (std::size_t k = 0; k < o.size(); ++k) {
         const double noise = std::sqrt(1 - colour.white_share) * slow[k] + std::sqrt(colour.white_share) * white[k];
-        o.value[k] = reading_of(o.signal, exact_)[o.last[k]] + o.sigma[k] * noise;
+        o.value.edit()[k] = reading_of(o.signal, exact_)[o.last[k]] + o.sigma[k] * noise;
       }
     }
     return records_;
@@ -72,8 +72,8 @@ class OwnRecord {
     for (Observation& o : records_[0].observations) {
       for (std::size_t k = 0; k < o.size(); ++k) {
         const std::size_t at = o.last[k];
-        o.value[k] = reading_of(o.signal, exact_)[at];
-        if (o.signal == signal) o.value[k] += error(records_[0].excitation.t[at], exact_.omega[at]);
+        o.value.edit()[k] = reading_of(o.signal, exact_)[at];
+        if (o.signal == signal) o.value.edit()[k] += error(records_[0].excitation.t[at], exact_.omega[at]);
       }
     }
     return records_;

@@ -48,7 +48,7 @@ void hide(const std::string& what, simulated::PlantParameters& plant) {
 /// A row for each tick: the card reads some picoseconds before the loop writes down what it set.
 void save(const std::filesystem::path& path, Run run) {
   for (auto& [signal, series] : run.signals) {
-    for (double& t : series.t) t = std::round(t * 1e6) / 1e6;
+    for (double& t : series.t.edit()) t = std::round(t * 1e6) / 1e6;
   }
   Session session;
   session.runs.push_back(std::move(run));
@@ -67,8 +67,8 @@ int run(const std::vector<std::string>& words, std::map<std::string, std::string
     // What the plant does not have: a field that stands, a winding that warms.
     Series field = hour.at(Signal::omega), warm = field;
     for (std::size_t k = 0; k < warm.t.size(); ++k) {
-      field.value[k] = 0.5;
-      warm.value[k] = 25 + 20 * (1 - std::exp(-warm.t[k] / 900));
+      field.value.edit()[k] = 0.5;
+      warm.value.edit()[k] = 25 + 20 * (1 - std::exp(-warm.t[k] / 900));
     }
     field.lsb = warm.lsb = 0;
     hour.signals[Signal::i_f] = std::move(field);

@@ -184,7 +184,7 @@ TEST_F(ProcessTest, SigtermInMidRunMakesSafeAndCompletesTheSession) {
     EXPECT_TRUE(session.complete);
     EXPECT_TRUE(std::ranges::any_of(session.events, [](const Event& e) { return e.code == 701; }));
     const Series& u = session.runs.at(0).at(Signal::u_ref);
-    EXPECT_NEAR(u.value.at(u.value.size() / 2), 3, 0.01) << "it did run";
+    EXPECT_NEAR(u.value[u.value.size() / 2], 3, 0.01) << "it did run";
   }
 }
 

@@ -106,7 +106,7 @@ TEST_F(Replaying, ARunInRealTimeIsTheSameAgainWithItsLateTicksAndGaps) {
 TEST_F(Replaying, ALateTickIsNoSilentDevice) {
   Session stalled = read_session(record(short_step, "max"));
   for (auto& [signal, series] : stalled.runs.at(0).signals) {
-    for (double& t : series.t) {
+    for (double& t : series.t.edit()) {
       if (t > 0.5) t += 0.4;                    // the loop was away for so long
       if (signal != Signal::u_ref) t += 16e-6;  // and a card reads after the tick
     }
@@ -156,8 +156,8 @@ TEST_F(Replaying, ASessionThatShowsAFaultRaisesItAtThatTime) {
     double earliest, latest;  // [s]
   };
   const std::vector<Case> cases{
-      {Fault::over_speed, Signal::omega, [&](Series& s) { s.value[rows_after(s, 1.7)] = 999; }, 1.699, 1.702},
-      {Fault::over_current, Signal::i_a, [&](Series& s) { s.value[rows_after(s, 2)] = 99; }, 2.0, 2.6},
+      {Fault::over_speed, Signal::omega, [&](Series& s) { s.value.edit()[rows_after(s, 1.7)] = 999; }, 1.699, 1.702},
+      {Fault::over_current, Signal::i_a, [&](Series& s) { s.value.edit()[rows_after(s, 2)] = 99; }, 2.0, 2.6},
       {Fault::stale_signal, Signal::omega,
        [&](Series& s) {
          const auto from = static_cast<std::ptrdiff_t>(rows_after(s, 2)),
@@ -167,12 +167,12 @@ TEST_F(Replaying, ASessionThatShowsAFaultRaisesItAtThatTime) {
        },
        2.24, 2.27},
       {Fault::dead_tacho, Signal::omega,
-       [&](Series& s) {
-         std::fill(s.value.begin() + static_cast<std::ptrdiff_t>(rows_after(s, 1.5)), s.value.end(), 0.0);
-       },
-       2.5, 3.8},
+       [&](Series& s) { std::ranges::fill(s.value.edit().subspan(rows_after(s, 1.5)), 0.0); }, 2.5, 3.8},
       {Fault::reversed_tacho, Signal::omega,
-       [&](Series& s) { std::ranges::transform(s.value, s.value.begin(), std::negate<>()); }, 1.5, 3.8},
+       [&](Series& s) {
+         for (double& v : s.value.edit()) v = -v;
+       },
+       1.5, 3.8},
   };
   for (const Case& one : cases) {
     const json end =

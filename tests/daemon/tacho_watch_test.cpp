@@ -47,7 +47,7 @@ struct WatchedBench {
 };
 
 void change(Run& run, const std::function<double(double)>& tacho) {
-  for (double& value : run.signals.at(Signal::omega).value) value = tacho(value);
+  for (double& value : run.signals.at(Signal::omega).value.edit()) value = tacho(value);
 }
 
 TEST(TachoWatch, AHealthyBenchNeverTripsIt) {

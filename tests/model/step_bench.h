@@ -39,7 +39,7 @@ inline Trajectory<double> run(const ModelStructure& s, const std::vector<double>
 }
 
 /// A constant value of one input over a time.
-inline Excitation constant(double seconds, double interval, double value, std::vector<double> Excitation::*input) {
+inline Excitation constant(double seconds, double interval, double value, SharedColumn<double> Excitation::*input) {
   Excitation x = holds(interval, {{seconds, value}});
   x.longest_step = 1;
   std::vector<double> values = std::move(x.u_ref);

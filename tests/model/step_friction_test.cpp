@@ -104,7 +104,7 @@ TEST(Step, DryFrictionThatGivesSpringsBackAndSlipsAtItsTorque) {
   EXPECT_NEAR(angle(-0.002), -0.002 / sigma_0, 1e-6);
   EXPECT_GT(angle(0.0031), 0.5) << "it slips";
   Excitation x = constant(1, 1e-3, 0.002 / K, &Excitation::i_a);
-  for (std::size_t k = 500; k < x.t.size(); ++k) x.i_a[k] = 0;
+  for (std::size_t k = 500; k < x.t.size(); ++k) x.i_a.edit()[k] = 0;
   EXPECT_NEAR(run(s, and_({R, K, K, 0, J}, {T_c, sigma_0}), x).theta.back(), 0, 1e-6) << "and springs back";
 }
 

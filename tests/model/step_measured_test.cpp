@@ -79,7 +79,7 @@ TEST(Step, AMeasuredVoltageGoesOnAsTheDriverDoesWhereAnEffectShapesItsEdges) {
       offset.e_a.clear();
       ModelStructure exact = s;
       exact.measured_voltage = false;
-      for (double& u : offset.u_ref) u += 0.25;
+      for (double& u : offset.u_ref.edit()) u += 0.25;
       const Trajectory<double> truth = run(exact, and_(servo, effect), offset);
       EXPECT_LT(largest_error(measured.omega, truth.omega), 0.01 * 24) << acts_after << " s, " << effect.front();
     }
@@ -111,7 +111,7 @@ TEST(Step, AMeasuredLoadBrakesHoldsAndNeverReversesTheShaft) {
   EXPECT_NEAR(y.omega[200], 20 - 0.003 / J * 0.2, 1e-9);
   for (std::size_t k = 402; k < y.omega.size(); ++k) ASSERT_EQ(y.omega[k], 0) << "a brake does not push";
   x.initial.omega = -20;
-  for (double& load : x.load) load = -0.003;
+  for (double& load : x.load.edit()) load = -0.003;
   EXPECT_EQ(run(s, {R, K, K, 0, J}, x).omega.back(), 0);
 }
 

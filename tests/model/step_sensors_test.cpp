@@ -81,7 +81,7 @@ TEST(Step, TeethThatPassWithinAStepPullByTheirMean) {
 
 TEST(Step, WhatALagAndAnOffsetDoToAnAngleThatIsIntegratedFromTheirReadingIsTakenOut) {
   Excitation x = constant(1, 1e-3, 2, &Excitation::u_ref);
-  for (std::size_t k = 500; k < x.t.size(); ++k) x.u_ref[k] = -1;
+  for (std::size_t k = 500; k < x.t.size(); ++k) x.u_ref.edit()[k] = -1;
   const auto run_with = [&](const Excitation& e) {
     return run(with({"cogging", "tacho_ripple", "tacho_lag", "tacho_offset"}),
                and_(servo, {0.004, 6, 0.3, 0.002, 2, 0.1, 0.02, 1.5}), e);
@@ -101,7 +101,7 @@ TEST(Step, NoiseOfAMeasuredAngleDoesNotTurnARotorThatStandsAndMovesOneThatTurns)
   const std::vector<double> cogging{0.01, 6, 0};  // [N m], [1/turn], [rad]: a well at 0
   Excitation x = constant(2, 1e-3, 0, &Excitation::u_ref);
   for (std::size_t k = 0; k < x.t.size(); ++k) {
-    if (k > 1000) x.u_ref[k] = 12;
+    if (k > 1000) x.u_ref.edit()[k] = 12;
   }
   const auto run_with = [&](const Excitation& e) { return run(with({"cogging"}), and_(servo, cogging), e); };
   const Trajectory<double> truth = run_with(x);
@@ -110,7 +110,7 @@ TEST(Step, NoiseOfAMeasuredAngleDoesNotTurnARotorThatStandsAndMovesOneThatTurns)
   x.angle_pull.assign(x.t.size(), 0);
   const Trajectory<double> free = run_with(x);
   for (std::size_t k = 0; k <= 1000; ++k) EXPECT_NEAR(free.omega[k], 0, 1e-12);
-  for (std::size_t k = 1000; k < x.t.size(); ++k) x.angle_pull[k] = 100;
+  for (std::size_t k = 1000; k < x.t.size(); ++k) x.angle_pull.edit()[k] = 100;
   const Trajectory<double> pulled = run_with(x);
   Excitation there = x;  // the rotor as far on as measured, from where it turns
   there.angle_pull.clear();

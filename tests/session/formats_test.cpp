@@ -36,6 +36,22 @@ TEST_F(Formats, SessionsOfEachVersionAreRead) {
   }
 }
 
+TEST_F(Formats, SignalsThatWereReadTogetherHoldTheirTimesOnce) {
+  Session made;
+  made.runs.resize(1);
+  made.runs[0].signals[Signal::u_ref] = series({0, 0.5, 1.5}, {1, 2, 3});
+  made.runs[0].signals[Signal::i_a] = series({0.5, 1.5}, {4, 5});
+  made.runs[0].signals[Signal::omega] = series({0, 0.5, 1.5}, {6, 7, 8});
+  for (const char* name : {"together.csv", "together.h5", "together.mat"}) {
+    write_session(path(name), made);
+    const Session read = read_session(path(name));
+    const auto times = [&](Signal signal) { return read.runs.at(0).at(signal).t; };
+    EXPECT_EQ(times(Signal::omega), (std::vector<double>{0, 0.5, 1.5})) << name;
+    EXPECT_EQ(times(Signal::omega).data(), times(Signal::u_ref).data()) << name;
+    EXPECT_EQ(times(Signal::i_a), (std::vector<double>{0.5, 1.5})) << name;
+  }
+}
+
 TEST_F(Formats, ANewerSessionIsRefusedInOneLineWhateverItHolds) {
   const std::string made = path("new.h5").string();
   python("import h5py\nf = h5py.File('" + made + "', 'w')\nf.attrs['format'] = 'emtb session 2'\nf.create_group('x')");

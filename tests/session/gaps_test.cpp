@@ -67,7 +67,7 @@ TEST_F(Gaps, OfSeveralTheLargestIsWhereItWas) {
 TEST_F(Gaps, BurstsWithAnHourBetweenThemAreRunsOfTheirOwn) {
   Run run = even_run(4, 0.02);
   for (auto& [signal, series] : run.signals) {
-    for (std::size_t k = 0; k < series.t.size(); ++k) series.t[k] += 3600.0 * static_cast<double>(k / 20);
+    for (std::size_t k = 0; k < series.t.size(); ++k) series.t.edit()[k] += 3600.0 * static_cast<double>(k / 20);
   }
   EXPECT_EQ(split_at_gaps(run, Signal::u_ref).size(), 10u);
 }

@@ -24,7 +24,7 @@ Run turning(double speed) {
 }
 
 Run within(Run run, double period) {
-  for (double& angle : run.signals.at(Signal::theta).value) angle -= period * std::floor(angle / period);
+  for (double& angle : run.signals.at(Signal::theta).value.edit()) angle -= period * std::floor(angle / period);
   return run;
 }
 
@@ -62,7 +62,7 @@ TEST(Unwind, GoesByTheSpeedBesideItWhereTheShaftTurnsUnevenly) {
   omega.value = {0};
   for (std::size_t k = 1; k < theta.t.size(); ++k) {
     omega.value.push_back(draw(random));
-    theta.value[k] = theta.value[k - 1] + 0.005 * (omega.value[k - 1] + omega.value[k]);
+    theta.value.edit()[k] = theta.value[k - 1] + 0.005 * (omega.value[k - 1] + omega.value[k]);
   }
   emtb::Run run = within(as_it_was, turn);
   unwind_angles(std::span(&run, 1));
@@ -81,7 +81,7 @@ TEST(Unwind, LeavesAnAngleWhoseCourseNothingTells) {
   emtb::Run run = turning(0);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> draw(0, turn);
-  for (double& angle : run.signals.at(Signal::theta).value) angle = draw(random);
+  for (double& angle : run.signals.at(Signal::theta).value.edit()) angle = draw(random);
   const std::vector<double> as_read = run.at(Signal::theta).value;
   unwind_angles(std::span(&run, 1));
   EXPECT_EQ(run.at(Signal::theta).value, as_read);
@@ -89,7 +89,7 @@ TEST(Unwind, LeavesAnAngleWhoseCourseNothingTells) {
 
 TEST(Unwind, LeavesASpike) {
   emtb::Run run = turning(30);
-  run.signals.at(Signal::theta).value[300] += 100;
+  run.signals.at(Signal::theta).value.edit()[300] += 100;
   const std::vector<double> as_read = run.at(Signal::theta).value;
   unwind_angles(std::span(&run, 1));
   EXPECT_EQ(run.at(Signal::theta).value, as_read);

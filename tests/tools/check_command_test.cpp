@@ -73,7 +73,7 @@ TEST_F(CheckCommand, ARunThatJudgesMustNotBeFitted) {
 
 TEST_F(CheckCommand, NothingIsFittedToRecordingsThatContradictThemselves) {
   emtb::Run run = good();
-  for (auto& v : run.signals.at(Signal::omega).value) v *= -1;
+  for (auto& v : run.signals.at(Signal::omega).value.edit()) v *= -1;
   const std::string file = write_run("turned.csv", run);
   for (const std::string command : {"diagnose", "calibrate", "report"}) {
     EXPECT_EQ(call({command, model(), file, "--out", path("out")}), 1) << command;

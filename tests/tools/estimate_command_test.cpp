@@ -75,7 +75,7 @@ TEST_F(EstimateCommand, ThePaperCommandWritesAPageItsPicturesAndItsSessions) {
 
 TEST_F(EstimateCommand, AResistanceThatIsNegativeIsDoubted) {
   Run run = paper::raise_voltage(bench);
-  for (double& i : run.signals.at(Signal::i_a).value) i = -i;
+  for (double& i : run.signals.at(Signal::i_a).value.edit()) i = -i;
   ASSERT_EQ(call({"estimate", session(run), "--what", "resistance"}), 0) << last->err();
   EXPECT_THAT(last->out(), AllOf(HasSubstr("R_a is negative"), HasSubstr("wrong sign"), HasSubstr("scale: -1")));
 }

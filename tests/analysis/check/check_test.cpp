@@ -82,7 +82,7 @@ TEST_F(Check, AnAngleBesideTheSpeedFixesItsScaleAndSign) {
 TEST_F(Check, AnAngleThatIsAnotherMotionIsNoScale) {
   auto runs = servo_runs();
   for (Run& run : runs) planted::add_angle(run, 2000);
-  for (double& angle : runs[0].signals.at(Signal::theta).value) angle = std::fmod(angle, 6.283185307179586);
+  for (double& angle : runs[0].signals.at(Signal::theta).value.edit()) angle = std::fmod(angle, 6.283185307179586);
   EXPECT_THAT(check(runs, {}, &servo), names(Flaw::angle_speed, Signal::theta)) << "the angle wraps";
 }
 
@@ -158,7 +158,7 @@ TEST_F(Check, ASensorThatFreezesIsHeldAndACoarseOneIsNot) {
   for (Run& run : coarse) {
     Series& omega = run.signals.at(Signal::omega);
     omega.lsb = 5;
-    for (double& v : omega.value) v = 5 * std::round(v / 5);
+    for (double& v : omega.value.edit()) v = 5 * std::round(v / 5);
   }
   EXPECT_THAT(check(coarse, {}, &servo), IsEmpty());
 }
@@ -198,7 +198,7 @@ TEST_F(Check, ABrakesTorqueThatLetsGoForOneReadingIsNoSpikeWhereTheAngleStands) 
 TEST_F(Check, ASignalThatRepeatsItselfIsARemark) {
   auto runs = servo_runs();
   for (Run& run : runs) {
-    auto& x = run.signals.at(Signal::i_a).value;
+    const std::span<double> x = run.signals.at(Signal::i_a).value.edit();
     for (std::size_t k = 0; k < x.size(); ++k) x[k] = x[k - k % 10];
   }
   const DataFindings found = check(runs, {}, &servo);
@@ -238,7 +238,7 @@ TEST_F(Check, AVoltageStaysWhereItsReferenceStays) {
   emtb::Run run = in_closed_loop();
   EXPECT_THAT(check(std::vector{run}), Not(Contains(Field("signal", &DataFinding::signal, Signal::e_a))));
   Series& e_a = run.signals.at(Signal::e_a);
-  for (std::size_t k = 300; k < 400; ++k) e_a.value[k] = e_a.value[300];
+  for (std::size_t k = 300; k < 400; ++k) e_a.value.edit()[k] = e_a.value[300];
   EXPECT_THAT(check(std::vector{run}), names(Flaw::held, Signal::e_a)) << "the reference goes on";
 }
 
@@ -258,7 +258,7 @@ Run stepped(std::initializer_list<double> first) {
   const auto at = [&](double t) { return t < 2 ? 0 : 11 * (1 - std::exp(-(t - 2) / 0.1)); };
   run.signals[Signal::u_ref] = synthetic::series(row, 6, [](double t) { return t < 2 ? 0.0 : 9.0; });
   run.signals[Signal::omega] = synthetic::series(row, 6, [&](double t) { return count * std::round(at(t) / count); });
-  std::ranges::copy(first, run.signals[Signal::omega].value.begin() + 101);
+  std::ranges::copy(first, run.signals[Signal::omega].value.edit().begin() + 101);
   return run;
 }
 
@@ -278,7 +278,7 @@ TEST_F(Check, ACountOfAShaftThatHardlyTurnsIsNoSpike) {
   u_ref.t = omega.t;
   run.signals = {{Signal::omega, omega}, {Signal::u_ref, u_ref}};
   EXPECT_THAT(check(std::vector{run}), Not(names(Flaw::spikes, Signal::omega)));
-  run.signals.at(Signal::omega).value[2200] = 2;
+  run.signals.at(Signal::omega).value.edit()[2200] = 2;
   EXPECT_THAT(check(std::vector{run}), names(Flaw::spikes, Signal::omega));
 }
 
@@ -369,21 +369,21 @@ TEST_F(Check, ASpeedThatAControllerSwingsHalfASwingLaterTurnsNoSign) {
   }
   EXPECT_THAT(check(std::vector{run}), Not(Contains(is_a(Flaw::sign))));
   run.signals.at(Signal::omega).value = run.signals.at(Signal::u_ref).value;  // a motor without inertia, turned
-  for (double& omega : run.signals.at(Signal::omega).value) omega *= -2;
+  for (double& omega : run.signals.at(Signal::omega).value.edit()) omega *= -2;
   EXPECT_THAT(check(std::vector{run}), names(Flaw::sign, Signal::omega));
 }
 
 TEST_F(Check, AMotorThatNeverTurnsOrADeadChannelStops) {
   auto runs = servo_runs();
   for (Run& run : runs) {
-    for (double& v : run.signals.at(Signal::omega).value) v *= 1e-6;
+    for (double& v : run.signals.at(Signal::omega).value.edit()) v *= 1e-6;
   }
   EXPECT_THAT(check(runs, {}, &servo), names(Flaw::rest, Signal::omega));
   auto dead = servo_runs();
-  for (Run& run : dead) std::ranges::fill(run.signals.at(Signal::i_a).value, 0.0);
+  for (Run& run : dead) std::ranges::fill(run.signals.at(Signal::i_a).value.edit(), 0.0);
   EXPECT_THAT(check(dead, {}, &servo), names(Flaw::rest, Signal::i_a));
   auto unwired = slow_runs();
-  for (Run& run : unwired) std::ranges::fill(run.signals.at(Signal::u_ref).value, 0.0);
+  for (Run& run : unwired) std::ranges::fill(run.signals.at(Signal::u_ref).value.edit(), 0.0);
   EXPECT_THAT(check(unwired, {}, &slow), names(Flaw::rest, Signal::u_ref));
 }
 
@@ -485,7 +485,7 @@ TEST_F(Check, AVoltageThatFollowsANoisyReferenceHasNoNoiseOfItsOwn) {
 TEST_F(Check, AnInstrumentOfFewStepsIsARemark) {
   auto runs = slow_runs();
   for (Run& run : runs) {
-    for (double& v : run.signals.at(Signal::omega).value) v = 50 * std::round(v / 50);
+    for (double& v : run.signals.at(Signal::omega).value.edit()) v = 50 * std::round(v / 50);
     run.signals.at(Signal::omega).lsb = 50;
   }
   const DataFindings found = check(runs, {}, &slow);

@@ -80,7 +80,7 @@ TEST(DeadReference, IsRightWhereNothingDrivesTheMotor) {
       << "and it feeds a lamp";
   emtb::Run open = run_of({{Signal::e_a, e_a}, {Signal::omega, omega}});
   open.signals[Signal::armature_open] = open.at(Signal::u_ref);
-  for (double& v : open.signals[Signal::armature_open].value) v = 1;
+  for (double& v : open.signals[Signal::armature_open].value.edit()) v = 1;
   EXPECT_THAT(look_at_reference(open), IsEmpty());
   EXPECT_THAT(look_at_reference(run_of({{Signal::e_a, nothing}, {Signal::i_a, nothing}, {Signal::omega, nothing}})),
               IsEmpty());
@@ -90,7 +90,7 @@ TEST(DeadReference, OneOfSeveralRunsThatKnowsTheReferenceIsEnough) {
   const emtb::Run dead = run_of({{Signal::e_a, e_a}, {Signal::i_a, i_a}, {Signal::omega, omega}});
   emtb::Run live = dead;
   for (std::size_t k = 0; k < live.at(Signal::u_ref).t.size(); ++k) {
-    live.signals[Signal::u_ref].value[k] = step(live.at(Signal::u_ref).t[k]);
+    live.signals[Signal::u_ref].value.edit()[k] = step(live.at(Signal::u_ref).t[k]);
   }
   EXPECT_THAT(look_at_reference(live), IsEmpty());
   EXPECT_THAT(dead_reference(std::vector{dead, live}), IsEmpty());

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <random>
+#include <span>
 
 #include "session/session.h"
 
@@ -12,7 +13,7 @@
 namespace emtb::planted {
 
 inline void scale(Run& run, Signal signal, double factor) {
-  for (double& v : run.signals.at(signal).value) v *= factor;
+  for (double& v : run.signals.at(signal).value.edit()) v *= factor;
   run.signals.at(signal).lsb *= std::abs(factor);
 }
 
@@ -25,7 +26,7 @@ inline double top(const Run& run, Signal signal) {
 /// Cuts off what is beyond a share of the largest value.
 inline void clip(Run& run, Signal signal, double share) {
   const double most = share * top(run, signal);
-  for (double& v : run.signals.at(signal).value) v = std::clamp(v, -most, most);
+  for (double& v : run.signals.at(signal).value.edit()) v = std::clamp(v, -most, most);
 }
 
 /// A place at which a signal is well off zero and changes: there a hold contradicts something.
@@ -44,14 +45,14 @@ inline std::optional<std::size_t> lively_place(const Run& run, Signal signal, st
 inline bool hold(Run& run, Signal signal, std::size_t length) {
   const auto place = lively_place(run, signal, length);
   if (!place) return false;
-  auto& x = run.signals.at(signal).value;
+  const std::span<double> x = run.signals.at(signal).value.edit();
   std::fill_n(x.begin() + static_cast<std::ptrdiff_t>(*place), length, x[*place]);
   return true;
 }
 
 inline void spike(Run& run, Signal signal, int count, unsigned seed) {
   std::mt19937 random(seed);
-  auto& x = run.signals.at(signal).value;
+  const std::span<double> x = run.signals.at(signal).value.edit();
   const double most = top(run, signal);
   for (int i = 0; i < count; ++i) {
     const std::size_t k = 10 + random() % (x.size() - 20);
@@ -65,8 +66,8 @@ inline void hole(Run& run, double from, double to) {
     std::size_t kept = 0;
     for (std::size_t k = 0; k < s.t.size(); ++k) {
       if (s.t[k] > from && s.t[k] < to) continue;
-      s.t[kept] = s.t[k];
-      s.value[kept++] = s.value[k];
+      s.t.edit()[kept] = s.t[k];
+      s.value.edit()[kept++] = s.value[k];
     }
     s.t.resize(kept);
     s.value.resize(kept);
@@ -76,7 +77,7 @@ inline void hole(Run& run, double from, double to) {
 /// The clock jumps by `seconds` at `from`.
 inline void pause(Run& run, double from, double seconds) {
   for (auto& [signal, s] : run.signals) {
-    for (double& t : s.t) t += t > from ? seconds : 0;
+    for (double& t : s.t.edit()) t += t > from ? seconds : 0;
   }
 }
 
@@ -91,7 +92,7 @@ inline void jitter(Run& run, Signal rows, double share, unsigned seed) {
   std::ranges::sort(uneven);
   for (std::size_t k = 1; k < uneven.size(); ++k) uneven[k] = std::max(uneven[k], uneven[k - 1] + 1e-9);
   for (auto& [signal, s] : run.signals) {
-    for (double& t : s.t) {
+    for (double& t : s.t.edit()) {
       const auto row = static_cast<std::size_t>(std::ranges::lower_bound(even, t) - even.begin());
       if (row < even.size() && even[row] == t) t = uneven[row];
     }
@@ -100,7 +101,7 @@ inline void jitter(Run& run, Signal rows, double share, unsigned seed) {
 
 /// A signal that is read late by so many rows.
 inline void delay(Run& run, Signal signal, std::size_t rows) {
-  auto& x = run.signals.at(signal).value;
+  const std::span<double> x = run.signals.at(signal).value.edit();
   for (std::size_t k = x.size(); k-- > 0;) x[k] = x[k > rows ? k - rows : 0];
 }
 

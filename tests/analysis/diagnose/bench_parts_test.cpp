@@ -50,7 +50,7 @@ std::vector<Run> with_an_encoder(std::vector<Run> runs) {
     double angle = 0;
     for (std::size_t k = 1; k < theta.t.size(); ++k) {
       angle += run.at(Signal::omega).value[k] * (theta.t[k] - theta.t[k - 1]);
-      theta.value[k] = angle;
+      theta.value.edit()[k] = angle;
     }
     run.signals.erase(Signal::omega);
     run.signals[Signal::theta] = theta;

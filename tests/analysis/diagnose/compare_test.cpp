@@ -65,7 +65,7 @@ TEST(FitOf, SaysWhetherASignalMovesAtAll) {
   for (Observation& o : records[0].observations) {
     if (o.signal != Signal::omega) continue;
     o.value = synthetic::coloured(o.value.size(), 0, 4);
-    for (double& v : o.value) v *= OwnRecord::sigma_omega;  // a gauge that nothing loads
+    for (double& v : o.value.edit()) v *= OwnRecord::sigma_omega;  // a gauge that nothing loads
   }
   EXPECT_FALSE(fit_of(records, true_servo(), own_floors()).at(Signal::omega).moves);
 }
@@ -86,12 +86,13 @@ TEST(FitOf, WhatIsLeftOfTheSpeedIsLikeTheTorqueThatTheModelDoesNotKnow) {
   pushed.measured_load = true;
   const double interval = pushed.excitation.t[1] - pushed.excitation.t[0];
   pushed.excitation.load = synthetic::coloured(pushed.length(), std::exp(-interval / memory), 5);
-  for (double& load : pushed.excitation.load) load *= torque;
+  for (double& load : pushed.excitation.load.edit()) load *= torque;
   Trajectory<double> y;
   simulate<double>(pushed.structure(model), model.values(), pushed.excitation, y);
   synthetic::Noise noise(8);
   for (Observation& o : records[0].observations) {
-    for (std::size_t k = 0; k < o.size(); ++k) o.value[k] = reading_of(o.signal, y)[o.last[k]] + noise(o.sigma[k]);
+    for (std::size_t k = 0; k < o.size(); ++k)
+      o.value.edit()[k] = reading_of(o.signal, y)[o.last[k]] + noise(o.sigma[k]);
   }
   const Rest rest = fit_of(records, model, own_floors()).at(Signal::omega).rest;
   EXPECT_NEAR(rest.like, torque, 0.3 * torque);
@@ -106,7 +107,7 @@ Run whole_run() {
   Run run = synthetic::record({}, synthetic::steps, 1e-3, {.omega = 0.5, .i_a = 0.05, .e_a = 0.05});
   synthetic::Noise noise(7);
   Series torque = run.at(Signal::omega);
-  for (double& v : torque.value) v = noise(sigma_torque);
+  for (double& v : torque.value.edit()) v = noise(sigma_torque);
   run.signals[Signal::torque] = torque;
   return run;
 }

@@ -29,7 +29,7 @@ std::vector<emtb::Run> under_way(std::vector<emtb::Run> runs) {
       const auto first = std::ranges::lower_bound(s.t, 3.0) - s.t.begin();
       s.t.erase(s.t.begin(), s.t.begin() + first);
       s.value.erase(s.value.begin(), s.value.begin() + first);
-      for (double& t : s.t) t -= 3;
+      for (double& t : s.t.edit()) t -= 3;
     }
   }
   return runs;

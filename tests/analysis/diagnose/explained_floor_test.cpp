@@ -23,8 +23,8 @@ emtb::Run brief_run(double ripple, double bias, const std::vector<synthetic::Hol
   double angle = 0.3 * seed;
   for (std::size_t k = 0; k < omega.t.size(); ++k) {
     if (k > 0) angle += 2e-4 * omega.value[k];
-    omega.value[k] = omega.value[k] * (1 + ripple * std::sin(2 * angle)) + noise(0.5);
-    if (bias != 0) run.signals[Signal::i_a].value[k] += bias + noise(0.005);
+    omega.value.edit()[k] = omega.value[k] * (1 + ripple * std::sin(2 * angle)) + noise(0.5);
+    if (bias != 0) run.signals[Signal::i_a].value.edit()[k] += bias + noise(0.005);
   }
   return run;
 }

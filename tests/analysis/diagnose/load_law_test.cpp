@@ -25,7 +25,7 @@ emtb::Run read_by_encoder(emtb::Run run) {
   double angle = 0;
   for (std::size_t k = 0; k < omega.t.size(); ++k) {
     if (k > 0) angle += 0.5 * (omega.value[k] + omega.value[k - 1]) * (omega.t[k] - omega.t[k - 1]);
-    theta.value[k] = count * std::floor(angle / count);
+    theta.value.edit()[k] = count * std::floor(angle / count);
   }
   theta.lsb = count;
   run.signals.erase(Signal::omega);

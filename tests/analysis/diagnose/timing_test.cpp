@@ -21,7 +21,7 @@ using testing::IsEmpty;
 /// What a channel shows that is read behind the others by a part of a sample.
 Series behind(Series series, double share) {
   for (std::size_t k = series.value.size(); k-- > 1;) {
-    series.value[k] += share * (series.value[k - 1] - series.value[k]);
+    series.value.edit()[k] += share * (series.value[k - 1] - series.value[k]);
   }
   return series;
 }

@@ -21,7 +21,7 @@ emtb::Run creeping(double ripple, unsigned seed) {
   synthetic::Noise noise(seed);
   Series& omega = run.signals[Signal::omega];
   double angle = 0, before = 0;
-  for (double& value : omega.value) {
+  for (double& value : omega.value.edit()) {
     angle += 0.5 * row * (before + value);
     before = value;
     value = value * (1 + ripple * std::sin(6 * angle + phase)) + noise(0.002);

@@ -64,7 +64,7 @@ TEST(InverseDynamics, StatesErrorsThatCover) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     emtb::Run run = motion(Signal::omega);
     synthetic::Noise noise(seed);
-    for (double& i : run.signals[Signal::i_a].value) i += noise(0.05);
+    for (double& i : run.signals[Signal::i_a].value.edit()) i += noise(0.05);
     const InverseDynamics result = inverse_dynamics(std::span(&run, 1), K_m);
     const double expected[] = {J, B, T_c, T_L};
     for (std::size_t i = 0; i < 4; ++i, ++all) {
@@ -96,7 +96,7 @@ TEST(InverseDynamics, SaysWhatIsMissing) {
   }
   EXPECT_THAT(complaint(run), HasSubstr("too short"));
   run = motion(Signal::omega);
-  for (double& omega : run.signals[Signal::omega].value) omega = 0;
+  for (double& omega : run.signals[Signal::omega].value.edit()) omega = 0;
   EXPECT_THAT(complaint(run), HasSubstr("too few readings in motion"));
 }
 

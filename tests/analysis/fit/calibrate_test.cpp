@@ -217,7 +217,7 @@ TEST(Calibrate, NinetyFivePercentIntervalsHoldTheTruthThatOften) {
     synthetic::Noise noise(seed);
     for (Observation& o : run.observations) {
       const std::vector<double>& signal = o.signal == Signal::omega ? y.omega : y.i_a;
-      for (std::size_t k = 0; k < o.size(); ++k) o.value[k] = signal[o.last[k]] + noise(o.sigma[k]);
+      for (std::size_t k = 0; k < o.size(); ++k) o.value.edit()[k] = signal[o.last[k]] + noise(o.sigma[k]);
     }
     const Calibration c = calibrate(records, truth, one_start);
     for (const std::size_t place : {0U, 1U, 3U, 4U}) {
@@ -246,7 +246,7 @@ TEST(Calibrate, ErrorsHoldWhatTheLengthOfTheStepsDoes) {
   simulate<double>(run.structure(truth), truth.values(), run.excitation, y);
   for (Observation& o : run.observations) {
     o.sigma.assign(o.size(), 0.01);
-    for (std::size_t k = 0; k < o.size(); ++k) o.value[k] = y.omega[o.last[k]];
+    for (std::size_t k = 0; k < o.size(); ++k) o.value.edit()[k] = y.omega[o.last[k]];
   }
   truth.at(0).fixed = true;  // the speed alone does not tell it
   run.excitation.longest_step = 1e-2;
@@ -265,7 +265,7 @@ TEST(Calibrate, ErrorsGrowWhereResidualsAreCorrelated) {
   const auto error_of_K_b = [&](double rho) {
     emtb::Run run = speed_only(record({}, {{0.2, 0}, {10, 2}, {10, -3}}, 1e-3));
     const std::vector<double> noise = synthetic::coloured(run.at(Signal::omega).t.size(), rho, 11);
-    for (std::size_t k = 0; k < noise.size(); ++k) run.signals[Signal::omega].value[k] += 0.1 * noise[k];
+    for (std::size_t k = 0; k < noise.size(); ++k) run.signals[Signal::omega].value.edit()[k] += 0.1 * noise[k];
     return *calibrate(prepared({run}, model), model).model.at(1).std_error;
   };
   // A mean of n readings with correlation rho from one to the next is worth n (1 - rho)/(1 + rho) of them.
@@ -288,7 +288,7 @@ int covered(const Spoil& spoil) {
 
 TEST(Calibrate, ErrorsHoldWhereResidualsRememberForAGoodPartOfTheRecording) {
   const auto slow_current = [](emtb::Run& run, unsigned seed) {
-    std::vector<double>& i_a = run.signals[Signal::i_a].value;
+    const std::span<double> i_a = run.signals[Signal::i_a].value.edit();
     const std::vector<double> slow = synthetic::coloured(i_a.size(), 0.998, seed);
     for (std::size_t k = 0; k < i_a.size(); ++k) i_a[k] += 0.03 * slow[k];
   };

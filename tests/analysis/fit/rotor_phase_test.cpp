@@ -42,7 +42,7 @@ struct Cogging {
       const auto& signal = o.signal == Signal::omega ? y.omega : o.signal == Signal::i_a ? y.i_a : y.e_a;
       const double sigma = o.signal == Signal::omega ? sigma_omega : o.signal == Signal::i_a ? sigma_i_a : 0.02;
       for (std::size_t i = 0; i < o.size(); ++i) {
-        o.value[i] = o.predicted(i, [&](std::size_t k) { return signal[k]; }) + noise(sigma);
+        o.value.edit()[i] = o.predicted(i, [&](std::size_t k) { return signal[k]; }) + noise(sigma);
       }
       o.sigma.assign(o.size(), sigma);
     }

@@ -132,7 +132,7 @@ TEST(TimingOfRows, IsNotToldByAStartThatANoisySpeedTellsBadly) {
       series.t.erase(series.t.begin(), series.t.begin() + first);
       series.value.erase(series.value.begin(), series.value.begin() + first);
       const double begin = series.t.front();
-      for (double& t : series.t) t -= begin;
+      for (double& t : series.t.edit()) t -= begin;
     }
     const Fitted f = fitted(std::move(run), false);
     EXPECT_EQ(f.timing.acts_after, 0) << seed;
@@ -187,7 +187,7 @@ TEST(TimingOfRows, AnInstrumentIsBehindByTheSameTimeInRowsThatAreNotAlike) {
 TEST(TimingOfRows, IsNotToldByASignalThatTheModelDoesNotFollow) {
   // A contact that lets go a little late: 60 of the current's floors for a few rows after each step, none of its speed.
   emtb::Run run = logged({.read_after = false});
-  std::vector<double>& i_a = run.signals[Signal::i_a].value;
+  const std::span<double> i_a = run.signals[Signal::i_a].value.edit();
   for (std::size_t k = 0; k < i_a.size(); ++k) {
     if ((k + 1) % 80 >= 1 && (k + 1) % 80 < 7) i_a[k] += reference(k + 1, 80) > 0 ? 0.3 : -0.3;
   }
@@ -199,7 +199,7 @@ TEST(TimingOfRows, IsNotToldByNoiseThatRemembers) {
   constexpr unsigned seeds = 12;
   for (unsigned seed = 1; seed <= seeds; ++seed) {
     emtb::Run run = logged({.read_after = false}, seed);
-    std::vector<double>& i_a = run.signals[Signal::i_a].value;
+    const std::span<double> i_a = run.signals[Signal::i_a].value.edit();
     const std::vector<double> noise = synthetic::coloured(i_a.size(), 0.9, seed);
     for (std::size_t k = 0; k < i_a.size(); ++k) i_a[k] += 0.2 * noise[k];
     told += fitted(std::move(run), false).timing.late.contains(Signal::i_a) ? 1 : 0;

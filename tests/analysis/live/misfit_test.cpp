@@ -159,7 +159,7 @@ TEST(RestReadings, ContradictWhatAnInstrumentWouldHaveAddedThere) {
 TEST(LiveMisfit, PointsToAnOffsetOfTheTachoThatIsReadAtRestToo) {
   LiveBench bench = slow_live_bench();
   emtb::Run run = simulated::record(bench.setup, bench.staircase, 4);
-  for (double& v : run.signals.at(Signal::omega).value) v += 2;  // [rad/s]
+  for (double& v : run.signals.at(Signal::omega).value.edit()) v += 2;  // [rad/s]
   const Noticed noticed = watch(bench, run);
   EXPECT_NE(std::ranges::find(noticed.end.misfit.points_to, "tacho_offset.omega_0", &LiveSuspect::name),
             noticed.end.misfit.points_to.end());

@@ -66,7 +66,7 @@ Run averaged(const Run& each, std::size_t rows) {
   for (std::size_t k = 0; k < raw.size(); ++k) {
     double sum = 0;
     for (std::size_t j = k + 1 > rows ? k + 1 - rows : 0; j <= k; ++j) sum += raw[j];
-    omega.value[k] = sum / static_cast<double>(rows);
+    omega.value.edit()[k] = sum / static_cast<double>(rows);
   }
   return run;
 }
@@ -75,7 +75,7 @@ Run averaged(const Run& each, std::size_t rows) {
 Run smoothed(const Run& each, double kept, double digit) {
   Run run = each;
   double last = 0;
-  for (double& y : run.signals.at(Signal::omega).value) {
+  for (double& y : run.signals.at(Signal::omega).value.edit()) {
     last = kept * last + (1 - kept) * y;
     y = digit * std::round(last / digit);
   }
@@ -118,7 +118,7 @@ TEST(CountedSpeed, OfAnAxisWhoseCountsAreRareIsToldBecauseTheyAddUp) {
 TEST(CountedSpeed, IsNotThatOfNoiseThatSeldomReachesTheNextCode) {
   emtb::Run run = counted({.interval = 2e-4, .step = 4.2017e-3, .speed = 1.2});
   std::mt19937 random(4);
-  std::vector<double>& speeds = run.signals.at(Signal::omega).value;
+  const std::span<double> speeds = run.signals.at(Signal::omega).value.edit();
   std::ranges::shuffle(speeds, random);  // as often, without a shaft
   EXPECT_FALSE(look_at(run));
 }
@@ -145,7 +145,7 @@ TEST(CountedSpeed, OfAControllerThatKeepsASpeedOnceIsToldByATurnOfWholeSteps) {
   emtb::Run run = restless(0.02, per_line / 1654 / 0.02);
   Series& omega = run.signals.at(Signal::omega);
   const double step = per_line / 1654 / 0.02;
-  for (std::size_t k = 96; k < 104; ++k) omega.value[k] = step * (300 + static_cast<double>(k % 3 == 0));
+  for (std::size_t k = 96; k < 104; ++k) omega.value.edit()[k] = step * (300 + static_cast<double>(k % 3 == 0));
   const auto found = look_at(run);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->step, per_line / 1654, 1e-9);
@@ -168,7 +168,7 @@ TEST(CountedSpeed, IsNotThatOfAQuietTachogeneratorWhoseSpeedSettlesBetweenSteps)
   for (std::size_t k = 0; k < omega.t.size(); ++k) {
     slow = 0.9 * slow + draw(random);
     const double steps = 8 * std::floor(2 * omega.t[k]) * (1 - std::exp(-std::fmod(omega.t[k], 0.5) / 0.02));
-    omega.value[k] = 0.23 * std::round((steps + slow) / 0.23);
+    omega.value.edit()[k] = 0.23 * std::round((steps + slow) / 0.23);
   }
   EXPECT_FALSE(look_at(run));
 }

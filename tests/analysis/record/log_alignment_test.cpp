@@ -48,7 +48,7 @@ LoggedRun logged(const std::function<double(double)>& e_a, double duration, doub
     }
   }
   const double middle = (made.log.t.front() + made.log.t.back()) / 2;  // of the run's time: near enough for the drift
-  for (double& t : made.log.t) t = t - offset - drift * (t - middle);
+  for (double& t : made.log.t.edit()) t = t - offset - drift * (t - middle);
   made.log.window = log_window;
   return made;
 }
@@ -113,9 +113,9 @@ TEST(LogAlignment, RefusesWhatFitsInMoreThanOnePlace) {
 TEST(LogAlignment, RefusesALogOfSomethingElse) {
   LoggedRun made = logged(two_ramps, 45, 1, 0);
   std::mt19937 random(3);
-  for (double& value : made.log.value) value = 0.001 * static_cast<double>(random() % 1000);
+  for (double& value : made.log.value.edit()) value = 0.001 * static_cast<double>(random() % 1000);
   EXPECT_THAT(refused_log(made), HasSubstr("does not look like the run anywhere"));
-  std::ranges::fill(made.log.value, 0.5);
+  std::ranges::fill(made.log.value.edit(), 0.5);
   EXPECT_THAT(refused_log(made), HasSubstr("never changes"));
   made.log.t.resize(5);
   made.log.value.resize(5);

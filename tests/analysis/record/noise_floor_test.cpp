@@ -21,7 +21,7 @@ ObservedRun settled_run(const std::vector<double>& noise, double lsb = 0) {
   const double interval = 1e-3, seconds = static_cast<double>(noise.size()) * interval;
   run.signals[Signal::u_ref] = series(interval, seconds, [](double t) { return 1 + std::floor(t / 4); });
   Series omega = run.at(Signal::u_ref);
-  for (std::size_t k = 0; k < omega.value.size(); ++k) omega.value[k] = 80 * omega.value[k] + noise[k];
+  for (std::size_t k = 0; k < omega.value.size(); ++k) omega.value.edit()[k] = 80 * omega.value[k] + noise[k];
   omega.lsb = lsb;
   run.signals[Signal::omega] = omega;
   return observe_run(run, servo_model());
@@ -217,7 +217,7 @@ ObservedRun swinging_run(unsigned seed, double faster = 1, double drift = 0) {
   Series omega = run.at(Signal::u_ref);
   const std::vector<double> noise = synthetic::coloured(omega.value.size(), 0.9, seed);
   for (std::size_t k = 0; k < noise.size(); ++k) {
-    omega.value[k] = 80 * omega.value[k] + 0.15 * noise[k] + drift * omega.t[k];
+    omega.value.edit()[k] = 80 * omega.value[k] + 0.15 * noise[k] + drift * omega.t[k];
   }
   run.signals[Signal::omega] = omega;
   return observe_run(run, servo_model());
@@ -259,7 +259,7 @@ TEST(Weigh, WidensTheVoltageWhereItsEdgesAreAndNowhereElse) {
 TEST(Weigh, CarriesWhatAVoltmeterRoundsIntoTheSpeedForAsLongAsItsReadingStands) {
   const auto sigma_of_speed = [](double step) {  // [V]
     emtb::Run run = synthetic::record({}, {{1, 0.5}, {3, 2.3}, {3, 1.4}}, 1e-3, {.omega = 0.1, .i_a = 0.01});
-    for (double& e : run.signals[Signal::e_a].value) e = step * std::round(e / step);
+    for (double& e : run.signals[Signal::e_a].value.edit()) e = step * std::round(e / step);
     run.signals[Signal::e_a].lsb = step;
     return prepare(std::vector{run}, {}, servo_model()).train[0].find(Signal::omega)->sigma[3900];
   };
@@ -282,7 +282,7 @@ TEST(Weigh, CarriesTheNoiseOfTheGaugeIntoWhatTheModelPredicts) {
     emtb::Run run = synthetic::record(braked, plan, 1e-3, {.omega = 0.1, .i_a = 0.01, .e_a = 1e-3});
     Series torque = run.at(Signal::omega);
     const std::vector<double> noise = synthetic::coloured(torque.t.size(), rho, 5);
-    for (std::size_t k = 0; k < noise.size(); ++k) torque.value[k] = 4e-5 * torque.value[k] + 1e-3 * noise[k];
+    for (std::size_t k = 0; k < noise.size(); ++k) torque.value.edit()[k] = 4e-5 * torque.value[k] + 1e-3 * noise[k];
     run.signals[Signal::torque] = torque;
     const std::vector<Record> records = prepare(std::vector{run}, {}, truth).train;
     ASSERT_TRUE(records[0].measured_load);
@@ -308,7 +308,7 @@ TEST(NoiseFloor, OfAnEncoderWhoseStepOneRunTellsIsThatOfItsCountsInAll) {
   runs.front().signals.at(Signal::theta).lsb = step;
   EXPECT_EQ(prepare(runs, {}, servo_model()).noise.at(Signal::omega).from, FloorSource::counts);
   EXPECT_EQ(prepare({runs.data(), 1}, {&runs[1], 1}, servo_model()).noise.at(Signal::omega).from, FloorSource::counts);
-  for (double& angle : runs.back().signals.at(Signal::theta).value) angle *= 1.001;  // another instrument
+  for (double& angle : runs.back().signals.at(Signal::theta).value.edit()) angle *= 1.001;  // another instrument
   EXPECT_NE(prepare(runs, {}, servo_model()).noise.at(Signal::omega).from, FloorSource::counts);
 }
 

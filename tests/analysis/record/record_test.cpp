@@ -52,6 +52,27 @@ TEST(PrepareRun, AFastReadingIsAnInstant) {
   EXPECT_EQ(omega->first, omega->last);
 }
 
+TEST(PrepareRun, HoldsOnceWhatIsTheSame) {
+  emtb::Run recorded = record({}, synthetic::steps, 1e-3);
+  recorded.signals[Signal::theta] = series(1e-3, 3, [](double t) { return 30 * t; });
+  share_times(recorded.signals);
+  const ObservedRun run = observe_run(recorded, servo_model());
+  const double* const t = recorded.at(Signal::u_ref).t.data();
+  EXPECT_EQ(run.excitation.t.data(), t);
+  EXPECT_EQ(run.excitation.u_ref.data(), recorded.at(Signal::u_ref).value.data());
+  EXPECT_EQ(run.excitation.angle.data(), recorded.at(Signal::theta).value.data());
+  const std::uint32_t* const rows = observation(run, Signal::omega)->last.data();
+  for (const Signal signal : {Signal::omega, Signal::i_a, Signal::e_a}) {
+    const Observation* const o = observation(run, signal);
+    ASSERT_TRUE(o);
+    EXPECT_EQ(o->begin.data(), t);
+    EXPECT_EQ(o->end.data(), t);
+    EXPECT_EQ(o->first.data(), rows);
+    EXPECT_EQ(o->last.data(), rows);
+    EXPECT_EQ(o->value.data(), recorded.at(signal).value.data());
+  }
+}
+
 TEST(PrepareRun, AMeterWithAWindowReadsTheMeanOverIt) {
   emtb::Run run = plain_run();
   Series meter = series(0.5, 2, [](double) { return 1.0; });
@@ -131,12 +152,12 @@ TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseEncoderDoesNotTell) {
 
 TEST(PrepareRun, StartsAsTheAngleTellsWhereATachogeneratorReadsASpeedAtRest) {
   emtb::Run run = plain_run();
-  for (double& value : run.signals[Signal::omega].value) value -= 10;
+  for (double& value : run.signals[Signal::omega].value.edit()) value -= 10;
   EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, -10) << "nothing else tells it";
   Series& angle = run.signals[Signal::theta] = series(1e-3, 2, [](double) { return 1.0; });
   angle.lsb = 1e-3;
   EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0);
-  for (std::size_t k = 0; k < angle.t.size(); ++k) angle.value[k] = 1e-3 * std::floor(1e3 * 30 * angle.t[k]);
+  for (std::size_t k = 0; k < angle.t.size(); ++k) angle.value.edit()[k] = 1e-3 * std::floor(1e3 * 30 * angle.t[k]);
   EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 30, 0.1);
 }
 
@@ -169,7 +190,7 @@ TEST(PrepareRun, AnAngleTellsManySpeedsAlsoOfAShortRun) {
 TEST(PrepareRun, AVoltageThatIsUpdatedEveryFewRowsDrivesNoMotor) {
   emtb::Run run = record(synthetic::Truth{}, synthetic::steps, 1e-3, {.e_a = 0.05});
   EXPECT_TRUE(observe_run(run, servo_model()).measured_voltage);
-  std::vector<double>& e_a = run.signals[Signal::e_a].value;
+  const std::span<double> e_a = run.signals[Signal::e_a].value.edit();
   for (std::size_t k = 0; k < e_a.size(); ++k) e_a[k] = e_a[k - k % 4];
   const ObservedRun held = observe_run(run, servo_model());
   EXPECT_FALSE(held.measured_voltage) << "nobody knows it in between";
@@ -290,7 +311,7 @@ TEST(Weighing, KnowsWhereAReadingThatStandsIsRounded) {
   for (const bool coarse : {false, true}) {
     if (coarse) {
       run.signals[Signal::i_a].lsb = lsb;
-      for (double& i : run.signals[Signal::i_a].value) i = lsb * std::round(i / lsb);
+      for (double& i : run.signals[Signal::i_a].value.edit()) i = lsb * std::round(i / lsb);
     }
     const Dataset data = prepare(std::vector{run}, {}, synthetic::servo_model());
     const std::vector<EqualReadings>& rounded = data.train.front().find(Signal::i_a)->rounded;

@@ -31,7 +31,7 @@ TEST(Repeats, AreToldByTheRowsAtWhichASignalChanges) {
 
 TEST(Repeats, OfACoarseInstrumentAreReadings) {
   Series coarse = written(1, 0);
-  for (double& v : coarse.value) v = std::round(8 * v) / 8;
+  for (double& v : coarse.value.edit()) v = std::round(8 * v) / 8;
   EXPECT_EQ(rows_an_update(coarse.value), 1U);
   EXPECT_EQ(updates_of(coarse).value.size(), coarse.value.size());
 }

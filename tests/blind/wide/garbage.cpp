@@ -28,7 +28,7 @@ std::optional<Signal> some_reading(const Run& run, Draw& draw) {
 void multiply(WideCase& c, Signal signal, double factor) {
   for (auto* runs : {&c.train, &c.held_out}) {
     for (Run& run : *runs) {
-      for (double& v : run.signals.at(signal).value) v *= factor;
+      for (double& v : run.signals.at(signal).value.edit()) v *= factor;
       run.signals.at(signal).lsb *= std::abs(factor);
     }
   }
@@ -58,27 +58,27 @@ Garbage wrong_sign(WideCase& c, Draw& draw) {
 Garbage clipped(Series& s, std::string_view name) {
   double largest = 0;
   for (const double v : s.value) largest = std::max(largest, std::abs(v));
-  for (double& v : s.value) v = std::clamp(v, -0.5 * largest, 0.5 * largest);
+  for (double& v : s.value.edit()) v = std::clamp(v, -0.5 * largest, 0.5 * largest);
   return {"clipped", std::string(name) + " ends at half of what it reaches", true};
 }
 
 Garbage stuck(Series& s, std::string_view name, Draw& draw) {
   const std::size_t n = s.value.size(), from = n / 10 + draw.below(n / 3), count = n / 3;
-  for (std::size_t k = from; k < from + count; ++k) s.value[k] = s.value[from];
+  for (std::size_t k = from; k < from + count; ++k) s.value.edit()[k] = s.value[from];
   return {"held", std::string(name) + " stands still for a third of the run", true};
 }
 
 Garbage spiked(Series& s, std::string_view name, Draw& draw) {
   double largest = 0;
   for (const double v : s.value) largest = std::max(largest, std::abs(v));
-  for (int n = 0; n < 5; ++n) s.value[draw.below(s.value.size())] = draw.sign() * largest * draw.within(3, 10);
+  for (int n = 0; n < 5; ++n) s.value.edit()[draw.below(s.value.size())] = draw.sign() * largest * draw.within(3, 10);
   return {"spikes", std::string(name) + " has five spikes", true};
 }
 
 Garbage gap(Run& run) {
   const double at = 0.5 * run.duration();
   for (auto& [signal, s] : run.signals) {
-    for (double& t : s.t) t += t > at ? 100 : 0;
+    for (double& t : s.t.edit()) t += t > at ? 100 : 0;
   }
   return {"gap", "100 s are missing in the middle", true};
 }
