@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/discover/samples.h"
 #include "report/discovery_words.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/symbols.h"
 
 namespace emtb {
 namespace {
-
-/// The states over which a law is drawn, of one run.
-const std::vector<double>& states_of(const MissingTorque& run, const std::string& of) {
-  return of == "omega" ? run.omega : of == "i_a" ? run.i_a : of == "t" ? run.t : of == "u_ref" ? run.u_ref : run.theta;
-}
 
 /// The mean of what is missing in even bins over a quantity, with its scatter.
 struct Binned {
@@ -25,7 +21,7 @@ Binned binned(const Discovery& d, const Law& law) {
   const double low = law.at.front(), width = (law.at.back() - low) / count;
   std::vector<double> sum(count, 0.0), squares(count, 0.0), n(count, 0.0);
   for (const MissingTorque& run : d.left.runs) {
-    const std::vector<double>& x = states_of(run, law.text.of.front());
+    const std::vector<double>& x = states_over(run, law.text.of.front());
     const std::vector<double>& y = law.text.place == TermPlace::voltage ? run.voltage : run.torque;
     for (std::size_t k = 0; k < x.size(); ++k) {
       const double turn = law.text.of.front() == "theta" ? x[k] - 2 * M_PI * std::floor(x[k] / (2 * M_PI)) : x[k];

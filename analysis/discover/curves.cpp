@@ -9,8 +9,6 @@
 namespace emtb {
 namespace {
 
-constexpr double most = 5;  // times what drives the motor: no law is larger
-
 /// May each of the values of a curve of so many pieces be told? Each needs samples about it, a fair part of an even
 /// share.
 bool reached(const std::vector<double>& x, double range, std::size_t pieces) {
@@ -99,17 +97,17 @@ FormulaText curve_of_angle(std::size_t waves, double largest, const std::string&
 std::vector<FormulaText> curves(const Samples& samples, double torque_scale, double voltage_scale, bool voltage) {
   std::vector<FormulaText> list;
   if (voltage) {
-    add_odd_curves(list, TermPlace::voltage, "i_a", samples.i_a, most * voltage_scale);
-    add_odd_curves(list, TermPlace::voltage, "omega", samples.omega, most * voltage_scale);
+    add_odd_curves(list, TermPlace::voltage, "i_a", samples.i_a, largest_law * voltage_scale);
+    add_odd_curves(list, TermPlace::voltage, "omega", samples.omega, largest_law * voltage_scale);
     return list;
   }
-  add_odd_curves(list, TermPlace::torque, "omega", samples.omega, most * torque_scale);
-  add_odd_curves(list, TermPlace::torque, "i_a", samples.i_a, most * torque_scale);
-  add_odd_curves(list, TermPlace::torque, "u_ref", samples.u_ref, most * torque_scale);
+  add_odd_curves(list, TermPlace::torque, "omega", samples.omega, largest_law * torque_scale);
+  add_odd_curves(list, TermPlace::torque, "i_a", samples.i_a, largest_law * torque_scale);
+  add_odd_curves(list, TermPlace::torque, "u_ref", samples.u_ref, largest_law * torque_scale);
   for (const std::size_t waves : {2, 4}) {
-    list.push_back(curve_of_angle(waves, most * torque_scale, ""));
+    list.push_back(curve_of_angle(waves, largest_law * torque_scale, ""));
     if (turns_both_ways(samples)) {
-      list.push_back(curve_of_angle(waves, most * torque_scale, direction("omega", range_of(samples.omega))));
+      list.push_back(curve_of_angle(waves, largest_law * torque_scale, direction("omega", range_of(samples.omega))));
     }
   }
   return list;

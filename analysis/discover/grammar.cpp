@@ -264,16 +264,15 @@ std::string FormulaText::yaml() const {
 }
 
 std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, double voltage_scale, bool voltage) {
-  constexpr double most = 5;  // times what drives the motor: no law is larger
   std::vector<FormulaText> list;
   const double omega = range_of(samples.omega), current = range_of(samples.i_a), longest = range_of(samples.t),
                reference = range_of(samples.u_ref);
   if (voltage) {
-    add_odd(list, TermPlace::voltage, "i_a", "A", current, most * voltage_scale);
-    add_odd(list, TermPlace::voltage, "omega", "rad/s", omega, most * voltage_scale);
+    add_odd(list, TermPlace::voltage, "i_a", "A", current, largest_law * voltage_scale);
+    add_odd(list, TermPlace::voltage, "omega", "rad/s", omega, largest_law * voltage_scale);
     return list;
   }
-  const double torque = most * torque_scale;
+  const double torque = largest_law * torque_scale;
   add_odd(list, TermPlace::torque, "omega", "rad/s", omega, torque);
   add_sums(list, TermPlace::torque, "omega", "rad/s", omega, torque);
   add_even(list, TermPlace::torque, "omega", "rad/s", omega, torque);

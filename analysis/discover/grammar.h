@@ -10,6 +10,9 @@
 
 namespace emtb {
 
+/// Times what drives the motor: no law is larger.
+inline constexpr double largest_law = 5;
+
 /// A formula as text, before it is read: what a file of candidates would say.
 struct FormulaText {
   struct Parameter {

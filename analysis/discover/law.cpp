@@ -17,19 +17,11 @@ double error_on(std::span<const Record> runs, const Model& model) {
   return error_of(mean_squares(residuals(runs, model, model.values(), {})));
 }
 
-/// What is tried on the torque and on the voltage that is missing, by what equation error says of it.
-struct Proposed {
-  std::vector<EquationError> formulas, curves;
-};
-
-Proposed by_equation_error(const WhatIsLeft& left, bool of_voltage, const ReadFormula& read, double k_m) {
-  constexpr double nothing = 0.1;  // of what is left
-  const Samples s = samples_of(left, of_voltage);
-  Proposed p{by_equation_error(s, sentences(s, left.torque_scale, left.voltage_scale, of_voltage), read, k_m),
-             by_equation_error(s, curves(s, left.torque_scale, left.voltage_scale, of_voltage), read, k_m)};
-  std::erase_if(p.formulas, [](const EquationError& e) { return e.share < nothing; });
-  std::erase_if(p.curves, [](const EquationError& e) { return e.share < nothing; });
-  return p;
+/// Of the formulas that explain most, some.
+std::vector<EquationError> best_few(std::vector<EquationError> formulas) {
+  constexpr std::size_t most = 8;
+  if (formulas.size() > most) formulas.resize(most);
+  return formulas;
 }
 
 /// Of the curves that explain as much as the best, those of the fewest values.
@@ -44,27 +36,17 @@ std::vector<EquationError> shortest_curves(std::vector<EquationError> curves) {
   return curves;
 }
 
-/// The best few of the torque's and of the voltage's formulas, and of their curves.
-struct WorthAFit {
-  std::vector<FormulaText> formulas, curves;
+/// Where something is left that a smooth function explains.
+struct Places {
+  bool torque = false, voltage = false;
 };
 
-WorthAFit worth_a_fit(const WhatIsLeft& left, const Shares& torque, const Shares& voltage, const ReadFormula& read,
-                      double k_m) {
-  constexpr std::size_t most = 8;
+Places places_of(const WhatIsLeft& left, const Shares& torque, const Shares& voltage) {
   constexpr double ceiling = 0.2, far_less = 0.25;  // of what drives the motor
-  WorthAFit texts;
-  const auto add = [&](bool of_voltage) {
-    Proposed p = by_equation_error(left, of_voltage, read, k_m);
-    if (p.formulas.size() > most) p.formulas.resize(most);
-    for (EquationError& e : p.formulas) texts.formulas.push_back(std::move(e.law));
-    for (EquationError& e : shortest_curves(std::move(p.curves))) texts.curves.push_back(std::move(e.law));
-  };
   const double torque_share = left.torque_scale > 0 ? torque.rms / left.torque_scale : 0;
   const double voltage_share = left.voltage_seen && left.voltage_scale > 0 ? voltage.rms / left.voltage_scale : 0;
-  if (torque.ceiling >= ceiling && torque_share > far_less * voltage_share) add(false);
-  if (voltage.ceiling >= ceiling && voltage_share > far_less * torque_share) add(true);
-  return texts;
+  return {torque.ceiling >= ceiling && torque_share > far_less * voltage_share,
+          voltage.ceiling >= ceiling && voltage_share > far_less * torque_share};
 }
 
 /// The formula with the values that a fit gave it.
@@ -188,11 +170,7 @@ std::vector<double> places_of_peaks(std::span<const double> x, const std::vector
 void draw(Law& law, const Samples& s, const ReadFormula& read) {
   constexpr std::size_t points = 41;
   const std::string& over = law.text.of.front();
-  const std::vector<double>& x = over == "omega"   ? s.omega
-                                 : over == "i_a"   ? s.i_a
-                                 : over == "t"     ? s.t
-                                 : over == "u_ref" ? s.u_ref
-                                                   : s.theta;
+  const std::vector<double>& x = states_over(s, over);
   auto [low, high] = std::ranges::minmax(x);
   if (over == "theta") {
     low = 0;
@@ -291,6 +269,24 @@ std::optional<Law> confirmed(const Ground& g, const Fitted& best, const FormulaT
   return law;
 }
 
+/// What is worth a fit in simulation, by equation error: of the torque and of the voltage.
+/// @param propose sentences or curves @param choose of those that explain something, best first
+template <class Propose, class Choose>
+std::vector<FormulaText> worth_a_fit(const Ground& g, const Places& places, const Propose& propose,
+                                     const Choose& choose) {
+  constexpr double nothing = 0.1;  // of what is left
+  std::vector<FormulaText> texts;
+  for (const bool of_voltage : {false, true}) {
+    if (!(of_voltage ? places.voltage : places.torque)) continue;
+    const Samples s = samples_of(g.left, of_voltage);
+    const auto laws = propose(s, g.left.torque_scale, g.left.voltage_scale, of_voltage);
+    auto tried = by_equation_error(s, laws, g.read, g.base.model().values()[base::K_m]);
+    std::erase_if(tried, [](const EquationError& e) { return e.share < nothing; });
+    for (EquationError& e : choose(std::move(tried))) texts.push_back(std::move(e.law));
+  }
+  return texts;
+}
+
 /// A law with the trial that found it.
 struct Found {
   Law law;
@@ -353,11 +349,11 @@ std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model&
                             std::span<const Record> confirm, const WhatIsLeft& left, const Shares& torque,
                             const Shares& voltage, const ReadFormula& read) {
   const Ground ground{data, base, given, criterion, confirm, left, read};
-  const WorthAFit texts = worth_a_fit(left, torque, voltage, read, base.model().values()[2]);
-  std::optional<Found> formula = best_of(ground, texts.formulas);
+  const Places places = places_of(left, torque, voltage);
+  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, best_few));
   constexpr double at_the_floor = 1.05;
   if (formula && formula->law.held_out_after < at_the_floor) return std::move(formula->law);
-  std::optional<Found> curve = best_of(ground, texts.curves);
+  std::optional<Found> curve = best_of(ground, worth_a_fit(ground, places, curves, shortest_curves));
   if (!curve) return formula ? std::optional(std::move(formula->law)) : std::nullopt;
   if (!formula) return std::move(curve->law);
   if (!says_more(criterion, *curve, *formula)) return std::move(formula->law);

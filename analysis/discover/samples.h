@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 #include "analysis/discover/missing_torque.h"
@@ -16,6 +17,16 @@ struct Samples {
 
   std::size_t size() const { return value.size(); }
 };
+
+/// The states over which a law is drawn, of samples or of a run. @param quantity omega, i_a, t, u_ref or theta
+template <class States>
+const std::vector<double>& states_over(const States& s, std::string_view quantity) {
+  return quantity == "omega"   ? s.omega
+         : quantity == "i_a"   ? s.i_a
+         : quantity == "t"     ? s.t
+         : quantity == "u_ref" ? s.u_ref
+                               : s.theta;
+}
 
 /// The largest size of a quantity in the samples.
 double range_of(const std::vector<double>& x);

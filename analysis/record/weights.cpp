@@ -67,8 +67,7 @@ std::vector<EqualReadings> rounded(const Observation& o, const NoiseFloor& floor
 /// The noise of what drives a model, with what is rounded off it.
 void widen_by_rounding(InputNoise& left, const Record& record, Signal signal) {
   const Observation* o = record.find(signal);
-  if (o == nullptr || left.sigma.empty()) return;
-  if (o->rounded.empty()) return;
+  if (o == nullptr || o->rounded.empty() || left.sigma.empty()) return;
   const SharedColumn<double>& t = record.excitation.t;
   const std::span<double> sigma = left.sigma.edit(), correlated = left.correlated.edit();
   for (const EqualReadings& same : o->rounded) {

@@ -15,6 +15,7 @@
 #include "analysis/discover/discover.h"
 #include "config/formula_effect.h"
 #include "hal/error.h"
+#include "tests/blind/curve_error.h"
 #include "tests/blind/draw.h"
 #include "tests/blind/recording.h"
 #include "tests/blind/same_machine.h"
@@ -76,24 +77,6 @@ class HiddenTurn {
   static constexpr double two_pi = 6.283185307179586;
   std::array<double, count> value_{};
 };
-
-/// RMS of the found curve less the hidden one over the hidden span. @param aside a straight line through zero is B's
-double curve_error(const Law& law, const std::string& over, const std::function<double(double)>& truth, bool aside) {
-  if (law.text.of.front() != over || law.text.place != TermPlace::torque) return 1;
-  double xy = 0, xx = 0, low = 0, high = 0;
-  std::vector<double> off;
-  for (std::size_t k = 0; k < law.at.size(); ++k) {
-    const double v = truth(law.at[k]);
-    off.push_back(law.value[k] - v);
-    xy += law.at[k] * off.back();
-    xx += law.at[k] * law.at[k];
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  double squares = 0;
-  for (std::size_t k = 0; k < off.size(); ++k) squares += std::pow(off[k] - (aside ? xy / xx * law.at[k] : 0), 2);
-  return std::sqrt(squares / static_cast<double>(off.size())) / (high - low);
-}
 
 double excess(double error) { return std::max(0.0, error * error - 1); }
 

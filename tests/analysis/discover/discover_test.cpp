@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <vector>
 
 #include "analysis/discover/curves.h"
 #include "config/formula_effect.h"
+#include "tests/blind/curve_error.h"
 #include "tests/blind/recording.h"
 
 namespace emtb {
@@ -54,22 +54,6 @@ double friction_of_two_humps(double omega) {
   return std::copysign(0.02 * std::exp(-first * first) + 0.03 * std::exp(-second * second), omega);
 }
 
-/// RMS of a curve less what was hidden over its span, a straight line through zero aside: that is viscous friction's.
-double off_by(const Law& law, const std::function<double(double)>& truth) {
-  double xy = 0, xx = 0, low = 0, high = 0, squares = 0;
-  std::vector<double> off;
-  for (std::size_t k = 0; k < law.at.size(); ++k) {
-    const double x = law.at[k], v = truth(x);
-    off.push_back(law.value[k] - v);
-    xy += x * off.back();
-    xx += x * x;
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  for (std::size_t k = 0; k < off.size(); ++k) squares += std::pow(off[k] - xy / xx * law.at[k], 2);
-  return std::sqrt(squares / static_cast<double>(off.size())) / (high - low);
-}
-
 TEST(Discover, TellsTheCurveWhereNoShortFormulaFollowsIt) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.hidden_torque = [](double omega, double, double) { return friction_of_two_humps(omega); };
@@ -78,7 +62,9 @@ TEST(Discover, TellsTheCurveWhereNoShortFormulaFollowsIt) {
   EXPECT_TRUE(d.law->text.is_curve);
   EXPECT_EQ(d.law->text.of.front(), "omega");
   EXPECT_LT(d.law->held_out_after, 0.3 * d.law->held_out_before);
-  EXPECT_LT(off_by(*d.law, [](double omega) { return -friction_of_two_humps(omega); }), 0.1);
+  EXPECT_LT(blind::curve_error(
+                *d.law, "omega", [](double omega) { return -friction_of_two_humps(omega); }, true),
+            0.1);
   EXPECT_TRUE(!d.law->nearest || d.law->nearest_held_out > d.law->held_out_after);
   const AddedTerm again = read(d.law->text);
   EXPECT_EQ(again.parameters.size(), d.law->parameters.size()) << "it is a candidate like any other";
@@ -95,7 +81,9 @@ TEST(Discover, FindsAFrictionThatIsNotAlikeAroundTheTurn) {
   EXPECT_LT(d.torque.of.at("theta").alone, 0.5 * d.torque.of.at("theta_against_motion").alone);
   ASSERT_TRUE(d.law);
   EXPECT_EQ(d.law->text.id, "friction_over_angle_1");
-  EXPECT_LT(off_by(*d.law, [](double theta) { return -0.12 * std::cos(theta); }), 0.1);
+  EXPECT_LT(blind::curve_error(
+                *d.law, "theta", [](double theta) { return -0.12 * std::cos(theta); }, false),
+            0.1);
 }
 
 TEST(Discover, OffersNoLawToAHealthyMotor) {
@@ -181,9 +169,7 @@ TEST(Curves, AreReadAsCandidatesAndAreTheirOwnValues) {
     EXPECT_TRUE(text.is_curve);
     EXPECT_EQ(free_parameters(read(text)), text.parameters.size()) << text.id;
   }
-  FormulaText four = *std::ranges::find(all, "curve_from_zero_of_4_torque_of_omega", &FormulaText::id);
-  for (std::size_t k = 0; k < four.parameters.size(); ++k) four.parameters[k].value = static_cast<double>(k + 1);
-  const AddedTerm term = read(four);
+  const AddedTerm term = read(*std::ranges::find(all, "curve_from_zero_of_4_torque_of_omega", &FormulaText::id));
   const std::vector<double> p{1, 2, 3};
   std::vector<double> by(3);
   TermInput by_input;
