@@ -93,6 +93,7 @@ void Daemon::begin() {
   service_.set_realtime(loop_thread_->realtime());
   recorder_thread_ = std::thread([this] { record(); });
   trace_thread_ = std::thread([this] { keep_trace(); });
+  if (settings_.at_work) settings_.at_work();
   server_.start({.line = [this](std::string_view line, const rpc::Peer& peer) { return service_.answer(line, peer); },
                  .gone = [this](const rpc::Peer& peer) { service_.gone(peer); },
                  .live = [this](std::uint64_t peer) { return service_.live_line(peer); },

@@ -31,6 +31,7 @@ class Daemon {
     std::function<void(const std::string&)> log;
     OpenSink open_sink = open_session;
     std::function<std::uint64_t()> room{};  ///< [bytes] left for sessions; empty: free_space(data)
+    std::function<void()> at_work{};        ///< told once the loop ticks, before anybody is let in who could arm it
   };
 
   /// Starts everything. @param server already holds its path

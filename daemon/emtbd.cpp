@@ -158,6 +158,7 @@ int serve(const Options& options) {
   if (!replays && !guardian.start()) {
     spdlog::warn("no guardian: emtb-safe is not beside emtbd, or does not start. A kill -9 leaves the reference on");
   }
+  settings.at_work = [&guardian] { guardian.sign_of_life(); };
   Bench bench = replays ? open_replay(options, config, settings) : open_live(options, config, settings);
   last_resort = bench.reference.get();
   std::set_terminate(die_safely);
@@ -175,7 +176,6 @@ int serve(const Options& options) {
   const std::uint64_t wait_us =
       watched ? std::clamp<std::uint64_t>(watchdog_us / 3, 1000, sign_of_life_us) : sign_of_life_us;
   const timespec wait{static_cast<time_t>(wait_us / 1'000'000), static_cast<long>(wait_us % 1'000'000 * 1000)};
-  guardian.sign_of_life();
   for (std::uint64_t ticks = 0;;) {
     const int signal = sigtimedwait(&ending, nullptr, &wait);
     if (guardian.has_died()) {

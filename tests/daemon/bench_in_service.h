@@ -93,7 +93,8 @@ class BenchInService : public Scratch {
                                                               return std::make_unique<SlowSink>(
                                                                   *this, open_session(file, description));
                                                             },
-                                                        .room = [this] { return room.load(); }});
+                                                        .room = [this] { return room.load(); },
+                                                        .at_work = at_work});
   }
 
   static int refusal(Client& client, const std::string& method,
@@ -110,6 +111,7 @@ class BenchInService : public Scratch {
   double card_period = 1e-3;                    // [s]
   bool slow = false;                            // runs take their time too
   std::atomic<std::uint64_t> room{1ull << 40};  // [bytes] on the disk
+  std::function<void()> at_work;
   std::atomic<bool> disk_busy{false}, flush_waits{false};
   FaultyInput* card = nullptr;
   FaultyOutput* output = nullptr;

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <future>
+
 #include "session/session.h"
 #include "session/spec.h"
 
@@ -32,6 +34,26 @@ TEST_F(BenchInService, WhatAProfileNeedsIsAskedBeforeTheRun) {
   client.call("run", {{"profile", level + std::string("needs: {at_rest: true, idle: 10}\n")}});
   EXPECT_EQ(end_of_run(client)["outcome"], "done") << "no run before: cold";
   EXPECT_THAT(why("needs: {idle: 10}\n"), HasSubstr("10.0 min without a run"));
+}
+
+// Who was let in before the guardian knew of it could arm a daemon that nobody ends when it stands still.
+TEST_F(BenchInService, LetsNobodyInBeforeItHasToldThatItIsAtWork) {
+  std::future<bool> answered;
+  at_work = [&] {
+    answered = std::async(std::launch::async, [&] {
+      return eventually([&] {
+        try {
+          return !Client(path("sock")).call("status", {}).empty();
+        } catch (const ProtocolError&) {
+          return false;
+        }
+      });
+    });
+    EXPECT_EQ(answered.wait_for(std::chrono::milliseconds(200)), std::future_status::timeout);
+  };
+  start();
+  ASSERT_TRUE(answered.valid());
+  EXPECT_TRUE(answered.get());
 }
 
 TEST_F(BenchInService, WaitsForAPersonWhereAProfileSaysSo) {
