@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "model/lateness.h"
@@ -47,7 +48,12 @@ class MeasuredEdges {
   /// @param acts share of the interval at which the reference of `row` acts, in place of that of `row_before`
   void look_ahead(Machine<Scalar>& machine, std::size_t k, double interval, double longest_step, double acts,
                   std::size_t row_before, std::size_t row) {
-    Driver<Scalar> ahead = machine.driver();
+    if (ahead_) {
+      *ahead_ = machine.driver();  // takes no memory anew
+    } else {
+      ahead_.emplace(machine.driver());
+    }
+    Driver<Scalar>& ahead = *ahead_;
     at_begin_ = x_.e_a[k] - ahead.voltage();
     const auto go_on = [&](std::size_t held, double from, double until) {
       in_steps(from, until, interval, longest_step, [&](double begin, double, double h) {
@@ -69,6 +75,7 @@ class MeasuredEdges {
  private:
   const Excitation& x_;
   bool shaped_;
+  std::optional<Driver<Scalar>> ahead_;
   Scalar at_begin_{}, at_end_{};  ///< [V]
 };
 

@@ -266,7 +266,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const std::vector<Signal> inputs = search.torque_only_loads() ? std::vector{Signal::torque} : std::vector<Signal>{};
   std::optional<Calibration> last =
       drop_what_is_not_told(found, trials, criterion, *prepared, inputs, options.materiality);
-  d.training_judges = trials.training_judges();
+  d.training_judges = trials.judges().training;
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();
   const RecordRefs all = data.all();

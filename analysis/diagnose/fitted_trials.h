@@ -45,13 +45,18 @@ class FittedTrials final : public Trials {
   /// them alone, and no fit has seen it.
   std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
 
-  /// Is something left of a signal in the training runs alone? Held-out runs that do not show an effect cannot judge
-  /// it.
-  bool only_training_shows_a_remainder(const Trial& trial) const;
+  /// What judges beside the held-out runs that were named.
+  struct Judges {
+    bool training = false;                   ///< each training run, while the others are fitted
+    std::optional<std::size_t> itself = {};  ///< the one of them that is judged as it was fitted, as a single run is
+  };
 
-  /// From now on each training run is held out in turn, beside the held-out runs, or no longer.
-  void hold_out_training_too(bool yes) { training_judges_ = yes; }
-  bool training_judges() const { return training_judges_; }
+  /// Others, where those that are set cannot judge what is left. Held-out runs that do not show it say nothing of it;
+  /// nor does a single run that shows it, where what is fitted to the others has seen nothing of it.
+  std::optional<Judges> better_judges(const Trial& trial) const;
+
+  void judge_by(const Judges& judges) { judges_ = judges; }
+  const Judges& judges() const { return judges_; }
 
   /// The effects that were last refused for a value that they cannot have, and why.
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
@@ -65,6 +70,7 @@ class FittedTrials final : public Trials {
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
   Quality quality_in_training(const Fit& fit) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;
+  bool only_training_shows_a_remainder(const Trial& trial) const;
   std::vector<const Record*> unexplained(std::span<const Record> runs, const Model& model,
                                          const RotorPhases& phases) const;
 
@@ -73,7 +79,7 @@ class FittedTrials final : public Trials {
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
-  bool training_judges_ = false;
+  Judges judges_;
   Valleys valleys_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;

@@ -7,11 +7,11 @@ namespace emtb {
 
 Loss::Loss(const Noise& noise) : floors_(noise) {}
 
-void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals) {
+void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals, bool unseen) {
   for (const Residuals& r : residuals) {
     const Record& record = records[r.record];
     const Observation& o = *record.find(r.signal);
-    add_squares(squares_, record, r);
+    if (unseen) add_squares(squares_, record, r);
     Readings& readings = signals_[r.signal];
     const std::vector<double>& grid = record.excitation.t;
     const double length = std::min(1.0, 0.1 * (grid.back() - grid.front()));  // [s]

@@ -20,7 +20,8 @@ class Loss {
  public:
   explicit Loss(const Noise& noise);
 
-  void add(std::span<const Record> records, std::span<const Residuals> residuals);
+  /// @param unseen the model was not fitted to these runs: they count in squares()
+  void add(std::span<const Record> records, std::span<const Residuals> residuals, bool unseen = true);
 
   double mean_square(Signal signal) const;        ///< (RMSE/sigma)^2; 1 = noise floor
   std::map<Signal, double> mean_squares() const;  ///< of each signal

@@ -77,13 +77,16 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
 Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   Road road = with_timing_or_without(data, search, criterion, as_recorded);
-  if (!search.trials().only_training_shows_a_remainder(road.found.current)) return road;
-  search.trials().hold_out_training_too(true);
+  FittedTrials& trials = search.trials();
+  const FittedTrials::Judges as_set = trials.judges();
+  const std::optional<FittedTrials::Judges> better = trials.better_judges(road.found.current);
+  if (!better) return road;
+  trials.judge_by(*better);
   const Trial so_far = search.again(road.found.current);
   set(data, recorded);
   Road of_all = with_timing_or_without(data, search, criterion, search.again(as_recorded));
   if (criterion.material(so_far.held_out, of_all.found.current.held_out)) return of_all;
-  search.trials().hold_out_training_too(false);
+  trials.judge_by(as_set);
   set(data, road.circumstances);
   return road;
 }

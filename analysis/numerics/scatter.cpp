@@ -72,16 +72,6 @@ double ColouredNoise::of_mean(double n) const {
 }
 
 ColouredNoise coloured_noise(std::span<const double> x, double least) {
-  // For white noise the variance of a second difference is 6 sigma^2; for autocorrelation rho, over one sample,
-  // (6 - 8 rho + 2 rho^2) sigma^2, and over many again 6 sigma^2.
-  const double white = std::max(scatter_over(x, 1, least), least);
-  const double all = std::max(scatter_over(x, longest_lag(x), least), white);
-  if (all <= 0) return {};
-  const double ratio = white * white / (all * all);
-  return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
-}
-
-double noise_at_most(std::span<const double> x, double least) {
   // Noise grows no faster than a walk does, by the root of the lag; what does is how the series moves.
   constexpr double as_a_walk = 1.2;
   const double white = std::max(scatter_over(x, 1, least), least);
@@ -91,7 +81,12 @@ double noise_at_most(std::span<const double> x, double least) {
     lag /= 2;
     all = scatter_over(x, lag, least);
   }
-  return std::max(all, white);
+  all = std::max(all, white);
+  if (all <= 0) return {};
+  // For white noise the variance of a second difference is 6 sigma^2; for autocorrelation rho, over one sample,
+  // (6 - 8 rho + 2 rho^2) sigma^2, and over many again 6 sigma^2.
+  const double ratio = white * white / (all * all);
+  return {all, std::clamp(2 - std::sqrt(1 + 3 * ratio), 0.0, 0.99)};
 }
 
 ColouredNoise white_noise(std::span<const double> x) { return {second_difference(x, 1, 0) / std::sqrt(6.0), 0}; }

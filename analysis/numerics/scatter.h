@@ -16,13 +16,10 @@ struct ColouredNoise {
 };
 
 /// The noise by the structure function: the median size of second differences over one sample and over many. A median
-/// and second differences leave out edges and slopes; the shorter over the longer tells the autocorrelation.
+/// and second differences leave out edges and slopes; the shorter over the longer tells the autocorrelation. Where the
+/// series itself moves all the time, over as many samples as they grow no faster over than noise that walks off.
 /// @param least what sigma is at the least: the instrument's resolution, its step/sqrt(12)
 ColouredNoise coloured_noise(std::span<const double> x, double least);
-
-/// The most that noise of any memory can be in a series that may move all the time: standard deviation, by second
-/// differences over as many samples as they grow no faster over than noise that walks off.
-double noise_at_most(std::span<const double> x, double least);
 
 /// What of the noise hops from sample to sample, by second differences over one: of a series that has as many edges as
 /// a long structure function has samples.

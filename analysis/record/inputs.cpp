@@ -78,15 +78,16 @@ std::vector<std::size_t> trusted_reach(std::span<const double> x, std::vector<st
 
 /// The same where edges are many and none is foretold: twice as far as long as no mean differs from that over half of
 /// it. From the longest down two means across several edges may agree by chance.
-std::vector<std::size_t> reach_between_edges(std::span<const double> x, std::size_t longest,
-                                             const ColouredNoise& noise) {
+/// @param errors of a mean by which the two may differ
+std::vector<std::size_t> reach_between_edges(std::span<const double> x, std::size_t longest, const ColouredNoise& noise,
+                                             double errors) {
   const Means mean(x);
   std::vector<std::size_t> reach(x.size(), 0);
   for (std::size_t k = 0; k < x.size(); ++k) {
     const std::size_t most = std::min({longest, k, x.size() - 1 - k});
     for (std::size_t r = 1; r <= most; r *= 2) {
       const std::size_t half = r / 2;
-      if (std::abs(mean(k, r) - mean(k, half)) > 2 * noise.of_mean(2.0 * static_cast<double>(half) + 1)) break;
+      if (std::abs(mean(k, r) - mean(k, half)) > errors * noise.of_mean(2.0 * static_cast<double>(half) + 1)) break;
       reach[k] = r;
     }
   }
@@ -240,29 +241,24 @@ MeasuredInput measured_load(const std::string& run, const Series& torque, std::s
   const double interval = mean_interval(grid);
   const std::vector<double> ripple = ripple_of(raw, angle, interval);
   std::ranges::transform(raw, ripple, raw.begin(), std::minus{});
+  // A load that moves all the time is none of the gauge's noise.
   const ColouredNoise noise = coloured_noise(raw, torque.lsb / std::sqrt(12.0));
-  const std::vector<std::size_t> half = trusted_reach(raw, std::move(steady), noise);
+  constexpr double clear = 4;  // errors: an edge, for a brake that turns around
+  const std::vector<std::size_t> to_an_edge = reach_between_edges(raw, std::ranges::max(steady), noise, clear);
+  std::vector<std::size_t> half = trusted_reach(raw, std::move(steady), noise);
+  for (std::size_t k = 0; k < half.size(); ++k) half[k] = std::min(half[k], to_an_edge[k]);
   std::vector<double> load = moving_mean(raw, half);
   std::ranges::transform(load, ripple, load.begin(), std::plus{});
   InputNoise left = noise_of_means(noise, half, interval);
-  const auto stands_out = [&](double share) {  // of what the noise was taken for
-    for (std::size_t k = 0; k < load.size(); ++k) {
-      if (std::abs(load[k]) > 6 * share * left.sigma[k] + 2 * torque.lsb) return true;
-    }
-    return false;
-  };
-  // A load that moves all the time is none of the gauge's noise.
-  const auto at_most = [&] {
-    const double most = noise_at_most(raw, torque.lsb / std::sqrt(12.0));
-    return noise.sigma > 0 ? std::min(1.0, most / noise.sigma) : 1;
-  };
-  if (!stands_out(1) && !stands_out(at_most())) return {};
-  return {std::move(load), std::move(left)};
+  for (std::size_t k = 0; k < load.size(); ++k) {
+    if (std::abs(load[k]) > 6 * left.sigma[k] + 2 * torque.lsb) return {std::move(load), std::move(left)};
+  }
+  return {};
 }
 
 MeasuredInput quiet_voltage(std::span<const double> e_a, double interval) {
   const ColouredNoise noise = white_noise(e_a);
-  const std::vector<std::size_t> half = reach_between_edges(e_a, longest_reach(interval), noise);
+  const std::vector<std::size_t> half = reach_between_edges(e_a, longest_reach(interval), noise, 2);
   return {moving_mean(e_a, half), noise_of_means(noise, half, interval)};
 }
 

@@ -18,17 +18,17 @@ namespace emtb {
 template <class Scalar>
 class Driver {
  public:
-  explicit Driver(const DriverModel& known) : known_(known) {}
+  explicit Driver(const DriverModel& known) : known_(&known) {}
 
   void add(std::size_t effect, std::size_t parameter) { effects_.add(effect, parameter); }
 
   /// The driver as known; its effects change it in every step.
   void reset(Balance<Scalar>& terms) const {
-    terms.gain = Scalar(known_.gain);
-    terms.min = Scalar(known_.min);
-    terms.max = Scalar(known_.max);
-    terms.rise = Scalar(known_.rise);
-    terms.fall = Scalar(known_.fall);
+    terms.gain = Scalar(known_->gain);
+    terms.min = Scalar(known_->min);
+    terms.max = Scalar(known_->max);
+    terms.rise = Scalar(known_->rise);
+    terms.fall = Scalar(known_->fall);
     terms.delay = terms.offset = terms.lag = Scalar(0.0);
     terms.output_resistance = terms.light_load_rise = terms.light_load_current = Scalar(0.0);
     terms.one_quadrant = false;
@@ -61,8 +61,8 @@ class Driver {
   /// Moves the output over a step. @return its mean
   Scalar follow(double u_ref, double t, double h, Equations<Scalar>& equations) {
     if (effects_.empty()) {  // all is known, nothing has a derivative
-      const double target = clamped(known_.gain * u_ref, known_.min, known_.max);
-      const Slewed<double> e = slew(value_of(voltage_), target, known_.rise, known_.fall, h);
+      const double target = clamped(known_->gain * u_ref, known_->min, known_->max);
+      const Slewed<double> e = slew(value_of(voltage_), target, known_->rise, known_->fall, h);
       voltage_ = Scalar(e.end);
       moved_for_ = e.under_way * h;
       return Scalar(e.mean);
@@ -139,7 +139,7 @@ class Driver {
     arrived_ = 0;
   }
 
-  const DriverModel& known_;
+  const DriverModel* known_;
   EffectParts<Scalar> effects_;
   Scalar voltage_{};
   Scalar slewed_{};                 ///< [V] before the lag

@@ -76,6 +76,17 @@ TEST(Diagnose, FindsWhatOnlyTrainingRunsShow) {
   EXPECT_FALSE(diagnose_on(blind::fast_bench()).training_judges);
 }
 
+// What is fitted to the other has seen nothing of it: the run is judged on itself, as a single one would be.
+TEST(Diagnose, FindsWhatASingleTrainingRunShows) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.rise = bench.plant.driver.fall = 60;  // V/s; the model's: 2000
+  bench.train = {random_steps("steps", -3, 3, 0.3, 0.8, 0.5, 4, 1, 7), ramp("slow", 5, 2.5, 0.5, 1, 1)};
+  bench.held_out = {ramp("unseen", -4, 2.5, 0.5, 1, 1)};
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("driver_slew")) << report(d);
+  EXPECT_TRUE(d.training_judges);
+}
+
 TEST(Diagnose, FindsNothingInColouredNoiseOfTheTacho) {
   blind::Bench bench = blind::slow_bench();
   for (auto& channel : bench.channels) {

@@ -211,6 +211,21 @@ TEST(PrepareRun, AGaugeThatReadsZeroIsNoLoad) {
   EXPECT_NEAR(prepared.excitation.load[1500], 0.01, 0.001);
 }
 
+// A shaft that turns back every 60 ms, 40 ms, 90 ms ..., and a brake that opposes it.
+TEST(PrepareRun, ABrakeThatTurnsAroundOftenIsNoNoiseOfTheGauge) {
+  const double torque = 0.1, sigma = 0.001;
+  const auto brake = [&](double t) { return std::sin(60 * t) + std::sin(97 * t) < 0 ? -torque : torque; };
+  synthetic::Noise noise(6);
+  emtb::Run run = plain_run();
+  run.signals[Signal::torque] = series(1e-3, 2, [&](double t) { return brake(t) + noise(sigma); });
+  const ObservedRun prepared = observe_run(run, servo_model());
+  ASSERT_TRUE(prepared.measured_load);
+  for (std::size_t k = 0; k < prepared.length(); ++k) {
+    ASSERT_NEAR(prepared.excitation.load[k], brake(prepared.excitation.t[k]), 5 * sigma) << k << ": an edge is smeared";
+    ASSERT_LE(prepared.load_noise.sigma[k], 2 * sigma);
+  }
+}
+
 TEST(PrepareRun, QuietsAMeasuredLoadButForWhatRepeatsWithTheAngle) {
   emtb::Run run = plain_run();
   const double speed = 180, ripple = 0.006, sigma = 0.002;  // [rad/s], [N m] of a weight off centre and of the noise
