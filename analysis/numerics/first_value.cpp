@@ -50,6 +50,8 @@ bool FirstValue::moves() const { return std::abs(slope) > clear * slope_error; }
 
 bool FirstValue::may_move() const { return std::abs(slope) > slope_error; }
 
+bool FirstValue::may_move_at(double speed) const { return std::abs(slope - speed) <= clear * slope_error; }
+
 std::optional<FirstValue> first_value(std::span<const double> t, std::span<const double> y, double start, double lsb) {
   std::size_t n = 0;
   while (n < y.size() && (n < fewest || t[n] < start + first_value_within)) ++n;

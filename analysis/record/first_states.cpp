@@ -30,20 +30,32 @@ std::optional<FirstValue> first_angle(const Run& run, std::span<const double> gr
   if (found == run.signals.end()) return std::nullopt;
   const Series& theta = found->second;
   const auto before = static_cast<std::size_t>(std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin());
-  return first_value(std::span(theta.t).first(before), std::span(theta.value).first(before), grid.front(), theta.lsb);
+  const std::span<const double> t = std::span(theta.t).first(before), value = std::span(theta.value).first(before);
+  std::optional<FirstValue> first = first_value(t, value, grid.front(), theta.lsb);
+  // As long as nothing is counted, it turns by less than a count.
+  const auto moves = std::ranges::find_if(value, [&](double angle) { return angle != value.front(); }) - value.begin();
+  const double stands = moves > 0 ? t[static_cast<std::size_t>(moves) - 1] - t.front() : 0;  // [s]
+  if (first && stands > 0 && theta.lsb / stands < first->slope_error) {
+    first->slope = 0;
+    first->slope_error = theta.lsb / stands;
+  }
+  return first;
 }
 
-/// Where angles are coarse, a few of them do not tell a shaft that turns from one that rests. What they tell counts
-/// more than a tachogenerator, which may read a speed at rest.
+/// Where angles are coarse, a few of them do not tell a shaft that turns from one that rests. A tachogenerator that
+/// they contradict reads a speed at rest, or none of a shaft that turns.
 void set_first_speed(InitialState& initial, const Observation& speed, const Run& run, std::span<const double> grid,
                      std::size_t end) {
   const std::optional<FirstValue> angle = first_angle(run, grid, end);
   if (speed.origin == Origin::slope_of_angle) {
     if (angle && angle->may_move()) (angle->moves() ? initial.omega : initial.omega_doubt) = angle->slope;
-  } else if (angle && (angle->moves() || !angle->may_move())) {
-    initial.omega = angle->moves() ? angle->slope : 0;
-  } else if (const auto first = first_value_of(speed, grid, end); first && first->is_other_than(0)) {
-    initial.omega = first->value;
+    return;
+  }
+  const std::optional<FirstValue> read = first_value_of(speed, grid, end);
+  if (angle && !(read && angle->may_move_at(read->value))) {
+    if (angle->moves()) initial.omega = angle->slope;
+  } else if (read && read->is_other_than(0)) {
+    initial.omega = read->value;
   }
 }
 

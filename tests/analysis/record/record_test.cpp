@@ -161,6 +161,20 @@ TEST(PrepareRun, StartsAsTheAngleTellsWhereATachogeneratorReadsASpeedAtRest) {
   EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 30, 0.1);
 }
 
+TEST(PrepareRun, StartsAsTheTachogeneratorReadsWhereAnAngleIsTooCoarseToTell) {
+  constexpr double step = 0.08;  // [rad] 79 a turn, read every 20 ms
+  const auto start = [&](double read, double turns) {
+    emtb::Run run = plain_run();
+    run.signals[Signal::u_ref] = series(1e-3, 2, [](double) { return 2.0; });
+    run.signals[Signal::omega] = series(1e-3, 2, [&](double) { return read; });
+    run.signals[Signal::theta] = series(2e-2, 2, [&](double t) { return step * std::floor(turns * t / step + 0.3); });
+    run.signals[Signal::theta].lsb = step;
+    return observe_run(run, servo_model()).excitation.initial.omega;
+  };
+  EXPECT_NEAR(start(3, 3), 3, 1e-6);
+  EXPECT_EQ(start(1, 0), 0) << "nothing is counted for two seconds";
+}
+
 TEST(PrepareRun, StartsAtTheSpeedThatWasBeforeTheInputChanged) {
   emtb::Run run = plain_run();  // a small servo: at rest for 10 ms, at full speed 20 ms later
   run.signals.erase(Signal::omega);
