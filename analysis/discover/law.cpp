@@ -36,6 +36,16 @@ std::vector<EquationError> shortest_curves(std::vector<EquationError> curves) {
   return curves;
 }
 
+/// The curve of each quantity that explains most.
+std::vector<EquationError> curve_of_each(std::vector<EquationError> curves) {
+  std::vector<EquationError> best;
+  for (EquationError& e : curves) {
+    const auto same = [&](const EquationError& other) { return other.law.of.front() == e.law.of.front(); };
+    if (std::ranges::none_of(best, same)) best.push_back(std::move(e));
+  }
+  return best;
+}
+
 /// Where something is left that a smooth function explains.
 struct Places {
   bool torque = false, voltage = false;
@@ -194,7 +204,8 @@ void draw(Law& law, const Samples& s, const ReadFormula& read) {
 }
 
 /// A law in simulation, from where equation error puts it, from less of it, and from the base parameters as given:
-/// those of a model that lacked it may have bent. The fit that leaves least counts.
+/// those of a model that lacked it may have bent. A curve needs nothing to start from. The fit that leaves least
+/// counts.
 std::optional<Trial> fitted_law(FittedTrials& trials, const Trial& base, const Model& offering, std::size_t effect,
                                 const FormulaText& text) {
   constexpr double less = 0.3;
@@ -216,6 +227,7 @@ std::optional<Trial> fitted_law(FittedTrials& trials, const Trial& base, const M
   from(1, false);
   from(less, false);
   from(1, true);
+  if (text.is_curve) from(0, true);
   return best;
 }
 
@@ -270,18 +282,17 @@ std::optional<Law> confirmed(const Ground& g, const Fitted& best, const FormulaT
 }
 
 /// What is worth a fit in simulation, by equation error: of the torque and of the voltage.
-/// @param propose sentences or curves @param choose of those that explain something, best first
+/// @param propose sentences or curves @param least of what is left that they explain @param choose of those, best first
 template <class Propose, class Choose>
-std::vector<FormulaText> worth_a_fit(const Ground& g, const Places& places, const Propose& propose,
+std::vector<FormulaText> worth_a_fit(const Ground& g, const Places& places, const Propose& propose, double least,
                                      const Choose& choose) {
-  constexpr double nothing = 0.1;  // of what is left
   std::vector<FormulaText> texts;
   for (const bool of_voltage : {false, true}) {
     if (!(of_voltage ? places.voltage : places.torque)) continue;
     const Samples s = samples_of(g.left, of_voltage);
     const auto laws = propose(s, g.left.torque_scale, g.left.voltage_scale, of_voltage);
     auto tried = by_equation_error(s, laws, g.read, g.base.model().values()[base::K_m]);
-    std::erase_if(tried, [](const EquationError& e) { return e.share < nothing; });
+    std::erase_if(tried, [least](const EquationError& e) { return e.share < least; });
     for (EquationError& e : choose(std::move(tried))) texts.push_back(std::move(e.law));
   }
   return texts;
@@ -350,10 +361,15 @@ std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model&
                             const Shares& voltage, const ReadFormula& read) {
   const Ground ground{data, base, given, criterion, confirm, left, read};
   const Places places = places_of(left, torque, voltage);
-  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, best_few));
+  constexpr double something = 0.1;  // of what is left
+  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, something, best_few));
   constexpr double at_the_floor = 1.05;
   if (formula && formula->law.held_out_after < at_the_floor) return std::move(formula->law);
-  std::optional<Found> curve = best_of(ground, worth_a_fit(ground, places, curves, shortest_curves));
+  std::optional<Found> curve = best_of(ground, worth_a_fit(ground, places, curves, something, shortest_curves));
+  // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
+  // more: then only a fit of both together tells.
+  const bool bent = !places.torque && !places.voltage && criterion.worth_trying_all(base.held_out);
+  if (bent) curve = best_of(ground, worth_a_fit(ground, {.torque = true}, curves, -infinity, curve_of_each));
   if (!curve) return formula ? std::optional(std::move(formula->law)) : std::nullopt;
   if (!formula) return std::move(curve->law);
   if (!says_more(criterion, *curve, *formula)) return std::move(formula->law);

@@ -1,7 +1,7 @@
 /// Hides laws that the grammar does not hold exactly on the simulated servo, splines over the speed and tables over
 /// the angle, and counts what `discover` makes of them; then runs of one machine, of a machine that changed, and
 /// disturbed ones: docs/discover.md. Arguments: what (law, law_of_angle, friction_over_angle, healthy, lacking,
-/// changed, from_then, drift, disturbed, all), how many, seed.
+/// changed, from_then, drift, disturbed, all), how many, seed, the first.
 
 #include <algorithm>
 #include <array>
@@ -110,10 +110,10 @@ HiddenLaw hidden_law(const std::string& kind, Draw& draw) {
           "theta", [turn, friction](double theta) { return (friction ? -1 : 1) * turn(theta); }};
 }
 
-void judge_laws(const std::string& kind, std::size_t count, std::uint64_t seed) {
+void judge_laws(const std::string& kind, std::size_t first, std::size_t count, std::uint64_t seed) {
   std::size_t offered = 0, shaped = 0;
   std::vector<double> removed;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = first; i < first + count; ++i) {
     Draw draw(seed + 1000 * i);
     Bench bench = fast_bench();
     const HiddenLaw hidden = hidden_law(kind, draw);
@@ -140,10 +140,10 @@ void judge_laws(const std::string& kind, std::size_t count, std::uint64_t seed) 
 }
 
 /// Cases of one kind: what is found of what an oracle sees, and what is named that is not there.
-void judge_machines(MachineKind kind, std::size_t count, std::uint64_t seed) {
+void judge_machines(MachineKind kind, std::size_t first, std::size_t count, std::uint64_t seed) {
   std::size_t visible = 0, found = 0, unseen_found = 0, otherwise = 0, changes = 0, disturbances = 0, laws = 0;
   double seconds = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = first; i < first + count; ++i) {
     const MachineCase c = make_machine_case(kind, i, seed);
     const MachineAnswer a = ask(c);
     visible += a.visible ? 1 : 0;
@@ -176,13 +176,14 @@ int main(int argc, char** argv) {
   const std::string kind = argc > 1 ? argv[1] : "all";
   const std::size_t count = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 20;
   const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
+  const std::size_t first = argc > 4 ? std::strtoul(argv[4], nullptr, 10) : 0;
   try {
     for (const std::string one : {"law", "law_of_angle", "friction_over_angle"}) {
-      if (kind == one || kind == "all") emtb::blind::judge_laws(one, count, seed);
+      if (kind == one || kind == "all") emtb::blind::judge_laws(one, first, count, seed);
     }
     for (const MachineKind one : {MachineKind::healthy, MachineKind::lacking, MachineKind::changed,
                                   MachineKind::from_then, MachineKind::drift, MachineKind::disturbed}) {
-      if (kind == name_of(one) || kind == "all") emtb::blind::judge_machines(one, count, seed);
+      if (kind == name_of(one) || kind == "all") emtb::blind::judge_machines(one, first, count, seed);
     }
   } catch (const emtb::Error& e) {
     std::cerr << e.what() << "\n";

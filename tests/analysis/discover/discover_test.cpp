@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -68,6 +69,28 @@ TEST(Discover, TellsTheCurveWhereNoShortFormulaFollowsIt) {
   EXPECT_TRUE(!d.law->nearest || d.law->nearest_held_out > d.law->held_out_after);
   const AddedTerm again = read(d.law->text);
   EXPECT_EQ(again.parameters.size(), d.law->parameters.size()) << "it is a candidate like any other";
+}
+
+/// A friction that the base parameters of a model without it bend to, until what they leave is no function of the
+/// speed.
+double friction_that_bends_the_base(double omega) {
+  constexpr std::array at_every_75{0.0, 0.02, 0.017, 0.001, 0.019, 0.007, 0.023, 0.023};  // rad/s; [N m]
+  const double at = std::min(std::abs(omega) / 75, 6.9);
+  const auto k = static_cast<std::size_t>(at);
+  return std::copysign(std::lerp(at_every_75[k], at_every_75[k + 1], at - static_cast<double>(k)), omega);
+}
+
+TEST(Discover, TellsACurveThatTheBaseParametersHaveBentTo) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.hidden_torque = [](double omega, double, double) { return friction_that_bends_the_base(omega); };
+  const Discovery d = discover_on(bench);
+  EXPECT_LT(d.torque.ceiling, 0.2) << "or it says nothing of such a case";
+  ASSERT_TRUE(d.law);
+  EXPECT_TRUE(d.law->text.is_curve);
+  EXPECT_LT(d.law->held_out_after, 0.2 * d.law->held_out_before);
+  EXPECT_LT(blind::curve_error(
+                *d.law, "omega", [](double omega) { return -friction_that_bends_the_base(omega); }, true),
+            0.1);
 }
 
 TEST(Discover, FindsAFrictionThatIsNotAlikeAroundTheTurn) {
