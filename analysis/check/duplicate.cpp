@@ -3,8 +3,10 @@
 #include <bit>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <unordered_map>
-#include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "analysis/check/readings.h"
 
@@ -67,19 +69,48 @@ void leave_out_what_recurs(std::vector<std::optional<std::uint64_t>>& blocks) {
 struct Listed {
   const Run* run = nullptr;
   bool held_out = false;
-  std::size_t rows = 0;
-  std::vector<std::optional<std::uint64_t>> blocks;  ///< from every row on
-  std::unordered_set<std::uint64_t> known;           ///< the same, to look up
+  std::vector<std::uint64_t> rows;
+  std::vector<std::optional<std::uint64_t>> blocks;      ///< from every row on
+  std::unordered_map<std::uint64_t, std::size_t> known;  ///< from which row on, to look up
 };
 
 Listed listed(const Run& run, bool held_out) {
-  const std::vector<std::uint64_t> rows = rows_of(run);
-  Listed l{&run, held_out, rows.size(), blocks_of(rows), {}};
+  std::vector<std::uint64_t> rows = rows_of(run);
+  Listed l{&run, held_out, std::move(rows), {}, {}};
+  l.blocks = blocks_of(l.rows);
   leave_out_what_recurs(l.blocks);
-  for (const auto& b : l.blocks) {
-    if (b) l.known.insert(*b);
+  for (std::size_t k = 0; k < l.blocks.size(); ++k) {
+    if (l.blocks[k]) l.known.emplace(*l.blocks[k], k);
   }
   return l;
+}
+
+/// Where readings are copied, the rows around them are the same or have nothing to do with each other. An experiment
+/// that is repeated, with noise below the instruments' steps, agrees in most of them, and not in all.
+/// @param a, b from which rows on both agree over a block @param step to the next row: 1 or -1
+bool agree_in_most_beyond(std::span<const std::uint64_t> a, std::span<const std::uint64_t> b, std::ptrdiff_t in_a,
+                          std::ptrdiff_t in_b, int step) {
+  const auto inside = [&](std::ptrdiff_t i, std::ptrdiff_t j) {
+    return i >= 0 && j >= 0 && i < std::ssize(a) && j < std::ssize(b);
+  };
+  const auto same = [&] { return a[static_cast<std::size_t>(in_a)] == b[static_cast<std::size_t>(in_b)]; };
+  const auto changes = [&](std::span<const std::uint64_t> rows, std::ptrdiff_t k) {
+    return k > 0 && rows[static_cast<std::size_t>(k)] != rows[static_cast<std::size_t>(k) - 1];
+  };
+  for (; inside(in_a, in_b) && same(); in_a += step, in_b += step) {
+  }
+  std::size_t seen = 0, agreed = 0;
+  for (std::size_t n = 0; n < block && inside(in_a, in_b); ++n, in_a += step, in_b += step) {
+    if (!changes(a, in_a) && !changes(b, in_b)) continue;
+    ++seen;
+    agreed += same() ? 1 : 0;
+  }
+  return seen >= varied && 2 * agreed > seen;
+}
+
+bool is_repeated(const Listed& a, std::size_t in_a, const Listed& b, std::size_t in_b) {
+  const auto i = static_cast<std::ptrdiff_t>(in_a), j = static_cast<std::ptrdiff_t>(in_b);
+  return agree_in_most_beyond(a.rows, b.rows, i, j, 1) || agree_in_most_beyond(a.rows, b.rows, i, j, -1);
 }
 
 struct Shared {
@@ -91,7 +122,8 @@ Shared shared(const Listed& a, const Listed& b) {
   for (std::size_t k = 0; k < b.blocks.size(); k += block) {
     if (!b.blocks[k]) continue;
     ++s.of;
-    if (!a.known.contains(*b.blocks[k])) continue;
+    const auto there = a.known.find(*b.blocks[k]);
+    if (there == a.known.end() || is_repeated(a, there->second, b, k)) continue;
     if (s.same == 0) s.first = k;
     ++s.same;
     s.last = k + block - 1;
@@ -116,7 +148,7 @@ DataFindings duplicates(std::span<const Run> train, std::span<const Run> held_ou
       if (!enough(s) && !enough(back)) continue;
       double from = 0, to = all[b].run->duration();
       for (const auto& [signal, series] : all[b].run->signals) {
-        if (series.t.size() == all[b].rows) from = series.t[s.first], to = series.t[s.last];
+        if (series.t.size() == all[b].rows.size()) from = series.t[s.first], to = series.t[s.last];
       }
       const bool twice = all[a].run->name == all[b].run->name;
       const std::string text = twice

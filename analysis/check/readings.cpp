@@ -105,8 +105,10 @@ Drives::Drives(const Run& run, Signal signal, Change counts, double margin) {
   for (const Signal s : {Signal::u_ref, Signal::e_a}) {
     if (!run.has(s) || s == signal || run.at(s).t.size() < 2) continue;
     const Series& input = run.at(s);
+    const double step =
+        s == Signal::u_ref ? input.lsb : step_of(input);  // of a reference that is set: as it is written
     drives_.push_back({&input, margin * input.t.back() / static_cast<double>(input.t.size() - 1),
-                       counts == Change::any ? 0 : std::max(3 * step_of(input), 0.02 * size_of(input.value))});
+                       counts == Change::any ? 0 : std::max(3 * step, 0.02 * size_of(input.value))});
   }
 }
 

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "analysis/check/readings.h"
 #include "tests/analysis/check/planted.h"
 #include "tests/analysis/synthetic.h"
 #include "tests/blind/recording.h"
@@ -161,6 +162,19 @@ TEST_F(Check, ASensorThatFreezesIsHeldAndACoarseOneIsNot) {
     for (double& v : omega.value.edit()) v = 5 * std::round(v / 5);
   }
   EXPECT_THAT(check(coarse, {}, &servo), IsEmpty());
+}
+
+TEST_F(Check, TheOneStepOfAReferenceIsAChange) {
+  Run run;
+  for (int k = 0; k < 100; ++k) {
+    for (const Signal signal : {Signal::u_ref, Signal::i_a}) {
+      run.signals[signal].t.push_back(0.01 * k);
+      run.signals[signal].value.push_back(k < 50 ? 0 : 3);
+    }
+  }
+  const Drives drives(run, Signal::i_a);
+  EXPECT_TRUE(drives.change(0.49, 0.5));
+  EXPECT_FALSE(drives.change(0.6, 0.7));
 }
 
 TEST_F(Check, AnAngleThatStandsWithoutPowerIsNotHeld) {
@@ -331,6 +345,31 @@ TEST_F(Check, TheSameReadingsUnderAnotherNameCountTwice) {
   EXPECT_TRUE(stops(check(train, judging, &servo)));
   EXPECT_THAT(check(servo_runs(), record(blind::fast_bench(), blind::fast_bench().train, 9), &servo), IsEmpty())
       << "the same profiles, recorded again";
+}
+
+TEST_F(Check, AProfileThatIsRecordedAgainByACoarseInstrumentIsNoDuplicate) {
+  const auto ramp = [](std::uint64_t seed) {
+    synthetic::Noise noise(seed);
+    Run run;
+    run.name = "ramp " + std::to_string(seed);
+    for (int k = 0; k < 800; ++k) {
+      const auto add = [&](Signal signal, double value) {
+        run.signals[signal].t.push_back(0.01 * k);
+        run.signals[signal].value.push_back(value);
+      };
+      add(Signal::u_ref, 0.01 * k);
+      add(Signal::omega, std::round(0.5 * k + 0.2 + noise(0.1)));
+    }
+    return run;
+  };
+  const std::vector<Run> train{ramp(1)};
+  Run other = ramp(2);
+  EXPECT_THAT(check(train, std::vector{other}), Not(Contains(is_a(Flaw::duplicate))));
+  for (std::size_t k = 200; k < 500; ++k)
+    other.signals[Signal::omega].value.edit()[k] = train[0].at(Signal::omega).value[k];
+  for (std::size_t k = 500; k < 800; ++k) other.signals[Signal::omega].value.edit()[k] += 7;
+  for (std::size_t k = 0; k < 200; ++k) other.signals[Signal::omega].value.edit()[k] += 7;
+  EXPECT_THAT(check(train, std::vector{other}), Contains(is_a(Flaw::duplicate))) << "a part of it was copied";
 }
 
 TEST_F(Check, CountsOfASteadySpeedRepeatThemselvesAndAreNoDuplicate) {
