@@ -48,8 +48,9 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
 /// Whether the reference goes on amid a stretch of the voltage that it sets, by what several of its steps are worth. It
 /// alone says where a voltage goes.
 bool reference_moves(const Run& run, const EqualReadings& s) {
-  constexpr std::size_t rows = 3;  // at the ends, which a driver may be late by
+  constexpr std::size_t least = 3;  // rows at the ends, which a driver may be late by
   constexpr double clear = 0.02, several = 3;
+  const std::size_t rows = std::max(least, s.length() / 20);  // and one that lags stays within a coarse step for longer
   const Series &e_a = run.at(Signal::e_a), &u_ref = run.at(Signal::u_ref);
   if (s.length() <= 2 * rows) return false;
   const auto begin = std::ranges::lower_bound(u_ref.t, e_a.t[s.begin + rows]) - u_ref.t.begin();

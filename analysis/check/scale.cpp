@@ -56,6 +56,7 @@ std::optional<DataFinding> by_gauge(const MotionWindows& w, const MotorBalance& 
   if (const auto unit = speed_unit(1 / ratio, 1.6)) {
     return scale_finding(*w.speed, start + in_unit(*w.speed, w.speed == Signal::omega ? unit->unit : "deg"));
   }
+  if (ratio > 1) return std::nullopt;  // friction that grows with the load may take nearly all
   return scale_finding(Signal::torque, start + "one of the four has another scale");
 }
 

@@ -164,6 +164,42 @@ TEST_F(Check, ASensorThatFreezesIsHeldAndACoarseOneIsNot) {
   EXPECT_THAT(check(coarse, {}, &servo), IsEmpty());
 }
 
+TEST_F(Check, FrictionMayTakeNearlyAllOfTheTorqueBeforeItsGauge) {
+  for (const double share : {0.05, 20.0}) {
+    std::vector<Run> runs = servo_runs();
+    for (Run& run : runs) {
+      Series torque = run.at(Signal::i_a);
+      for (double& v : torque.value.edit()) v *= 0.042 * share;
+      torque.lsb *= 0.042 * share;
+      run.signals[Signal::torque] = torque;
+    }
+    const DataFindings found = check(runs, {}, &servo);
+    const bool named = std::ranges::any_of(
+        found, [](const DataFinding& f) { return f.what == Flaw::scale && f.signal == Signal::torque; });
+    EXPECT_EQ(named, share > 1) << "no motor makes more than its current tells";
+  }
+}
+
+TEST_F(Check, AVoltageThatLagsWithinACoarseStepIsNotHeld) {
+  constexpr double step = 1.0575;                                  // V
+  const auto lagging = [](double from, double to, double since) {  // twice
+    return to + (from - to) * (1 + since / 0.155) * std::exp(-since / 0.155);
+  };
+  Run run;
+  for (int k = 0; k < 2500; ++k) {
+    const double t = 0.005 * (k - 2000), swing = 90 * std::sin(std::numbers::pi * t);
+    const double u_ref = t < 0 ? swing : t < 0.5 ? 0 : t < 2 ? 53.9 : 80;
+    const double e_a = t < 0.5 ? u_ref : t < 2 ? lagging(0, 54.2, t - 0.5) : lagging(54.2, 80, t - 2);
+    for (const auto& [signal, value] : {std::pair{Signal::u_ref, u_ref},
+                                        {Signal::e_a, step * std::round(e_a / step)},
+                                        {Signal::omega, e_a + 0.1 * std::sin(1.7 * k)}}) {
+      run.signals[signal].t.push_back(t + 10);
+      run.signals[signal].value.push_back(value);
+    }
+  }
+  EXPECT_THAT(check(std::vector{run}), Not(names(Flaw::held, Signal::e_a)));
+}
+
 TEST_F(Check, TheOneStepOfAReferenceIsAChange) {
   Run run;
   for (int k = 0; k < 100; ++k) {
