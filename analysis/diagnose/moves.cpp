@@ -6,6 +6,7 @@
 
 #include "analysis/diagnose/refit.h"
 #include "model/catalogue.h"
+#include "model/lateness.h"
 
 namespace emtb {
 
@@ -35,6 +36,14 @@ std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<
     if (other != effect && about.same_family(model.about(other))) return other;
   }
   return std::nullopt;
+}
+
+bool says_how_late(std::size_t effect) {
+  if (effect >= effect_count || effect_catalogue()[effect].periodic) return false;
+  ModelStructure alone;
+  alone.effects = {effect};
+  const auto says = [&](Signal signal) { return says_how_late(alone, signal); };
+  return shapes_edges(alone) || std::ranges::any_of(all_signals(), says);
 }
 
 std::vector<std::size_t> absent_waves(const Model& model) {

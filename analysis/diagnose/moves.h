@@ -23,6 +23,10 @@ bool needed(std::size_t effect, const Model& model);
 std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<std::size_t>& found,
                                           const Model& model);
 
+/// Does an effect say how late an edge or a reading comes? Such effects stand in for each other, and a score at nothing
+/// may not tell: a resistance that has bent to a lag leaves no room for an inductance.
+bool says_how_late(std::size_t effect);
+
 /// The effects of the library that repeat several times a turn, as far as a model does not include them.
 std::vector<std::size_t> absent_waves(const Model& model);
 

@@ -295,7 +295,10 @@ void Search::swap() {
 }
 
 void Search::try_rivals_of(std::size_t place) {
-  if (const Round* reduced = round_without(place)) try_in_the_place_of(place, *reduced, reduced->refits);
+  Round* reduced = round_without(place);
+  if (reduced == nullptr) return;
+  try_in_the_place_of(place, *reduced, reduced->refits);
+  if (says_how_late(found_.effects[place])) try_in_the_place_of(place, *reduced, late_refits_of(*reduced));
 }
 
 /// @param refits of the model without the member in that place @return whether one of them has taken it
@@ -343,12 +346,14 @@ void Search::renew_rivals() {
   for (std::size_t i = 0; i < found_.effects.size(); ++i) {
     const std::size_t member = found_.effects[i];
     if (needed(member, found_.current.model())) continue;
-    const Round* reduced = round_without(i);
+    Round* reduced = round_without(i);
     if (reduced == nullptr) continue;
-    for (const Addition& a : reduced->refits) {
-      if (!is_rival(*reduced, a, member) || !criterion_.tied(found_.current.held_out, a.trial.held_out)) continue;
+    const auto collect = [&](const Addition& a) {
+      if (!is_rival(*reduced, a, member) || !criterion_.tied(found_.current.held_out, a.trial.held_out)) return;
       found_.rivals[member].push_back({a.effect(), a.trial.model()});
-    }
+    };
+    std::ranges::for_each(reduced->refits, collect);
+    if (says_how_late(member)) std::ranges::for_each(late_refits_of(*reduced), collect);
   }
 }
 
@@ -448,7 +453,7 @@ Search::Round* Search::round(const std::vector<std::size_t>& effects,
   if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;
   std::optional<Trial> trial = fitted();
   if (!trial) return nullptr;
-  Round r{std::move(*trial), {}, {}, {}};
+  Round r{std::move(*trial), {}, {}, {}, {}};
   r.scores = trials_.scores(r.fitted.model());
   if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising);
   return &rounds_.emplace(std::move(key), std::move(r)).first->second;
@@ -457,6 +462,19 @@ Search::Round* Search::round(const std::vector<std::size_t>& effects,
 const std::vector<Addition>& Search::all_refits_of(Round& round) {
   if (!round.all_refits) round.all_refits = trials_.refits(round.fitted, round.scores, Breadth::all);
   return *round.all_refits;
+}
+
+/// The refits with what says how late something comes, that were not among the promising.
+const std::vector<Addition>& Search::late_refits_of(Round& round) {
+  if (!round.late_refits) {
+    std::vector<Score> late = round.scores;
+    std::erase_if(late, [&](const Score& s) {
+      return !says_how_late(s.effect) ||
+             std::ranges::any_of(round.refits, [&](const Addition& a) { return a.effect() == s.effect; });
+    });
+    round.late_refits = trials_.refits(round.fitted, late, Breadth::all);
+  }
+  return *round.late_refits;
 }
 
 /// That of the model as given: the search began with it.

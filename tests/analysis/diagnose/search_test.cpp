@@ -134,7 +134,8 @@ class MadeUp final : public Trials {
 class SearchOnMadeUpFits : public testing::Test {
  protected:
   const std::size_t dry = effect_index("coulomb_friction"), air = effect_index("windage"),
-                    brush = effect_index("brush_drop"), coil = effect_index("armature_inductance");
+                    brush = effect_index("brush_drop"), coil = effect_index("armature_inductance"),
+                    lag = effect_index("driver_lag");
   MadeUp trials;
   ByError criterion;
   std::vector<double> shares;
@@ -178,6 +179,14 @@ TEST_F(SearchOnMadeUpFits, TriesAllInThePlaceOfAMemberThatLeavesARemainder) {
   const Finding f = found();
   EXPECT_THAT(f.effects, ElementsAre(coil));
   EXPECT_DOUBLE_EQ(f.current.held_out.error(), 1);
+}
+
+TEST_F(SearchOnMadeUpFits, TriesALagThatNoScorePromisesInThePlaceOfAnother) {
+  trials.errors = {{{}, 9}, {{lag}, 1.04}, {{coil}, 1}};
+  trials.unpromising = {coil};
+  EXPECT_THAT(found().effects, ElementsAre(coil)) << "though nothing to speak of is left";
+  trials.errors = {{{}, 9}, {{dry}, 1.04}, {{coil}, 1}};
+  EXPECT_THAT(found().effects, ElementsAre(dry)) << "a friction stands in for no lag";
 }
 
 TEST_F(SearchOnMadeUpFits, AddsAgainWhereADroppedMemberLeftRoom) {
@@ -252,7 +261,7 @@ TEST_F(SearchOnMadeUpFits, HoldsAnAnswerAgainstOthersWhereTheDataHaveChanged) {
 }
 
 TEST_F(SearchOnMadeUpFits, SwapsNothingForWhatMendsTheLawOfAnotherMember) {
-  const std::size_t lag = effect_index("driver_lag"), delay = effect_index("driver_delay");
+  const std::size_t delay = effect_index("driver_delay");
   criterion.edges_tell_two = false;
   trials.errors = {{{}, 9}, {{lag}, 4}, {{delay}, 8}, {{lag, air}, 2}, {{lag, delay}, 1.8}};
   const Finding f = found();
