@@ -8,6 +8,7 @@
 
 #include "analysis/numerics/first_value.h"
 #include "analysis/record/driver_voltage.h"
+#include "analysis/record/repeats.h"
 
 namespace emtb {
 namespace {
@@ -33,11 +34,13 @@ std::optional<FirstValue> first_angle(const Run& run, std::span<const double> gr
   const std::span<const double> t = std::span(theta.t).first(before), value = std::span(theta.value).first(before);
   std::optional<FirstValue> first = first_value(t, value, grid.front(), theta.lsb);
   // As long as nothing is counted, it turns by less than a count.
-  const auto moves = std::ranges::find_if(value, [&](double angle) { return angle != value.front(); }) - value.begin();
-  const double stands = moves > 0 ? t[static_cast<std::size_t>(moves) - 1] - t.front() : 0;  // [s]
-  if (first && stands > 0 && theta.lsb / stands < first->slope_error) {
+  const auto moves = std::ranges::find_if(value, [&](double angle) { return angle != value.front(); });
+  const auto standing = static_cast<std::size_t>(moves - value.begin());
+  if (!first || !(theta.lsb > 0) || standing <= 3 * rows_an_update(theta.value)) return first;
+  const double least = theta.lsb / (t[standing - 1] - t.front());
+  if (least < first->slope_error) {
     first->slope = 0;
-    first->slope_error = theta.lsb / stands;
+    first->slope_error = least;
   }
   return first;
 }
