@@ -367,8 +367,9 @@ struct Writer {
         "K_b, K_m and J ±10, B ±1):");
     md.table(listed(f.unbounded, {"R_a = 100", "R_a = -30, K_m = -0.6", "K_m, B, J negative", "J = 1"}));
     md.say(
-        "The first three describe the speed exactly as well as the fits within bounds do. The last shows the other "
-        "failure, a search that loses its way from a poor start. The paper's bounds on R_a, 27 to 35 Ω around an "
+        "The first three describe the speed exactly as well as the fits within bounds do. A start as poor as the last "
+        "is the other failure: from there a search may lose its way, or find yet another of these. The paper's bounds "
+        "on R_a, 27 to 35 Ω around an "
         "ohmmeter's 30 Ω, are no help for convergence: they are the measurement of R_a. emtb takes such knowledge as "
         "`prior: {value, std}` or `fixed`, and says what the data do not determine.");
   }

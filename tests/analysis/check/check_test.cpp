@@ -9,7 +9,6 @@
 #include <numbers>
 #include <utility>
 
-#include "analysis/check/readings.h"
 #include "tests/analysis/check/planted.h"
 #include "tests/analysis/synthetic.h"
 #include "tests/blind/recording.h"
@@ -180,39 +179,6 @@ TEST_F(Check, FrictionMayTakeNearlyAllOfTheTorqueBeforeItsGauge) {
   }
 }
 
-TEST_F(Check, AVoltageThatLagsWithinACoarseStepIsNotHeld) {
-  constexpr double step = 1.0575;                                  // V
-  const auto lagging = [](double from, double to, double since) {  // twice
-    return to + (from - to) * (1 + since / 0.155) * std::exp(-since / 0.155);
-  };
-  Run run;
-  for (int k = 0; k < 2500; ++k) {
-    const double t = 0.005 * (k - 2000), swing = 90 * std::sin(std::numbers::pi * t);
-    const double u_ref = t < 0 ? swing : t < 0.5 ? 0 : t < 2 ? 53.9 : 80;
-    const double e_a = t < 0.5 ? u_ref : t < 2 ? lagging(0, 54.2, t - 0.5) : lagging(54.2, 80, t - 2);
-    for (const auto& [signal, value] : {std::pair{Signal::u_ref, u_ref},
-                                        {Signal::e_a, step * std::round(e_a / step)},
-                                        {Signal::omega, e_a + 0.1 * std::sin(1.7 * k)}}) {
-      run.signals[signal].t.push_back(t + 10);
-      run.signals[signal].value.push_back(value);
-    }
-  }
-  EXPECT_THAT(check(std::vector{run}), Not(names(Flaw::held, Signal::e_a)));
-}
-
-TEST_F(Check, TheOneStepOfAReferenceIsAChange) {
-  Run run;
-  for (int k = 0; k < 100; ++k) {
-    for (const Signal signal : {Signal::u_ref, Signal::i_a}) {
-      run.signals[signal].t.push_back(0.01 * k);
-      run.signals[signal].value.push_back(k < 50 ? 0 : 3);
-    }
-  }
-  const Drives drives(run, Signal::i_a);
-  EXPECT_TRUE(drives.change(0.49, 0.5));
-  EXPECT_FALSE(drives.change(0.6, 0.7));
-}
-
 TEST_F(Check, AnAngleThatStandsWithoutPowerIsNotHeld) {
   // The reference goes back to nothing at 4 s; the tachogenerator stays where its coupling stuck.
   const auto run_with = [](double power_after) {
@@ -381,54 +347,6 @@ TEST_F(Check, TheSameReadingsUnderAnotherNameCountTwice) {
   EXPECT_TRUE(stops(check(train, judging, &servo)));
   EXPECT_THAT(check(servo_runs(), record(blind::fast_bench(), blind::fast_bench().train, 9), &servo), IsEmpty())
       << "the same profiles, recorded again";
-}
-
-TEST_F(Check, AProfileThatIsRecordedAgainByACoarseInstrumentIsNoDuplicate) {
-  const auto ramp = [](std::uint64_t seed) {
-    synthetic::Noise noise(seed);
-    Run run;
-    run.name = "ramp " + std::to_string(seed);
-    for (int k = 0; k < 800; ++k) {
-      const auto add = [&](Signal signal, double value) {
-        run.signals[signal].t.push_back(0.01 * k);
-        run.signals[signal].value.push_back(value);
-      };
-      add(Signal::u_ref, 0.01 * k);
-      add(Signal::omega, std::round(0.5 * k + 0.2 + noise(0.1)));
-    }
-    return run;
-  };
-  const std::vector<Run> train{ramp(1)};
-  Run other = ramp(2);
-  EXPECT_THAT(check(train, std::vector{other}), Not(Contains(is_a(Flaw::duplicate))));
-  for (std::size_t k = 200; k < 500; ++k)
-    other.signals[Signal::omega].value.edit()[k] = train[0].at(Signal::omega).value[k];
-  for (std::size_t k = 500; k < 800; ++k) other.signals[Signal::omega].value.edit()[k] += 7;
-  for (std::size_t k = 0; k < 200; ++k) other.signals[Signal::omega].value.edit()[k] += 7;
-  EXPECT_THAT(check(train, std::vector{other}), Contains(is_a(Flaw::duplicate))) << "a part of it was copied";
-}
-
-TEST_F(Check, CountsOfASteadySpeedRepeatThemselvesAndAreNoDuplicate) {
-  // A driver at its limit, an encoder of 306 counts a turn, 20 Hz: the counts hop every few rows, in every run alike.
-  constexpr double interval = 0.05, speed = 103.65, count = 2 * std::numbers::pi / 306;
-  std::vector<Run> runs;
-  for (const double wait : {0.41, 0.93, 1.725}) {
-    Run run;
-    run.name = "limit " + std::to_string(wait);
-    double angle = 0, before = 0;
-    for (int k = 0; k < 1200; ++k) {
-      const double t = interval * k;
-      run.signals[Signal::u_ref].t.push_back(t);
-      run.signals[Signal::u_ref].value.push_back(t < wait ? 0 : 50);
-      run.signals[Signal::omega].t.push_back(t);
-      run.signals[Signal::omega].value.push_back((std::floor(angle / count) - std::floor(before / count)) * count /
-                                                 interval);
-      before = angle;
-      if (t >= wait) angle += interval * speed * (1 - std::exp(-(t - wait) / 0.4));
-    }
-    runs.push_back(std::move(run));
-  }
-  EXPECT_THAT(check(runs), Not(Contains(is_a(Flaw::duplicate))));
 }
 
 TEST_F(Check, ASpeedThatAControllerSwingsHalfASwingLaterTurnsNoSign) {
