@@ -92,11 +92,12 @@ void Guardian::tell(char what) {
 }
 
 void Guardian::dismiss() {
+  // Whoever has stopped it keeps us from ending. Before it ends, for a sanitizer that looks for leaks then stops it.
+  if (process_ > 0) kill(process_, SIGCONT);
   tell('q');
   if (watch_ >= 0) close(watch_);
   watch_ = -1;
   if (process_ > 0) {
-    kill(process_, SIGCONT);  // whoever has stopped it keeps us from ending
     while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
     }
   }
