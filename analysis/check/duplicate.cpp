@@ -85,32 +85,41 @@ Listed listed(const Run& run, bool held_out) {
   return l;
 }
 
-/// Where readings are copied, the rows around them are the same or have nothing to do with each other. An experiment
-/// that is repeated, with noise below the instruments' steps, agrees in most of them, and not in all.
-/// @param a, b from which rows on both agree over a block @param step to the next row: 1 or -1
-bool agree_in_most_beyond(std::span<const std::uint64_t> a, std::span<const std::uint64_t> b, std::ptrdiff_t in_a,
-                          std::ptrdiff_t in_b, int step) {
-  const auto inside = [&](std::ptrdiff_t i, std::ptrdiff_t j) {
-    return i >= 0 && j >= 0 && i < std::ssize(a) && j < std::ssize(b);
+/// A stretch in which the rows of two runs agree.
+struct Agreement {
+  std::ptrdiff_t shift = 0;  ///< from the rows of one to those of the other
+  std::ptrdiff_t end = 0;    ///< in the other
+  bool repeated = false;     ///< by an experiment that was made again, with noise below the instruments' steps
+};
+
+/// Where readings are copied, the rows around them are the same or have nothing to do with each other. Those of an
+/// experiment that was repeated agree in most of them, and not in all.
+/// @param in_a, in_b from where on both agree over a block
+Agreement agreement(std::span<const std::uint64_t> a, std::span<const std::uint64_t> b, std::size_t in_a,
+                    std::size_t in_b) {
+  Agreement found{.shift = static_cast<std::ptrdiff_t>(in_b) - static_cast<std::ptrdiff_t>(in_a)};
+  const auto inside = [&](std::ptrdiff_t j) {
+    return j >= 0 && j < std::ssize(b) && j - found.shift >= 0 && j - found.shift < std::ssize(a);
   };
-  const auto same = [&] { return a[static_cast<std::size_t>(in_a)] == b[static_cast<std::size_t>(in_b)]; };
+  const auto same = [&](std::ptrdiff_t j) {
+    return a[static_cast<std::size_t>(j - found.shift)] == b[static_cast<std::size_t>(j)];
+  };
   const auto changes = [&](std::span<const std::uint64_t> rows, std::ptrdiff_t k) {
     return k > 0 && rows[static_cast<std::size_t>(k)] != rows[static_cast<std::size_t>(k) - 1];
   };
-  for (; inside(in_a, in_b) && same(); in_a += step, in_b += step) {
+  for (const int step : {-1, 1}) {
+    auto j = static_cast<std::ptrdiff_t>(in_b);
+    while (inside(j) && same(j)) j += step;
+    found.end = j;  // the last time, forward
+    std::size_t seen = 0, agreed = 0;
+    for (std::size_t n = 0; n < block && inside(j); ++n, j += step) {
+      if (!changes(a, j - found.shift) && !changes(b, j)) continue;
+      ++seen;
+      agreed += same(j) ? 1 : 0;
+    }
+    found.repeated = found.repeated || (seen >= varied && 2 * agreed > seen);
   }
-  std::size_t seen = 0, agreed = 0;
-  for (std::size_t n = 0; n < block && inside(in_a, in_b); ++n, in_a += step, in_b += step) {
-    if (!changes(a, in_a) && !changes(b, in_b)) continue;
-    ++seen;
-    agreed += same() ? 1 : 0;
-  }
-  return seen >= varied && 2 * agreed > seen;
-}
-
-bool is_repeated(const Listed& a, std::size_t in_a, const Listed& b, std::size_t in_b) {
-  const auto i = static_cast<std::ptrdiff_t>(in_a), j = static_cast<std::ptrdiff_t>(in_b);
-  return agree_in_most_beyond(a.rows, b.rows, i, j, 1) || agree_in_most_beyond(a.rows, b.rows, i, j, -1);
+  return found;
 }
 
 struct Shared {
@@ -119,11 +128,16 @@ struct Shared {
 
 Shared shared(const Listed& a, const Listed& b) {
   Shared s;
+  std::optional<Agreement> last;  // which many blocks may lie in: as long as a run
   for (std::size_t k = 0; k < b.blocks.size(); k += block) {
     if (!b.blocks[k]) continue;
     ++s.of;
     const auto there = a.known.find(*b.blocks[k]);
-    if (there == a.known.end() || is_repeated(a, there->second, b, k)) continue;
+    if (there == a.known.end()) continue;
+    const auto at = static_cast<std::ptrdiff_t>(k);
+    if (!last || at >= last->end || at - last->shift != static_cast<std::ptrdiff_t>(there->second))
+      last = agreement(a.rows, b.rows, there->second, k);
+    if (last->repeated) continue;
     if (s.same == 0) s.first = k;
     ++s.same;
     s.last = k + block - 1;
