@@ -105,6 +105,12 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
   });
 }
 
+bool takes_all_but(double share, const Loss& without, const Loss& with) {
+  const double most = share * largest_excess(without);
+  return std::ranges::all_of(
+      with.signals(), [&](Signal signal) { return with.mean_square(signal) - 1 + with.noise_error(signal) <= most; });
+}
+
 bool worth_a_step(const Loss& without, const Loss& with, const Materiality& rule) {
   return with.error() < without.error() && takes_share(without, rule.share, without, with, rule);
 }

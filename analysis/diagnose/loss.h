@@ -86,6 +86,9 @@ struct Materiality {
                            ///< which noise scatters by 2 z: this asks for z > 4
   double edge_share = 0.04;  ///< the same, where another effect shapes the same edges: of two equal poles, a lag leaves
                              ///< 2.2 % to a delay; a delay of half the lag takes 4 %
+  double edge_left = 0.04;   ///< of the excess mean square, all that may be left where less than that share is taken: a
+                             ///< lag and a delay leave 4.8 to 12 % of what a lag alone leaves of two poles, the second a
+                             ///< tenth of the first or its equal (computed from their steps)
   double law_share = 0.03;   ///< of the error that was taken away: so well is the law known that took it
   double there = 0.5;        ///< of what an effect changes has to be gained
   double remainder = 0.25;   ///< excess mean square that is called a remainder: 12 % above the floor
@@ -110,6 +113,9 @@ bool material(const Loss& without, const Loss& with, const Materiality& rule = {
 /// Does going from `without` to `with` remove something material from some signal, counted as a share of what was too
 /// much `before`?
 bool takes_share(const Loss& before, double share, const Loss& without, const Loss& with, const Materiality& rule = {});
+
+/// Is all gone that `without` leaves of the signal with the largest excess, but for a share, whatever noise adds?
+bool takes_all_but(double share, const Loss& without, const Loss& with);
 
 /// Is what goes from `without` to `with` more, in some signal, than the laws may be off by that took away the rest of
 /// what was there `as_given`? No friction or driver keeps its formula to better than a small part of itself.

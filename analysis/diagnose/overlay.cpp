@@ -24,7 +24,7 @@ std::vector<Overlay> overlays(const Record& record, const Model& model) {
   std::vector<Overlay> list;
   for (std::size_t s = 0; s < all.size(); ++s) {
     const Observation& o = record.observations[s];
-    Overlay y{o.signal, o.slow, {}, {}, o.value, {}, o.sigma};
+    Overlay y{o.signal, o.slow, {}, {}, o.value, {}, o.sigma.values()};
     for (std::size_t i = 0; i < o.size(); ++i) {
       y.from.push_back(o.slow ? grid[o.first[i]] : 0.5 * (grid[o.first[i]] + grid[o.last[i]]));
       y.t.push_back(o.slow ? grid[o.last[i]] : y.from.back());

@@ -1,7 +1,11 @@
 #include "analysis/diagnose/roads.h"
 
+#include <algorithm>
+#include <optional>
 #include <utility>
+#include <vector>
 
+#include "analysis/diagnose/moves.h"
 #include "analysis/fit/timing.h"
 
 namespace emtb {
@@ -23,10 +27,63 @@ void set(Dataset& data, const Circumstances& circumstances) {
   }
 }
 
+/// As the runs were recorded, but for what was taken out of them.
+Timing as_recorded_in(const Dataset& data) {
+  return {.voltage_late = data.timing.voltage_late, .lags_in_itself = data.timing.lags_in_itself};
+}
+
+/// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is fitted
+/// to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
+bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
+  const Circumstances as_set = circumstances_of(data);
+  set_timing(data, as_recorded_in(data));
+  Trial anew = search.again(answer);
+  settle_timing(data, anew.model());
+  settle_starts(data, anew.model());
+  anew = search.again(anew);
+  if (criterion.material(answer.held_out, anew.held_out)) {
+    answer = std::move(anew);
+    return true;
+  }
+  set(data, as_set);
+  return false;
+}
+
+/// What shapes the same edges as a member may leave nothing beside it, but only at the timing that both tell.
+bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& criterion, Finding& found) {
+  const Circumstances as_set = circumstances_of(data);
+  FittedTrials& trials = search.trials();
+  std::vector<Score> family = trials.scores(found.current.model());
+  std::erase_if(family, [&](const Score& s) {
+    return !same_family_as(s.effect, found.effects, found.current.model()) || !says_how_late(s.effect);
+  });
+  if (family.empty()) return false;
+  set_timing(data, as_recorded_in(data));
+  const std::vector<Addition> refits = trials.refits(search.again(found.current), family, Breadth::all);
+  for (const Addition& a : refits) {
+    set_timing(data, as_recorded_in(data));
+    settle_timing(data, a.trial.model());
+    std::optional<Trial> both = trials.fit_to_the_end(a.trial.model());
+    if (!both || !trials.determined(both->model(), a.effect())) continue;
+    const Loss& without = found.current.held_out;
+    const Loss& before_both = found.before.at(*same_family_as(a.effect(), found.effects, found.current.model()));
+    if (!criterion.material(without, both->held_out)) continue;
+    if (!criterion.material_beside_same_edges(before_both, without, both->held_out)) continue;
+    found.before.insert_or_assign(a.effect(), found.current.held_out);
+    found.effects.push_back(a.effect());
+    found.current = std::move(*both);
+    found.steps.push_back({"added " + std::string(found.current.model().about(a.effect()).id), a.effect(),
+                           found.current.train, found.current.held_out_error()});
+    return true;
+  }
+  set(data, as_set);
+  return false;
+}
+
 /// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
 /// lacked may have looked like another timing, or another start. The first answer stands where it still does better. By
 /// how little an instrument is behind the others only the answer tells.
-Road search_from(Dataset& data, WholeSearch& search, Trial first) {
+Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial first) {
   // Starts bend the fit and the fit the starts.
   for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {
     first = search.again(first);
@@ -49,6 +106,14 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
     found = search.anew_from(first, std::move(found));
     change = settle_timing(data, found.current.model());
   }
+  if (criterion.worth_a_wide_search(found.current.held_out) &&
+      told_from_the_recorded(data, search, criterion, found.current)) {
+    first = search.again(first);
+    found = search.anew_from(first, std::move(found));
+    change = settle_timing(data, found.current.model());
+  }
+  if (criterion.worth_a_wide_search(found.current.held_out) && joins_its_family(data, search, criterion, found))
+    change = TimingChange::slight;
   if (change != TimingChange::none) {
     first = search.again(first);
     found = search.again(std::move(found), first.held_out);
@@ -59,14 +124,14 @@ Road search_from(Dataset& data, WholeSearch& search, Trial first) {
 Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   const TimingChange change = settle_timing(data, as_recorded.model());
-  if (change == TimingChange::none) return search_from(data, search, as_recorded);
-  if (change == TimingChange::slight) return search_from(data, search, search.again(as_recorded));
-  Road told = search_from(data, search, search.again(as_recorded));
+  if (change == TimingChange::none) return search_from(data, search, criterion, as_recorded);
+  if (change == TimingChange::slight) return search_from(data, search, criterion, search.again(as_recorded));
+  Road told = search_from(data, search, criterion, search.again(as_recorded));
   if (!criterion.remainder(told.found.current.held_out)) return told;
   Circumstances in_itself = recorded;
   in_itself.timing.lags_in_itself = true;
   set(data, in_itself);
-  Road plain = search_from(data, search, search.again(as_recorded));
+  Road plain = search_from(data, search, criterion, search.again(as_recorded));
   Road& best = criterion.material(told.found.current.held_out, plain.found.current.held_out) ? plain : told;
   set(data, best.circumstances);
   return std::move(best);

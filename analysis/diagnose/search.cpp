@@ -53,7 +53,10 @@ Finding Search::held_against_others() {
   for (Candidate& candidate : found_.candidates) candidate.held_out_error.reset();
   swap();
   prune();
-  if (rivals_are_stale_) renew_rivals();
+  if (rivals_are_stale_) {
+    swap();  // beside fewer members
+    renew_rivals();
+  }
   for (std::size_t i = 0; i < found_.effects.size(); ++i) {
     if (needed(found_.effects[i], found_.current.model())) continue;
     const Round* reduced = round_without(i);
@@ -84,11 +87,12 @@ void Search::settle() {
   constexpr int most = 3;  // passes: two suffice but where models take turns
   for (int pass = 0; pass < most; ++pass) {
     swap();
+    const std::vector<std::size_t> before = found_.effects;
     prune();
-    const std::size_t before = found_.effects.size();
+    const std::size_t pruned = found_.effects.size();
     forward();
-    if (found_.effects.size() == before) return;
-    rivals_are_stale_ = true;
+    if (found_.effects.size() > pruned) rivals_are_stale_ = true;
+    if (found_.effects == before) return;
   }
 }
 

@@ -37,7 +37,7 @@ class Summing {
   void read(std::size_t k, const SimulatedReadings<Scalar>& y) {
     for (Instant& o : instant_) {
       for (; o.last != o.end && *o.last == k; ++o.last, ++o.value, ++o.sigma) {
-        add(*o.value, y.of(o.signal), 1 / *o.sigma);
+        add(*o.value, y.of(o.signal), 1 / static_cast<double>(*o.sigma));
       }
     }
     for (Instrument<Scalar>& instrument : instruments_) {
@@ -107,7 +107,8 @@ class Summing {
   struct Instant {
     Signal signal;
     const std::uint32_t *last, *end;
-    const double *value, *sigma;
+    const double* value;
+    const float* sigma;
   };
   std::vector<Instant> instant_;
   std::vector<Instrument<Scalar>> instruments_;

@@ -115,7 +115,7 @@ InputNoise noise_of_means(const ColouredNoise& noise, std::span<const std::size_
     lasting.push_back(sigma > 0 ? own * noise.sigma * noise.sigma / (sigma * sigma) : own);
     change.push_back(k > 0 ? change_of_means(noise, half[k - 1], half[k]) : 0);
   }
-  return {std::move(sigmas), std::move(lasting), std::move(change)};
+  return {ErrorColumn(sigmas), ErrorColumn(lasting), ErrorColumn(change)};
 }
 
 /// What repeats with the angle of the shaft in a reading, by pieces of two seconds: a mean over a turn would take it

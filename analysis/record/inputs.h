@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/record/error_column.h"
 #include "model/model.h"
 #include "model/simulation.h"
 #include "session/session.h"
@@ -13,9 +14,9 @@ namespace emtb {
 
 /// What the noise of a measured input leaves in it at each grid point, after smoothing.
 struct InputNoise {
-  SharedColumn<double> sigma;       ///< in the unit of the input; empty: none
-  SharedColumn<double> correlated;  ///< [s] over which it stays about the same: the integral of its autocorrelation
-  SharedColumn<double> change;      ///< from the grid point before, as sigma
+  ErrorColumn sigma;       ///< in the unit of the input; empty: none
+  ErrorColumn correlated;  ///< [s] over which it stays about the same: the integral of its autocorrelation
+  ErrorColumn change;      ///< from the grid point before, as sigma
 };
 
 /// The series on the grid: the reading nearest to each grid point, at most half an interval away.

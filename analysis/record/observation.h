@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/numerics/equal_readings.h"
+#include "analysis/record/error_column.h"
 #include "hal/shared_column.h"
 #include "hal/signal.h"
 #include "session/session.h"
@@ -38,7 +39,7 @@ struct Observation {
   SharedColumn<double> begin, end;          ///< [s] of each reading, as recorded; the same for an instant
   SharedColumn<std::uint32_t> first, last;  ///< the grid points that stand for them
   SharedColumn<double> value;               ///< SI
-  SharedColumn<double> sigma;  ///< what the reading may differ from a perfect model: noise, timing, noise of the input;
+  ErrorColumn sigma;           ///< what the reading may differ from a perfect model: noise, timing, noise of the input;
                                ///< the same for all models that are compared; empty until the run is weighed
   double autocorrelation = 0;  ///< of the errors, from one reading to the next
   double lsb = 0;              ///< SI, the instrument's step; 0: not known

@@ -93,7 +93,7 @@ std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Observ
   const Excitation& x = record.excitation;
   std::vector<std::pair<std::size_t, std::size_t>> stretches;
   const bool quiet = x.u_ref.empty() && !record.voltage_noise.sigma.empty();  // more so amid a stretch than at its ends
-  const double tolerance = quiet ? clear * std::ranges::max(record.voltage_noise.sigma) : tolerance_of(input);
+  const double tolerance = quiet ? clear * record.voltage_noise.sigma.largest() : tolerance_of(input);
   const double shortest = settled_stretch(x.t);
   std::size_t begin = 0;
   for (std::size_t k = 1; k <= input.size(); ++k) {

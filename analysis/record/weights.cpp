@@ -69,13 +69,10 @@ void widen_by_rounding(InputNoise& left, const Record& record, Signal signal) {
   const Observation* o = record.find(signal);
   if (o == nullptr || o->rounded.empty() || left.sigma.empty()) return;
   const SharedColumn<double>& t = record.excitation.t;
-  const std::span<double> sigma = left.sigma.edit(), correlated = left.correlated.edit();
   for (const EqualReadings& same : o->rounded) {
     const std::size_t first = o->first[same.begin], last = same.end < o->size() ? o->first[same.end] : t.size() - 1;
-    for (std::size_t k = first; k <= last; ++k) {
-      sigma[k] = std::max(sigma[k], o->sigma[same.begin]);
-      correlated[k] = std::max(correlated[k], t[last] - t[first]);
-    }
+    left.sigma.widen(first, last, o->sigma[same.begin]);
+    left.correlated.widen(first, last, t[last] - t[first]);
   }
 }
 
@@ -161,7 +158,7 @@ Record weighed(ObservedRun run, const Noise& noise, const Model& model) {
       }
       sigma[i] = std::sqrt(widened);
     }
-    o.sigma = std::move(sigma);
+    o.sigma = ErrorColumn(sigma);
   }
   return record;
 }
