@@ -85,6 +85,17 @@ TEST_F(Losses, CountAShareOfWhatWasThereBeforeAnother) {
   EXPECT_TRUE(takes_share(before, 0.03, without, with));
 }
 
+TEST_F(Losses, AreAllTakenButForAShareOnlyWhereNoiseLeavesThatToTell) {
+  const Loss much = loss([](double t) { return 5 * std::sin(t); });
+  const Loss a_tenth = loss([](double t) { return 5 * std::sqrt(0.1) * std::sin(t); });
+  const Loss nothing = loss([](double) { return 0.0; });
+  EXPECT_TRUE(takes_all_but(0.04, much, nothing));
+  EXPECT_FALSE(takes_all_but(0.04, much, a_tenth));
+  EXPECT_TRUE(takes_all_but(0.12, much, a_tenth));
+  const Loss little = loss([](double t) { return std::sin(t); });
+  EXPECT_FALSE(takes_all_but(0.04, little, nothing)) << "a 25th of that is less than noise scatters";
+}
+
 TEST_F(Losses, CountWhatIsThereAndNotWhatChangesMoreThanItGains) {
   const auto wave = [](double t) { return std::sin(50 * t); };
   const auto disturbance = [&](double t) { return t >= 3 && t < 6 ? 10 * wave(t) : 0; };

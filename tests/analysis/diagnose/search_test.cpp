@@ -17,6 +17,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 using testing::Not;
 
 using Effects = std::set<std::size_t>;
@@ -216,6 +217,13 @@ TEST_F(SearchOnMadeUpFits, NamesTheRivalThatDoesAsWell) {
 TEST_F(SearchOnMadeUpFits, DropsWhatTheOthersMadeSuperfluous) {
   trials.errors = {{{}, 9}, {{air}, 4}, {{air, dry}, 2}, {{air, dry, brush}, 1}, {{dry, brush}, 1}};
   EXPECT_THAT(found().effects, ElementsAre(dry, brush));
+}
+
+TEST_F(SearchOnMadeUpFits, TriesOthersInThePlaceOfEachOnceAMemberHasGone) {
+  // Beside `air` nothing does what `dry` does; when that has gone, `coil` does better.
+  trials.errors = {{{}, 9},           {{air}, 4},           {{air, dry}, 2},    {{air, dry, brush}, 1.08},
+                   {{brush}, 8},      {{dry, brush}, 1.08}, {{coil, brush}, 0.95}};
+  EXPECT_THAT(found().effects, UnorderedElementsAre(coil, brush));
 }
 
 TEST_F(SearchOnMadeUpFits, ForgetsARivalThatWasFoundBesideAMemberThatHasGone) {

@@ -108,5 +108,63 @@ TEST(TimingOfALog, DoesNotStandInForALagOfLessThanARowWhoseShapeItDoesNotHave) {
   EXPECT_NEAR(answers::fitted(d, "tau"), tau, 0.05 * tau);
 }
 
+/// What a driver makes of a reference that it is given some rows ago, through one pole or two.
+struct Poles {
+  std::size_t delay = 0;          ///< [rows]
+  double first = 0, second = 0;   ///< [s] 0: none
+};
+
+/// A motor behind such a driver, logged every 1 ms with the voltage at its terminals.
+emtb::Run behind(const Poles& driver, unsigned seed) {
+  constexpr std::size_t rows = 1500, hold = 120, steps = 10;  // steps of a row
+  constexpr double row = 1e-3, h = row / steps, R_a = 1.2, K = 0.042, B = 1.2e-5, J = 2e-4;
+  synthetic::Noise noise(seed);
+  const auto reference = [&](std::size_t k) { return 8 * std::sin(2.4 * static_cast<double>(seed + k / hold)); };
+  emtb::Run run;
+  run.name = "poles";
+  double omega = 0, between = 0, e_a = 0;
+  for (std::size_t k = 0; k < rows; ++k) {
+    const std::map<Signal, double> row_of{{Signal::u_ref, reference(k)},
+                                          {Signal::e_a, e_a + noise(0.01)},
+                                          {Signal::omega, omega + noise(0.1)},
+                                          {Signal::i_a, (e_a - K * omega) / R_a + noise(0.01)}};
+    for (const auto& [signal, value] : row_of) {
+      run.signals[signal].t.push_back(row * static_cast<double>(k));
+      run.signals[signal].value.push_back(value);
+    }
+    const double u_ref = k >= driver.delay ? reference(k - driver.delay) : 0;
+    for (std::size_t s = 0; s < steps; ++s) {
+      const auto follow = [&](double& y, double to, double tau) {
+        y = tau > 0 ? to + (y - to) * std::exp(-h / tau) : to;
+      };
+      follow(between, u_ref, driver.first);
+      const double before = e_a;
+      follow(e_a, between, driver.second);
+      const double current = (0.5 * (before + e_a) - K * omega) / R_a;
+      omega += h / J * (K * current - B * omega);
+    }
+  }
+  return run;
+}
+
+Diagnosis of_a_driver(const Poles& driver) {
+  Model model = synthetic::servo_model();
+  model.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
+  return diagnose(std::vector{behind(driver, 1), behind(driver, 2)}, std::vector{behind(driver, 3)}, model);
+}
+
+TEST(TimingOfADriver, NamesADelayBesideALagWhereBothLeaveNothing) {
+  const Diagnosis d = of_a_driver({.delay = 2, .first = 0.01});
+  EXPECT_THAT(answers::named(d), testing::UnorderedElementsAre("driver_lag", "driver_delay")) << answers::report(d);
+  EXPECT_NEAR(answers::fitted(d, "t_d"), 2e-3, 2e-4);
+}
+
+TEST(TimingOfADriver, NamesNoDelayForASecondPole) {
+  for (const double second : {0.01, 0.002}) {
+    const Diagnosis d = of_a_driver({.first = 0.01, .second = second});
+    EXPECT_THAT(answers::named(d), testing::ElementsAre("driver_lag")) << answers::report(d);
+  }
+}
+
 }  // namespace
 }  // namespace emtb::timing_tests
