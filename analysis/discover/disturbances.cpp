@@ -17,7 +17,9 @@ constexpr double scatters = 6, errors = 4, tail = 2, own_part = 0.5;
 constexpr double most = 0.05;              // of the motion
 constexpr std::size_t most_stretches = 4;  // what comes more often is no exception
 constexpr double near = 0.1;               // of the ranges of speed and current: intervals are alike
+constexpr double small = 0.1;              // of the largest impulse
 constexpr std::size_t fewest_intervals = 5;
+constexpr std::size_t fewest_to_recur = 3;
 constexpr std::size_t bridged = 2;  // intervals between two that stand out
 
 /// One interval of a run.
@@ -31,6 +33,8 @@ struct Interval {
   bool disturbed = false;        ///< within a stretch that is found: nothing is usual there
   /// Beyond chance; and most of it is missing here, not in those like it that a torque acted on.
   bool out() const { return std::abs(off) > std::max(scatters * limit, errors * error) && torque / off > own_part; }
+  /// Does as much of a torque, or nearly, lack where nothing like it tells what is usual?
+  bool lacks(double of) const { return !comes_elsewhere && torque / of > own_part; }
 };
 
 std::vector<Interval> intervals_of(const WhatIsLeft& left) {
@@ -126,13 +130,15 @@ struct Stretch {
 std::vector<Stretch> stretches_in(const std::vector<Interval>& all) {
   std::vector<Stretch> found;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (all[i].disturbed || !all[i].out()) continue;
-    const bool goes_on = !found.empty() && all[found.back().begin].run == all[i].run &&
-                         i <= found.back().end + bridged && all[found.back().begin].off * all[i].off > 0;
-    if (goes_on) {
+    if (all[i].disturbed) continue;
+    const bool same_run = !found.empty() && all[found.back().begin].run == all[i].run;
+    if (all[i].out()) {
+      const bool goes_on =
+          same_run && i <= found.back().end + bridged && all[found.back().begin].off * all[i].off > 0;
+      if (!goes_on) found.push_back({i, i});
       found.back().end = i + 1;
-    } else {
-      found.push_back({i, i + 1});
+    } else if (same_run && i == found.back().end && all[i].lacks(all[found.back().begin].off)) {
+      found.back().end = i + 1;  // a large torque soon drives the shaft where it never is without it
     }
   }
   std::erase_if(found, [](const Stretch& s) { return s.size() < fewest_intervals; });
@@ -158,27 +164,34 @@ void widen(Stretch& s, const std::vector<Interval>& all) {
   const auto belongs = [&](std::size_t i) {
     const Interval& one = all[i];
     if (one.run != run || one.disturbed) return false;
-    if (!one.comes_elsewhere) return one.torque / torque > own_part;
+    if (!one.comes_elsewhere) return one.lacks(torque);
     return one.off * torque > 0 && std::abs(one.off) > tail * std::max(one.limit, one.error) && alike_left-- > 0;
   };
   while (s.begin > 0 && belongs(s.begin - 1)) --s.begin;
   while (s.end < all.size() && belongs(s.end)) ++s.end;
 }
 
-/// Do as many intervals like those of the stretch come elsewhere without it, or enough to be sure? Like in speed and
+/// Do as many intervals like one of a stretch come elsewhere without it, or enough to be sure? Like in speed and
 /// current, or some in the one and some in the other.
-bool recurs_without(const Stretch& s, const std::vector<Interval>& all) {
+bool recurs_without(const Interval& one, const Stretch& s, const std::vector<Interval>& all) {
+  constexpr double enough = 20;
   double both = 0, speed = 0, current = 0;
-  const Interval& middle = all[(s.begin + s.end) / 2];
   for (std::size_t i = 0; i < all.size(); ++i) {
     if ((i + fewest_intervals >= s.begin && i < s.end + fewest_intervals) || all[i].out()) continue;
-    both += alike(all[i], middle) ? 1 : 0;
-    speed += at_like_speed(all[i], middle) ? 1 : 0;
-    current += at_like_current(all[i], middle) ? 1 : 0;
+    both += alike(all[i], one) ? 1 : 0;
+    speed += at_like_speed(all[i], one) ? 1 : 0;
+    current += at_like_current(all[i], one) ? 1 : 0;
   }
-  constexpr double enough = 20;
   const double n = std::min(enough, static_cast<double>(s.size()));
   return both >= n || (speed >= n && current >= n);
+}
+
+/// In so many of its intervals the torque hangs on no speed and current: these come elsewhere without it.
+bool recurs_without(const Stretch& s, const std::vector<Interval>& all) {
+  std::size_t recurring = 0;
+  for (std::size_t i = s.begin; i < s.end && recurring < fewest_to_recur; ++i)
+    recurring += all[i].out() && recurs_without(all[i], s, all) ? 1 : 0;
+  return recurring == fewest_to_recur;
 }
 
 /// The stretch that stands out most, by its impulse. A torque that is not usual makes what comes elsewhere at its
@@ -215,10 +228,9 @@ std::vector<Stretch> joined(std::vector<Stretch> found, const std::vector<Interv
 
 /// What is small beside the strongest is no disturbance of its own, but what a model that bent to that one lacks.
 void drop_small(std::vector<Stretch>& found, const std::vector<Interval>& all) {
-  constexpr double least = 0.1;
   double largest = 0;
   for (const Stretch& s : found) largest = std::max(largest, impulse(s, all));
-  std::erase_if(found, [&](const Stretch& s) { return impulse(s, all) < least * largest; });
+  std::erase_if(found, [&](const Stretch& s) { return impulse(s, all) < small * largest; });
 }
 
 }  // namespace
@@ -228,8 +240,10 @@ std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
   std::vector<Interval> all = intervals_of(left);
   if (all.empty()) return {};
   std::vector<Stretch> found;
-  double disturbed = 0;
+  double disturbed = 0, largest = 0;
   while (const std::optional<Stretch> s = strongest(all, material * left.torque_scale)) {
+    largest = std::max(largest, impulse(*s, all));
+    if (impulse(*s, all) < small * largest) break;
     found.push_back(*s);
     disturbed += static_cast<double>(s->size());
     if (disturbed > most * static_cast<double>(all.size())) return {};

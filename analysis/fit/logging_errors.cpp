@@ -43,6 +43,7 @@ struct Sums {
 /// @param record is left with another timing @param first_start column of its start
 void add(Sums& sums, Record& record, const Model& model, const std::vector<Signal>& signals, Eigen::Index first_start) {
   constexpr double by = 0.1;  // of a sample: the prediction is a straight line of it up to where a voltage jumps
+  constexpr Eigen::Index at_once = 4096;  // readings: the slopes of an hour's are never held side by side
   const std::span<const Record> alone(&record, 1);
   const ModelStructure structure = record.structure(model);
   const std::vector<double> values = model.values();
@@ -54,16 +55,20 @@ void add(Sums& sums, Record& record, const Model& model, const std::vector<Signa
   set_timing(std::span(&record, 1), shifted(record, by));
   const std::vector<Residuals> then = residuals(alone, 0, structure, values, {});
   for (std::size_t k = 0; k < now.size(); ++k) {
-    Eigen::MatrixXd d = Eigen::MatrixXd::Zero(now[k].value.size(), sums.dd.cols());
     const auto signal = std::ranges::find(signals, now[k].signal);
     const Observation& o = *record.find(now[k].signal);
-    if (signal != signals.end() && !o.slow)
-      d.col(signal - signals.begin()) = (then[k].value - now[k].value) / (o.late - late[k]);
-    for (std::size_t s = 0; s < starts.size(); ++s) d.col(first_start + static_cast<Eigen::Index>(s)) = starts[s][k];
-    sums.dd += gram(d);
-    if (!now[k].informed()) continue;
-    sums.ss += gram(now[k].sensitivity);
-    sums.sd += transposed_product(now[k].sensitivity, d);
+    if (now[k].informed()) sums.ss += gram(now[k].sensitivity);
+    for (Eigen::Index first = 0; first < now[k].value.size(); first += at_once) {
+      const Eigen::Index count = std::min(at_once, now[k].value.size() - first);
+      const auto part = [&](const Eigen::VectorXd& of_all) { return of_all.segment(first, count); };
+      Eigen::MatrixXd d = Eigen::MatrixXd::Zero(count, sums.dd.cols());
+      if (signal != signals.end() && !o.slow)
+        d.col(signal - signals.begin()) = (part(then[k].value) - part(now[k].value)) / (o.late - late[k]);
+      for (std::size_t s = 0; s < starts.size(); ++s)
+        d.col(first_start + static_cast<Eigen::Index>(s)) = part(starts[s][k]);
+      sums.dd += gram(d);
+      if (now[k].informed()) sums.sd += transposed_product(now[k].sensitivity.middleRows(first, count), d);
+    }
   }
 }
 

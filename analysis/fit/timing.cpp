@@ -215,6 +215,7 @@ class TimingSearch {
         const auto signal = std::ranges::find(signals, here[i].signal);
         if (signal == signals.end()) {
           if (place == 0) add_gradient(other);
+          here[i].value.resize(0);  // no longer needed, and an hour's are large
           continue;
         }
         CostOfLateness::OfSignal& of = sums[static_cast<std::size_t>(signal - signals.begin())];

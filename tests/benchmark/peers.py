@@ -284,10 +284,11 @@ def measured_hour(options, cache={}):
         limit = 60 if options.quick else 1800
         path = hour()
         script = ("import resource, subprocess, sys, time\nb = time.perf_counter()\n"
-                  "try:\n    subprocess.run(sys.argv[2:], stdout=subprocess.DEVNULL, timeout=float(sys.argv[1]))\n    late = 0\n"
+                  "try:\n    subprocess.run(sys.argv[2:], stdout=subprocess.DEVNULL, timeout=float(sys.argv[1]), check=True)\n    late = 0\n"
                   "except subprocess.TimeoutExpired:\n    late = 1\n"
                   "print(time.perf_counter() - b, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024, late)")
-        done = subprocess.run(["/usr/bin/python3", "-c", script, str(limit), os.path.join(BIN, "emtb"), "diagnose", MODEL, path],
+        done = subprocess.run(["/usr/bin/python3", "-c", script, str(limit), os.path.join(BIN, "emtb"), "diagnose", "--no-cache",
+                               MODEL, path],
                               check=True, capture_output=True, text=True).stdout.split()
         cache.update(seconds=float(done[0]), peak_mib=float(done[1]), late=done[2] == "1", limit=limit)
     return cache
