@@ -82,6 +82,29 @@ TEST(Disturbances, AreFoundWhereTheirSpeedAndCurrentComeApartOnly) {
   EXPECT_NEAR(found[0].from_s, 3.0, 0.02);
 }
 
+TEST(Disturbances, AreFoundThatSoonDriveTheShaftWhereItNeverIsWithoutThem) {
+  WhatIsLeft left = four_runs();
+  push(left.runs[2], 100, 130, -0.05);
+  for (std::size_t k = 104; k < 130; ++k) left.runs[2].omega[k] = -40, left.runs[2].i_a_smoothed[k] = 3;
+  const std::vector<Disturbance> found = disturbances_in(left);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NEAR(found[0].from_s, 1.0, 0.02);
+  EXPECT_NEAR(found[0].to_s, 1.3, 0.02);
+  for (std::size_t k = 100; k < 104; ++k) left.runs[2].omega[k] = -40, left.runs[2].i_a_smoothed[k] = 3;
+  EXPECT_TRUE(disturbances_in(left).empty()) << "it may be a law of a speed that comes once";
+}
+
+TEST(Disturbances, AreFoundBesideSoMuchSmallerOnesThatTheseLastTooLong) {
+  WhatIsLeft left = four_runs();
+  push(left.runs[0], 20, 50, 0.05);
+  for (std::size_t r = 1; r < 4; ++r) {
+    for (const int from : {20, 120}) push(left.runs[r], from, from + 20, -0.003);
+  }
+  const std::vector<Disturbance> found = disturbances_in(left);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].run, "run 0");
+}
+
 TEST(Disturbances, WhatComesAgainAtTheSameStatesIsNone) {
   WhatIsLeft left = four_runs();
   for (MissingTorque& run : left.runs) {
