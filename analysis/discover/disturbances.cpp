@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/statistics.h"
@@ -233,6 +234,25 @@ void drop_small(std::vector<Stretch>& found, const std::vector<Interval>& all) {
   std::erase_if(found, [&](const Stretch& s) { return impulse(s, all) < small * largest; });
 }
 
+/// Somebody's hand acts in one run as it likes. What acts in several is a thing, and does the same each time, and seldom:
+/// torques of many sizes and signs all over the runs are what the law of something leaves that the model lacks.
+bool may_be_one_thing(const std::vector<Stretch>& found, const std::vector<Interval>& all, std::size_t runs) {
+  constexpr double alike_to = 2;        // times
+  constexpr double most_of_runs = 1.0 / 3;
+  std::set<std::size_t> in;
+  double least = HUGE_VAL, largest = 0, sign = 0;
+  for (const Stretch& s : found) {
+    const double torque = mean_off(s, all);
+    in.insert(all[s.begin].run);
+    least = std::min(least, std::abs(torque));
+    largest = std::max(largest, std::abs(torque));
+    sign += torque > 0 ? 1 : -1;
+  }
+  if (in.size() <= 1) return true;
+  return std::abs(sign) == static_cast<double>(found.size()) && largest <= alike_to * least &&
+         static_cast<double>(in.size()) <= most_of_runs * static_cast<double>(runs);
+}
+
 }  // namespace
 
 std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
@@ -252,7 +272,7 @@ std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
   compare_with_like(all);  // with what is usual where none of them is
   found = joined(std::move(found), all);
   drop_small(found, all);
-  if (found.size() > most_stretches) return {};
+  if (found.size() > most_stretches || !may_be_one_thing(found, all, left.runs.size())) return {};
   std::vector<Disturbance> disturbances;
   for (const Stretch& s : found) {
     const MissingTorque& run = left.runs[all[s.begin].run];

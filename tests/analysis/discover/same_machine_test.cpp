@@ -105,6 +105,27 @@ TEST(Disturbances, AreFoundBesideSoMuchSmallerOnesThatTheseLastTooLong) {
   EXPECT_EQ(found[0].run, "run 0");
 }
 
+TEST(Disturbances, InSeveralRunsDoTheSameAndSeldom) {
+  const auto found = [](double in_another, int runs) {
+    WhatIsLeft left = four_runs();
+    for (int r = 4; r < runs; ++r) left.runs.push_back(left.runs[0]), left.runs.back().run = "run " + std::to_string(r);
+    push(left.runs[0], 100, 120, -0.01);
+    push(left.runs[1], 300, 320, in_another);
+    return disturbances_in(left).size();
+  };
+  EXPECT_EQ(found(-0.012, 6), 2U);
+  EXPECT_EQ(found(-0.012, 4), 0U) << "in half of the runs";
+  EXPECT_EQ(found(0.012, 6), 0U) << "the other way";
+  EXPECT_EQ(found(-0.03, 6), 0U) << "much more";
+}
+
+TEST(Disturbances, OfAHandInOneRunAreAsItLikes) {
+  WhatIsLeft left = four_runs();
+  push(left.runs[0], 100, 120, -0.01);
+  push(left.runs[0], 300, 320, 0.03);
+  EXPECT_EQ(disturbances_in(left).size(), 2U);
+}
+
 TEST(Disturbances, WhatComesAgainAtTheSameStatesIsNone) {
   WhatIsLeft left = four_runs();
   for (MissingTorque& run : left.runs) {

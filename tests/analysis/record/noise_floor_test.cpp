@@ -252,7 +252,7 @@ TEST(Weigh, WidensTheVoltageWhereItsEdgesAreAndNowhereElse) {
   EXPECT_GT(e_a->sigma[1002], 0.5);  // 2 V a sample, which half a sample of timing may shift
   EXPECT_EQ(e_a->sigma[1500], 0.05);
   const auto omega = std::ranges::find(records[0].observations, Signal::omega, &Observation::signal);
-  for (const double sigma : omega->sigma) ASSERT_LE(sigma, 0.4);  // the noise of the voltage drives it
+  for (const double sigma : omega->sigma.values()) ASSERT_LE(sigma, 0.4);  // the noise of the voltage drives it
   EXPECT_NEAR(omega->sigma[500], 0.1, 0.02);
 }
 
