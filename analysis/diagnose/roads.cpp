@@ -50,7 +50,9 @@ bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion&
 }
 
 /// What shapes the same edges as a member may leave nothing beside it, but only at the timing that both tell.
+/// @return whether it was added, and that timing set
 bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& criterion, Finding& found) {
+  if (!search.has_room(found)) return false;
   const Circumstances as_set = circumstances_of(data);
   FittedTrials& trials = search.trials();
   std::vector<Score> family = trials.scores(found.current.model());
@@ -66,10 +68,11 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
     std::optional<Trial> both = trials.fit_to_the_end(a.trial.model());
     if (!both || !trials.determined(both->model(), a.effect())) continue;
     const Loss& without = found.current.held_out;
-    const Loss& before_both = found.before.at(*same_family_as(a.effect(), found.effects, found.current.model()));
+    const auto before = found.before.find(*same_family_as(a.effect(), found.effects, found.current.model()));
+    const Loss& before_both = before != found.before.end() ? before->second : without;
     if (!criterion.material(without, both->held_out)) continue;
     if (!criterion.material_beside_same_edges(before_both, without, both->held_out)) continue;
-    found.before.insert_or_assign(a.effect(), found.current.held_out);
+    found.before.insert_or_assign(a.effect(), without);
     found.effects.push_back(a.effect());
     found.current = std::move(*both);
     found.steps.push_back({"added " + std::string(found.current.model().about(a.effect()).id), a.effect(),

@@ -53,10 +53,7 @@ Finding Search::held_against_others() {
   for (Candidate& candidate : found_.candidates) candidate.held_out_error.reset();
   swap();
   prune();
-  if (rivals_are_stale_) {
-    swap();  // beside fewer members
-    renew_rivals();
-  }
+  if (rivals_are_stale_) swap(), renew_rivals();  // beside fewer members
   for (std::size_t i = 0; i < found_.effects.size(); ++i) {
     if (needed(found_.effects[i], found_.current.model())) continue;
     const Round* reduced = round_without(i);
@@ -89,10 +86,9 @@ void Search::settle() {
     swap();
     const std::vector<std::size_t> before = found_.effects;
     prune();
-    const std::size_t pruned = found_.effects.size();
     forward();
-    if (found_.effects.size() > pruned) rivals_are_stale_ = true;
     if (found_.effects == before) return;
+    rivals_are_stale_ = true;
   }
 }
 

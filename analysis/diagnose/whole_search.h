@@ -43,6 +43,7 @@ class WholeSearch {
   Trial again(const Trial& fitted);
 
   FittedTrials& trials() { return trials_; }
+  bool has_room(const Finding& found) const { return found.effects.size() < options_.longest_list; }
   bool torque_only_loads() const { return only_drives_; }
   bool torque_left_out() const { return torque_left_out_; }
 

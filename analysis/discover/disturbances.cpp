@@ -240,16 +240,18 @@ bool may_be_one_thing(const std::vector<Stretch>& found, const std::vector<Inter
   constexpr double alike_to = 2;        // times
   constexpr double most_of_runs = 1.0 / 3;
   std::set<std::size_t> in;
-  double least = HUGE_VAL, largest = 0, sign = 0;
+  double least = HUGE_VAL, largest = 0;
+  std::size_t forward = 0;
   for (const Stretch& s : found) {
     const double torque = mean_off(s, all);
     in.insert(all[s.begin].run);
     least = std::min(least, std::abs(torque));
     largest = std::max(largest, std::abs(torque));
-    sign += torque > 0 ? 1 : -1;
+    if (torque > 0) ++forward;
   }
   if (in.size() <= 1) return true;
-  return std::abs(sign) == static_cast<double>(found.size()) && largest <= alike_to * least &&
+  const bool same_sign = forward == 0 || forward == found.size();
+  return same_sign && largest <= alike_to * least &&
          static_cast<double>(in.size()) <= most_of_runs * static_cast<double>(runs);
 }
 

@@ -50,7 +50,7 @@ TEST(Residuals, AreMeasuredLessSimulatedInUnitsOfSigma) {
     ASSERT_EQ(static_cast<std::size_t>(r.value.size()), o.size());
     for (std::size_t i = 0; i < o.size(); ++i) {
       const double predicted = o.predicted(i, [&](std::size_t k) { return signal[k]; });
-      EXPECT_NEAR(r.value[static_cast<Eigen::Index>(i)], (o.value[i] - predicted) / 0.1, 1e-8);
+      EXPECT_NEAR(r.value[static_cast<Eigen::Index>(i)], (o.value[i] - predicted) / o.sigma[i], 1e-8);
     }
     EXPECT_FALSE(r.informed()) << "no sensitivities were wanted";
   }
