@@ -17,8 +17,7 @@ bool MaterialityCriterion::beyond_the_laws(const Loss& as_given, const Loss& wit
 }
 
 bool MaterialityCriterion::material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const {
-  return takes_share(before, rule_.edge_share, without, with, rule_) ||
-         takes_all_but(rule_.edge_left, without, with);
+  return takes_share(before, rule_.edge_share, without, with, rule_) || takes_all_but(rule_.edge_left, without, with);
 }
 
 bool MaterialityCriterion::tied(const Loss& best, const Loss& other) const { return emtb::tied(best, other, rule_); }

@@ -20,8 +20,8 @@ class Criterion {
   /// Is what it removes more than a law that removed all the rest may be off by?
   virtual bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with) const = 0;
 
-  /// Does it still count beside an effect that shapes the same edges, as a share of what was there before both, or since
-  /// both leave nothing?
+  /// Does it still count beside an effect that shapes the same edges, as a share of what was there before both, or
+  /// since both leave nothing?
   virtual bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const = 0;
 
   /// Is `other` as good as `best`?

@@ -32,8 +32,8 @@ Timing as_recorded_in(const Dataset& data) {
   return {.voltage_late = data.timing.voltage_late, .lags_in_itself = data.timing.lags_in_itself};
 }
 
-/// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is fitted
-/// to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
+/// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is
+/// fitted to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
 bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
   const Circumstances as_set = circumstances_of(data);
   set_timing(data, as_recorded_in(data));

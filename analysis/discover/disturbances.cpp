@@ -134,8 +134,7 @@ std::vector<Stretch> stretches_in(const std::vector<Interval>& all) {
     if (all[i].disturbed) continue;
     const bool same_run = !found.empty() && all[found.back().begin].run == all[i].run;
     if (all[i].out()) {
-      const bool goes_on =
-          same_run && i <= found.back().end + bridged && all[found.back().begin].off * all[i].off > 0;
+      const bool goes_on = same_run && i <= found.back().end + bridged && all[found.back().begin].off * all[i].off > 0;
       if (!goes_on) found.push_back({i, i});
       found.back().end = i + 1;
     } else if (same_run && i == found.back().end && all[i].lacks(all[found.back().begin].off)) {
@@ -234,10 +233,10 @@ void drop_small(std::vector<Stretch>& found, const std::vector<Interval>& all) {
   std::erase_if(found, [&](const Stretch& s) { return impulse(s, all) < small * largest; });
 }
 
-/// Somebody's hand acts in one run as it likes. What acts in several is a thing, and does the same each time, and seldom:
-/// torques of many sizes and signs all over the runs are what the law of something leaves that the model lacks.
+/// Somebody's hand acts in one run as it likes. What acts in several is a thing, and does the same each time, and
+/// seldom: torques of many sizes and signs all over the runs are what the law of something leaves that the model lacks.
 bool may_be_one_thing(const std::vector<Stretch>& found, const std::vector<Interval>& all, std::size_t runs) {
-  constexpr double alike_to = 2;        // times
+  constexpr double alike_to = 2;  // times
   constexpr double most_of_runs = 1.0 / 3;
   std::set<std::size_t> in;
   double least = HUGE_VAL, largest = 0;

@@ -17,8 +17,8 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::UnorderedElementsAre;
 using testing::Not;
+using testing::UnorderedElementsAre;
 
 using Effects = std::set<std::size_t>;
 
@@ -221,8 +221,8 @@ TEST_F(SearchOnMadeUpFits, DropsWhatTheOthersMadeSuperfluous) {
 
 TEST_F(SearchOnMadeUpFits, TriesOthersInThePlaceOfEachOnceAMemberHasGone) {
   // Beside `air` nothing does what `dry` does; when that has gone, `coil` does better.
-  trials.errors = {{{}, 9},           {{air}, 4},           {{air, dry}, 2},    {{air, dry, brush}, 1.08},
-                   {{brush}, 8},      {{dry, brush}, 1.08}, {{coil, brush}, 0.95}};
+  trials.errors = {{{}, 9},      {{air}, 4},           {{air, dry}, 2},      {{air, dry, brush}, 1.08},
+                   {{brush}, 8}, {{dry, brush}, 1.08}, {{coil, brush}, 0.95}};
   EXPECT_THAT(found().effects, UnorderedElementsAre(coil, brush));
 }
 

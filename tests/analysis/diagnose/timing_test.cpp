@@ -110,8 +110,8 @@ TEST(TimingOfALog, DoesNotStandInForALagOfLessThanARowWhoseShapeItDoesNotHave) {
 
 /// What a driver makes of a reference that it is given some rows ago, through one pole or two.
 struct Poles {
-  std::size_t delay = 0;          ///< [rows]
-  double first = 0, second = 0;   ///< [s] 0: none
+  std::size_t delay = 0;         ///< [rows]
+  double first = 0, second = 0;  ///< [s] 0: none
 };
 
 /// A motor behind such a driver, logged every 1 ms with the voltage at its terminals.
