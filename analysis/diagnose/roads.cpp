@@ -104,17 +104,15 @@ Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion,
   Finding found = search.from(first, resettle);
   const bool other_starts = settle_starts(data, found.current.model());
   TimingChange change = settle_timing(data, found.current.model());
-  if (change == TimingChange::other || other_starts) {
+  const auto search_anew = [&] {
     first = search.again(first);
     found = search.anew_from(first, std::move(found));
     change = settle_timing(data, found.current.model());
-  }
+  };
+  if (change == TimingChange::other || other_starts) search_anew();
   if (criterion.worth_a_wide_search(found.current.held_out) &&
-      told_from_the_recorded(data, search, criterion, found.current)) {
-    first = search.again(first);
-    found = search.anew_from(first, std::move(found));
-    change = settle_timing(data, found.current.model());
-  }
+      told_from_the_recorded(data, search, criterion, found.current))
+    search_anew();
   if (criterion.worth_a_wide_search(found.current.held_out) && joins_its_family(data, search, criterion, found))
     change = TimingChange::slight;
   if (change != TimingChange::none) {

@@ -239,18 +239,15 @@ bool may_be_one_thing(const std::vector<Stretch>& found, const std::vector<Inter
   constexpr double alike_to = 2;  // times
   constexpr double most_of_runs = 1.0 / 3;
   std::set<std::size_t> in;
-  double least = HUGE_VAL, largest = 0;
-  std::size_t forward = 0;
+  double least = HUGE_VAL, largest = -HUGE_VAL;
   for (const Stretch& s : found) {
-    const double torque = mean_off(s, all);
     in.insert(all[s.begin].run);
-    least = std::min(least, std::abs(torque));
-    largest = std::max(largest, std::abs(torque));
-    if (torque > 0) ++forward;
+    least = std::min(least, mean_off(s, all));
+    largest = std::max(largest, mean_off(s, all));
   }
   if (in.size() <= 1) return true;
-  const bool same_sign = forward == 0 || forward == found.size();
-  return same_sign && largest <= alike_to * least &&
+  const double ratio = largest / least;  // negative: of two signs
+  return ratio >= 1 / alike_to && ratio <= alike_to &&
          static_cast<double>(in.size()) <= most_of_runs * static_cast<double>(runs);
 }
 
@@ -263,8 +260,9 @@ std::vector<Disturbance> disturbances_in(const WhatIsLeft& left) {
   std::vector<Stretch> found;
   double disturbed = 0, largest = 0;
   while (const std::optional<Stretch> s = strongest(all, material * left.torque_scale)) {
-    largest = std::max(largest, impulse(*s, all));
-    if (impulse(*s, all) < small * largest) break;
+    const double its = impulse(*s, all);
+    largest = std::max(largest, its);
+    if (its < small * largest) break;
     found.push_back(*s);
     disturbed += static_cast<double>(s->size());
     if (disturbed > most * static_cast<double>(all.size())) return {};
