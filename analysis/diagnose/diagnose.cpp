@@ -55,9 +55,9 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
 /// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
-/// error may be off by half. But not where most of what has no other name would be left without it, when timing and
-/// starts have had their say, and that is worth a name, unless it is hardly told at all and leaves enough itself. What
-/// fitted to the end has gone where it is not what it is called goes as well.
+/// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
+/// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
+/// all and leaves enough itself. What fitted to the end has gone where it is not what it is called goes as well.
 /// @param inputs as for worth_a_name() @return what is known of the errors of the rest
 std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion,
                                                  Dataset& data, std::span<const Signal> inputs,
@@ -88,10 +88,10 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
       set_timing(data, without_it);
     }
     const bool is_needed = !trial || (may_be && criterion.remainder(trial->held_out) && !doubtful &&
-                                      removes_most(trial->held_out, found.current.held_out) &&
                                       ((leaves_a_share(trial->held_out, inputs, rule) &&
                                         gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
-                                       worth_a_name(data, trial->model(), trial->held_out, inputs, rule)));
+                                       (removes_most(trial->held_out, found.current.held_out) &&
+                                        worth_a_name(data, trial->model(), trial->held_out, inputs, rule))));
     if (is_needed) {
       set_timing(data, before);
       continue;
