@@ -1,10 +1,10 @@
 #include "analysis/check/duplicate.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -55,33 +55,45 @@ std::vector<std::optional<std::uint64_t>> blocks_of(const std::vector<std::uint6
   return blocks;
 }
 
-/// Of some blocks those that come once in their run: coarse counts of a steady speed repeat themselves.
-void leave_out_what_recurs(std::vector<std::optional<std::uint64_t>>& blocks) {
-  std::unordered_map<std::uint64_t, int> times;
-  for (const auto& b : blocks) {
-    if (b) ++times[*b];
-  }
-  for (auto& b : blocks) {
-    if (b && times[*b] > 1) b.reset();
-  }
-}
-
 struct Listed {
   const Run* run = nullptr;
   bool held_out = false;
   std::vector<std::uint64_t> rows;
-  std::vector<std::optional<std::uint64_t>> blocks;      ///< from every row on
-  std::unordered_map<std::uint64_t, std::size_t> known;  ///< from which row on, to look up
+  std::vector<std::optional<std::uint64_t>> blocks;           ///< from every row on, where it comes once
+  std::vector<std::pair<std::uint64_t, std::size_t>> sorted;  ///< the same with their rows, to look up
+
+  /// The row from which on this block comes.
+  std::optional<std::size_t> row_of(std::uint64_t number) const {
+    const auto at = std::ranges::lower_bound(sorted, number, {}, [](const auto& entry) { return entry.first; });
+    return at != sorted.end() && at->first == number ? std::optional(at->second) : std::nullopt;
+  }
 };
 
-Listed listed(const Run& run, bool held_out) {
-  std::vector<std::uint64_t> rows = rows_of(run);
-  Listed l{&run, held_out, std::move(rows), {}, {}};
-  l.blocks = blocks_of(l.rows);
-  leave_out_what_recurs(l.blocks);
-  for (std::size_t k = 0; k < l.blocks.size(); ++k) {
-    if (l.blocks[k]) l.known.emplace(*l.blocks[k], k);
+/// Coarse counts of a steady speed repeat themselves: a block that comes more than once says nothing.
+void leave_out_what_recurs(Listed& l) {
+  const auto same_block = [](const auto& a, const auto& b) { return a.first == b.first; };
+  auto kept = l.sorted.begin();
+  for (auto first = l.sorted.begin(); first != l.sorted.end();) {
+    const auto end =
+        std::find_if_not(first, l.sorted.end(), [&](const auto& entry) { return same_block(entry, *first); });
+    if (end - first == 1) {
+      *kept++ = *first;
+    } else {
+      for (auto again = first; again != end; ++again) l.blocks[again->second].reset();
+    }
+    first = end;
   }
+  l.sorted.erase(kept, l.sorted.end());
+}
+
+Listed listed(const Run& run, bool held_out) {
+  Listed l{&run, held_out, rows_of(run), {}, {}};
+  l.blocks = blocks_of(l.rows);
+  for (std::size_t k = 0; k < l.blocks.size(); ++k) {
+    if (l.blocks[k]) l.sorted.emplace_back(*l.blocks[k], k);
+  }
+  std::ranges::sort(l.sorted);
+  leave_out_what_recurs(l);
   return l;
 }
 
@@ -132,11 +144,11 @@ Shared shared(const Listed& a, const Listed& b) {
   for (std::size_t k = 0; k < b.blocks.size(); k += block) {
     if (!b.blocks[k]) continue;
     ++s.of;
-    const auto there = a.known.find(*b.blocks[k]);
-    if (there == a.known.end()) continue;
+    const std::optional<std::size_t> there = a.row_of(*b.blocks[k]);
+    if (!there) continue;
     const auto at = static_cast<std::ptrdiff_t>(k);
-    if (!last || at >= last->end || at - last->shift != static_cast<std::ptrdiff_t>(there->second))
-      last = agreement(a.rows, b.rows, there->second, k);
+    if (!last || at >= last->end || at - last->shift != static_cast<std::ptrdiff_t>(*there))
+      last = agreement(a.rows, b.rows, *there, k);
     if (last->repeated) continue;
     if (s.same == 0) s.first = k;
     ++s.same;
@@ -148,6 +160,7 @@ Shared shared(const Listed& a, const Listed& b) {
 }  // namespace
 
 DataFindings duplicates(std::span<const Run> train, std::span<const Run> held_out) {
+  if (train.size() + held_out.size() < 2) return {};
   std::vector<Listed> all;
   for (const Run& run : train) all.push_back(listed(run, false));
   for (const Run& run : held_out) all.push_back(listed(run, true));

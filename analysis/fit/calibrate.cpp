@@ -6,6 +6,7 @@
 #include "analysis/fit/descent.h"
 #include "analysis/fit/normal_equations.h"
 #include "analysis/fit/standard_errors.h"
+#include "analysis/numerics/parallel.h"
 #include "hal/error.h"
 #include "model/effect.h"
 
@@ -44,6 +45,34 @@ bool same_valley(const NormalEquations& at_optimum, const Descent& optimum, std:
   return cost > optimum.cost && std::abs(cost - optimum.cost - rise) < 0.5 * rise;
 }
 
+/// The descent from what is given, and those from other starts: on a part of the data, what they reach is to be tried
+/// on all of it.
+struct FirstDescents {
+  Descent from_given;
+  std::vector<Descent> rough;
+};
+
+FirstDescents first_descents(const FitProblem& problem, std::span<const Record> records, const Model& model,
+                             const CalibrationOptions& options) {
+  FirstDescents d;
+  d.rough.resize(static_cast<std::size_t>(std::max(0, options.extra_starts)));
+  const ShortestRecords part(d.rough.empty() ? std::span<const Record>{} : records);
+  const auto descent = [&](std::size_t i) {
+    if (i == 0) {
+      d.from_given = descend(problem, problem.free().pick({}), options.max_iterations, options.tolerance);
+    } else {
+      const FitProblem first_look(part.all(), model, options);
+      d.rough[i - 1] = descend(first_look, other_start(problem, model, i - 1), 15, 1e-6);
+    }
+  };
+  if (records.size() == 1 && !d.rough.empty()) {  // a run has one core: the descents share them out
+    each_on_a_core(1 + d.rough.size(), descent);
+  } else {
+    for (std::size_t i = 0; i <= d.rough.size(); ++i) descent(i);
+  }
+  return d;
+}
+
 }  // namespace
 
 ShortestRecords::ShortestRecords(std::span<const Record> records) : part_(records) {
@@ -76,7 +105,7 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
     return result;
   }
   const std::vector<double> given = free.pick({});
-  Descent best = descend(problem, given, options.max_iterations, options.tolerance);
+  auto [best, rough] = first_descents(problem, records, model, options);
   const auto can_be_simulated = [&](std::span<const double> x) {
     return std::isfinite(problem.normal_equations(x, false, false).rtr);
   };
@@ -92,19 +121,15 @@ Calibration calibrate(std::span<const Record> records, const Model& model, const
   if (best.cost == infinity && !can_be_simulated(given)) {
     throw ModelError("model `" + model.name + "` cannot be simulated with its start values: the result is not finite");
   }
-  // Other starts descend on a part of the data; what they reach is tried on all of it.
-  const ShortestRecords part(options.extra_starts > 0 ? records : std::span<const Record>{});
-  const FitProblem first_look(part.all(), model, options);
   NormalEquations at_best;
   if (options.extra_starts > 0)
     at_best = problem.normal_equations(best.x, true, false);  // at the phases of its descent
   constexpr double clearly = 1e-4;  // better; of two valleys alike, that of what was given stands
-  for (int s = 0; s < options.extra_starts; ++s) {
-    const Descent rough = descend(first_look, other_start(problem, model, static_cast<std::size_t>(s)), 15, 1e-6);
+  for (const Descent& there : rough) {
     problem.search_phases();
-    const double cost = 0.5 * problem.normal_equations(rough.x, false, false).rtr;
-    if (!(cost < 2 * best.cost) || same_valley(at_best, best, rough.x, cost)) continue;
-    Descent other = descend(problem, rough.x, options.max_iterations, options.tolerance);
+    const double cost = 0.5 * problem.normal_equations(there.x, false, false).rtr;
+    if (!(cost < 2 * best.cost) || same_valley(at_best, best, there.x, cost)) continue;
+    Descent other = descend(problem, there.x, options.max_iterations, options.tolerance);
     if (other.cost >= best.cost * (1 - clearly)) continue;
     best = std::move(other);
     at_best = problem.normal_equations(best.x, true, false);
