@@ -31,21 +31,23 @@ struct Looked {
 
 Looked look_at(const Run& run) {
   Looked l;
-  l.findings = sampling_flaws(run);
-  add(l.findings, spikes(run));
-  const bool spiked = std::ranges::any_of(
-      l.findings, [](const DataFinding& f) { return f.what == Flaw::spikes && f.signal == Signal::omega; });
-  if (!spiked) add(l.findings, leaps(run));  // they may be the same readings
-  add(l.findings, clipped(run));
-  const DataFindings stays = held(run);
-  std::erase_if(l.findings, [&](const DataFinding& f) {  // a value held at the extreme is not cut off
+  DataFindings sampling, spiked, leapt, cut, stays, turned;
+  at_once([&] { sampling = sampling_flaws(run); }, [&] { spiked = spikes(run); }, [&] { leapt = leaps(run); },
+          [&] { cut = clipped(run); }, [&] { stays = held(run); }, [&] { turned = angle_against_speed(run); },
+          [&] { l.windows = motion_windows(run); });
+  add(l.findings, std::move(sampling));
+  const bool speed_is_spiked =
+      std::ranges::any_of(spiked, [](const DataFinding& f) { return f.signal == Signal::omega; });
+  add(l.findings, std::move(spiked));
+  if (!speed_is_spiked) add(l.findings, std::move(leapt));  // they may be the same readings
+  std::erase_if(cut, [&](const DataFinding& f) {            // a value held at the extreme is not cut off
     return f.what == Flaw::clipped && std::ranges::any_of(stays, [&](const DataFinding& h) {
              return h.stops && h.signal == f.signal && h.from <= f.to && f.from <= h.to;
            });
   });
-  add(l.findings, stays);
-  add(l.findings, angle_against_speed(run));
-  l.windows = motion_windows(run);
+  add(l.findings, std::move(cut));
+  add(l.findings, std::move(stays));
+  add(l.findings, std::move(turned));
   const bool told = std::ranges::any_of(l.findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
   if (!told) add(l.findings, turned_signs(l.windows, balance_of(l.windows), run.name, run.duration()));
   return l;
@@ -57,7 +59,7 @@ DataFindings check(std::span<const Run> train, std::span<const Run> held_out, co
   std::vector<Run> runs(train.begin(), train.end());
   runs.insert(runs.end(), held_out.begin(), held_out.end());
   std::vector<Looked> looked(runs.size());
-  parallel_for(runs.size(), [&](std::size_t r) { looked[r] = look_at(runs[r]); });
+  each_on_a_core(runs.size(), [&](std::size_t r) { looked[r] = look_at(runs[r]); });
 
   DataFindings findings;
   MotionWindows windows;

@@ -86,10 +86,12 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
 /// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
 /// lacked may have looked like another timing, or another start. The first answer stands where it still does better. By
 /// how little an instrument is behind the others only the answer tells.
-Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial first) {
+/// @param told the timing that is set is what `first` itself tells: it tells no other where nothing is found
+Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial first, bool told = false) {
   // Starts bend the fit and the fit the starts.
   for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {
     first = search.again(first);
+    told = false;
   }
   const WholeSearch::Resettle resettle = [&](const Model& with_the_effect) -> std::optional<Trial> {
     const Circumstances before = circumstances_of(data);
@@ -99,9 +101,12 @@ Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion,
       return std::nullopt;
     }
     first = search.again(first);
+    told = false;
     return first;
   };
   Finding found = search.from(first, resettle);
+  if (told && found.effects.empty() && !criterion.worth_a_wide_search(found.current.held_out))
+    return {std::move(first), std::move(found), circumstances_of(data)};
   const bool other_starts = settle_starts(data, found.current.model());
   TimingChange change = settle_timing(data, found.current.model());
   const auto search_anew = [&] {
@@ -125,7 +130,7 @@ Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion,
 Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   const TimingChange change = settle_timing(data, as_recorded.model());
-  if (change == TimingChange::none) return search_from(data, search, criterion, as_recorded);
+  if (change == TimingChange::none) return search_from(data, search, criterion, as_recorded, true);
   if (change == TimingChange::slight) return search_from(data, search, criterion, search.again(as_recorded));
   Road told = search_from(data, search, criterion, search.again(as_recorded));
   if (!criterion.remainder(told.found.current.held_out)) return told;

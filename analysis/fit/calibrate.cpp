@@ -65,7 +65,7 @@ FirstDescents first_descents(const FitProblem& problem, std::span<const Record> 
       d.rough[i - 1] = descend(first_look, other_start(problem, model, i - 1), 15, 1e-6);
     }
   };
-  if (records.size() == 1 && !d.rough.empty()) {  // a run has one core: the descents share them out
+  if (records.size() == 1) {  // a run has one core: the descents share them out
     each_on_a_core(1 + d.rough.size(), descent);
   } else {
     for (std::size_t i = 0; i <= d.rough.size(); ++i) descent(i);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <exception>
@@ -68,13 +69,21 @@ void parallel_for(std::size_t n, const Function& f, const Length& length_of) {
   parallel_for(n, [&](std::size_t k) { f(order[k]); });
 }
 
-/// Calls f(0) ... f(n - 1), each of them on one core: for larger work that would share itself out.
+/// Calls f(0) ... f(n - 1), each of them on one core: for larger work that would share itself out. A single one may.
 template <class Function>
 void each_on_a_core(std::size_t n, const Function& f) {
+  if (n == 1) return f(0);
   parallel_for(n, [&](std::size_t i) {
     const OneThreadHere alone;
     f(i);
   });
+}
+
+/// Calls some functions, shared out likewise.
+template <class... Functions>
+void at_once(const Functions&... functions) {
+  const std::array<std::function<void()>, sizeof...(functions)> all{functions...};
+  parallel_for(all.size(), [&](std::size_t i) { all[i](); });
 }
 
 /// Calls f(i) for the place of each item, the longest items first.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "analysis/numerics/even_series.h"
@@ -35,36 +36,53 @@ double robust_scatter(std::vector<double> changes) {
   return robust_sigma(std::move(changes));
 }
 
-/// The sum of squares of the changes that are not foreseen, for each of the first shares, in units of their scatter.
-std::vector<double> costs_of(const Run& run, const Model& model, std::size_t count) {
+/// The changes of a voltage that are not foreseen: the sum of their squares, and their scatter.
+struct Unforeseen {
+  double squares = 0, scatter = 0;
+};
+
+/// A reference and the terminals that it drives, on its grid.
+struct Driven {
+  Excitation excitation;
+  std::vector<double> measured;
+  double least_scatter = 0;  ///< [V] two steps of the meter
+};
+
+Driven driven(const Run& run) {
   const Series &reference = run.at(Signal::u_ref), &terminals = run.at(Signal::e_a);
-  Excitation x;
-  x.t = reference.t;
-  x.u_ref = reference.value;
-  const std::vector<double> measured = on_grid(terminals, x.t, run.name + ": e_a_V");
-  x.initial.e_driver = measured.front();
-  const std::vector<double> values = model.values();
-  double scatter = infinity;
-  std::vector<double> costs(count, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    x.acts_after = shares[i] * mean_interval(x.t);
-    const std::vector<double> changes = unforeseen_changes(measured, driver_voltage(model, values, x));
-    scatter = std::min(scatter, robust_scatter(changes));
-    for (const double change : changes) costs[i] += change * change;
-  }
-  const double least = std::max(terminals.lsb / std::sqrt(6.0), 1e-9);  // two steps; [V] of what is written in full
-  scatter = std::max(scatter, least);
-  for (double& cost : costs) cost /= scatter * scatter;
-  return costs;
+  constexpr double in_full = 1e-9;  // [V] of what is written with all digits
+  Driven d;
+  d.excitation.t = reference.t;
+  d.excitation.u_ref = reference.value;
+  d.measured = on_grid(terminals, d.excitation.t, run.name + ": e_a_V");
+  d.excitation.initial.e_driver = d.measured.front();
+  d.least_scatter = std::max(terminals.lsb / std::sqrt(6.0), in_full);
+  return d;
 }
 
-/// The same of all runs, for so many of the shares.
+/// @param share of a row by which the reference acts later
+Unforeseen unforeseen(const Driven& run, const Model& model, double share) {
+  Excitation x = run.excitation;
+  x.acts_after = share * mean_interval(x.t);
+  std::vector<double> changes = unforeseen_changes(run.measured, driver_voltage(model, model.values(), x));
+  Unforeseen u;
+  for (const double change : changes) u.squares += change * change;
+  u.scatter = robust_scatter(std::move(changes));
+  return u;
+}
+
+/// The sum of squares of the changes that are not foreseen in all runs, for each of the first shares, in units of
+/// their scatter in the run.
 std::vector<double> costs_of(std::span<const Run* const> runs, const Model& model, std::size_t count) {
-  std::vector<std::vector<double>> each(runs.size());
-  parallel_for(runs.size(), [&](std::size_t k) { each[k] = costs_of(*runs[k], model, count); });
+  std::vector<Driven> each(runs.size());
+  parallel_for(runs.size(), [&](std::size_t k) { each[k] = driven(*runs[k]); });
+  std::vector<Unforeseen> of(runs.size() * count);
+  parallel_for(of.size(), [&](std::size_t i) { of[i] = unforeseen(each[i / count], model, shares[i % count]); });
   std::vector<double> sum(count, 0);
-  for (const std::vector<double>& costs : each) {
-    for (std::size_t i = 0; i < count; ++i) sum[i] += costs[i];
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const auto its = std::span(of).subspan(k * count, count);
+    const double scatter = std::max(std::ranges::min(its, {}, &Unforeseen::scatter).scatter, each[k].least_scatter);
+    for (std::size_t i = 0; i < count; ++i) sum[i] += its[i].squares / (scatter * scatter);
   }
   return sum;
 }

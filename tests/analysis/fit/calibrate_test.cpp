@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "analysis/numerics/parallel.h"
 #include "analysis/record/dataset.h"
 #include "hal/error.h"
 #include "tests/analysis/synthetic.h"
@@ -188,6 +189,16 @@ TEST(Calibrate, SeveralStartsEscapeABadOne) {
     EXPECT_NEAR(c.cost, lowest, 1e-6 * lowest) << "from R_a = " << bad[0] << ", K_b = " << bad[1];
     expect_truth(c.model, 0.005);
   }
+}
+
+TEST(Calibrate, EndsAtTheSameOnOneCoreAsOnAll) {
+  const Model model = with_noise(servo_model());
+  const std::vector<Record> one_run = prepared({record({}, synthetic::steps, 1e-3, quiet)}, model);
+  const Calibration shared_out = calibrate(one_run, model);
+  const OneThreadHere alone;
+  const Calibration by_itself = calibrate(one_run, model);
+  EXPECT_EQ(shared_out.model.values(), by_itself.model.values());
+  EXPECT_EQ(shared_out.cost, by_itself.cost);
 }
 
 TEST(Calibrate, NinetyFivePercentIntervalsHoldTheTruthThatOften) {

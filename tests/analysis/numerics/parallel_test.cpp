@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <stdexcept>
@@ -41,6 +42,20 @@ TEST(ParallelFor, CallsEachItemOnceWhateverItsLength) {
   ASSERT_EQ(taken.size(), items.size());
   std::ranges::sort(taken);
   EXPECT_EQ(taken, (std::vector<std::size_t>{0, 1, 2, 3}));
+}
+
+TEST(AtOnce, CallsEachFunctionOnce) {
+  std::array<std::atomic<int>, 3> calls{};
+  at_once([&] { ++calls[0]; }, [&] { ++calls[1]; }, [&] { ++calls[2]; });
+  for (const std::atomic<int>& of : calls) EXPECT_EQ(of, 1);
+}
+
+TEST(EachOnACore, SharesOutNoWorkOfItsOwnButThatOfASingleOne) {
+  std::vector<char> alone(2);
+  each_on_a_core(alone.size(), [&](std::size_t i) { alone[i] = OneThreadHere::on(); });
+  EXPECT_EQ(alone, (std::vector<char>{1, 1}));
+  each_on_a_core(1, [&](std::size_t i) { alone[i] = OneThreadHere::on(); });
+  EXPECT_FALSE(alone[0]);
 }
 
 }  // namespace
