@@ -28,6 +28,7 @@ build_and_test() {  # preset, all or quick (without the tests labelled slow), th
   ctest --preset "$preset" -j "$(nproc)" "${labels[@]}"
 }
 
+case "${1:-}" in -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "$0"; exit ;; esac
 tools/install_packages.sh
 [ $# -gt 0 ] || set -- format headers release asan tsan
 for what in "$@"; do

@@ -35,6 +35,7 @@ Timing as_recorded_in(const Dataset& data) {
 /// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is
 /// fitted to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
 bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
+  if (data.timing == as_recorded_in(data)) return false;
   const Circumstances as_set = circumstances_of(data);
   set_timing(data, as_recorded_in(data));
   Trial anew = search.again(answer);
@@ -72,11 +73,7 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
     const Loss& before_both = before != found.before.end() ? before->second : without;
     if (!criterion.material(without, both->held_out)) continue;
     if (!criterion.material_beside_same_edges(before_both, without, both->held_out)) continue;
-    found.before.insert_or_assign(a.effect(), without);
-    found.effects.push_back(a.effect());
-    found.current = std::move(*both);
-    found.steps.push_back({"added " + std::string(found.current.model().about(a.effect()).id), a.effect(),
-                           found.current.train, found.current.held_out_error()});
+    found.add(a.effect(), std::move(*both));
     return true;
   }
   set(data, as_set);

@@ -153,12 +153,8 @@ bool Search::add_best_of(std::vector<Addition> additions) {
   std::optional<Trial> kept;
   std::optional<Addition> best = best_that_stays(additions, kept);
   if (!best) return false;
-  const std::size_t effect = best->effect();
-  found_.effects.push_back(effect);
-  found_.before.insert_or_assign(effect, current.held_out);
-  found_.current = std::move(*kept);
-  remember(best->score, found_.current.held_out_error());
-  found_.steps.push_back({"added " + id(effect), effect, current.train, current.held_out_error()});
+  found_.add(best->effect(), std::move(*kept));
+  remember(best->score, current.held_out_error());
   return true;
 }
 

@@ -9,40 +9,10 @@
 #include <vector>
 
 #include "analysis/diagnose/criterion.h"
+#include "analysis/diagnose/finding.h"
 #include "analysis/diagnose/trials.h"
 
 namespace emtb {
-
-/// What was tried of one absent effect.
-struct Candidate {
-  Score score;                           ///< at the model where it was last scored
-  std::optional<double> held_out_error;  ///< of the best refit that included it
-  std::string implausible = {};          ///< why it was refused though it explains something; empty: it was not
-};
-
-/// A step of a search, as it is told.
-struct Step {
-  std::string action;                ///< `added coulomb_friction`
-  std::optional<std::size_t> added;  ///< the effect, where one was
-  double train = 0;
-  double held_out = 0;
-};
-
-/// A model that does as well with another effect in the place of a member.
-struct Rival {
-  std::size_t effect = 0;
-  Model model;
-};
-
-/// What a search found: a model, and how it came about.
-struct Finding {
-  Trial current;
-  std::vector<std::size_t> effects;                  ///< in the order found
-  std::map<std::size_t, Loss> before;                ///< each effect was added
-  std::map<std::size_t, std::vector<Rival>> rivals;  ///< of each member
-  std::vector<Candidate> candidates;                 ///< in the order tried
-  std::vector<Step> steps;
-};
 
 /// The search for what a model is missing: forward, adding what removes most; cogging first, where a remainder is left;
 /// fewer, where two may do what many were pieced together for; swaps; and without what became superfluous. Each is a

@@ -20,6 +20,8 @@ struct Timing {
   int voltage_late = 0;   ///< [rows] by which the reading of the terminals is behind; taken out of the runs
   std::map<Signal, double> late = {};  ///< [samples] see Observation::late; of those not in it, 0
   bool lags_in_itself = false;         ///< see Record
+
+  bool operator==(const Timing&) const = default;
 };
 
 /// Runs as weighed records that share one noise floor: the one way from a session to what a model is compared with.
