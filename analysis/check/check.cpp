@@ -41,9 +41,9 @@ Looked look_at(const Run& run) {
   add(l.findings, std::move(spiked));
   if (!speed_is_spiked) add(l.findings, std::move(leapt));  // they may be the same readings
   std::erase_if(cut, [&](const DataFinding& f) {            // a value held at the extreme is not cut off
-    return f.what == Flaw::clipped && std::ranges::any_of(stays, [&](const DataFinding& h) {
-             return h.stops && h.signal == f.signal && h.from <= f.to && f.from <= h.to;
-           });
+    return std::ranges::any_of(stays, [&](const DataFinding& h) {
+      return h.stops && h.signal == f.signal && h.from <= f.to && f.from <= h.to;
+    });
   });
   add(l.findings, std::move(cut));
   add(l.findings, std::move(stays));

@@ -71,11 +71,9 @@ struct Listed {
 
 /// Coarse counts of a steady speed repeat themselves: a block that comes more than once says nothing.
 void leave_out_what_recurs(Listed& l) {
-  const auto same_block = [](const auto& a, const auto& b) { return a.first == b.first; };
   auto kept = l.sorted.begin();
   for (auto first = l.sorted.begin(); first != l.sorted.end();) {
-    const auto end =
-        std::find_if_not(first, l.sorted.end(), [&](const auto& entry) { return same_block(entry, *first); });
+    const auto end = std::find_if(first, l.sorted.end(), [&](const auto& e) { return e.first != first->first; });
     if (end - first == 1) {
       *kept++ = *first;
     } else {

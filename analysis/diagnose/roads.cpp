@@ -35,9 +35,10 @@ Timing as_recorded_in(const Dataset& data) {
 /// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is
 /// fitted to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
 bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
-  if (data.timing == as_recorded_in(data)) return false;
+  const Timing recorded = as_recorded_in(data);
+  if (data.timing == recorded) return false;
   const Circumstances as_set = circumstances_of(data);
-  set_timing(data, as_recorded_in(data));
+  set_timing(data, recorded);
   Trial anew = search.again(answer);
   settle_timing(data, anew.model());
   settle_starts(data, anew.model());
