@@ -47,7 +47,7 @@ class LoggedTiming : public testing::Test {
 };
 
 TEST_F(LoggedTiming, OfAChannelBehindTheOthersIsFoundAndIsNoEffect) {
-  for (const double share : {0.3, 0.6}) {
+  for (const double share : {0.3, 0.8}) {
     const Diagnosis d = diagnose(runs(false, share, false), runs(true, share, false), bench.model);
     EXPECT_THAT(d.missing, IsEmpty());
     EXPECT_EQ(d.verdict, Verdict::nothing_missing);
