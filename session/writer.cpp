@@ -126,16 +126,21 @@ class AliveMark {
                        ours.st_ino == there.st_ino);
   }
 
-  /// Whether it holds what was flushed: nobody has cut it, or written over its beginning.
+  /// Takes what stands at a place of the file now for what must stand there for good.
+  void remember(off_t place, std::size_t size) {
+    kept_place_ = place;
+    kept_ = read(place, size);
+  }
+
+  /// Whether it holds what was flushed: nobody has cut it, or written over its beginning. HDF5 mends the beginning and
+  /// the length of a file that is cut while it flushes; what it wrote once only (remember()) tells of that as well.
   bool is_whole() {
     struct stat ours {};
     static constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
-    std::array<char, signature.size()> begins{};
     if (fd_ < 0 || fstat(fd_, &ours) != 0) return true;  // of which nothing is known
     const bool cut = ours.st_size < flushed_;
     flushed_ = ours.st_size;
-    return !cut && pread(fd_, begins.data(), begins.size(), 0) == static_cast<ssize_t>(begins.size()) &&
-           std::string_view(begins.data(), begins.size()) == signature;
+    return !cut && read(0, signature.size()) == signature && read(kept_place_, kept_.size()) == kept_;
   }
 
   static bool on(const std::filesystem::path& path) {
@@ -154,8 +159,17 @@ class AliveMark {
     return lock;
   }
 
+  std::string read(off_t place, std::size_t size) const {
+    std::string found(size, '\0');
+    const ssize_t got = pread(fd_, found.data(), found.size(), place);
+    found.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    return found;
+  }
+
   int fd_;
   off_t flushed_ = 0;  ///< bytes that the file had at the last look
+  off_t kept_place_ = 0;
+  std::string kept_;
 };
 
 }  // namespace
@@ -208,6 +222,7 @@ struct SessionWriter::Impl {
   std::optional<Events> events;
   bool broken = false;
   std::unique_ptr<AliveMark> alive;
+  off_t config_place = 0;  ///< in the file, of the bench's text
 };
 
 SessionWriter::Impl::Events::Events(hid_t group)
@@ -226,6 +241,7 @@ SessionWriter::Impl::Impl(const std::filesystem::path& where, const Description&
   try {
     create(draft, description);
     alive = std::make_unique<AliveMark>(draft);
+    alive->remember(config_place, description.config.size());
     std::filesystem::rename(draft, path);
   } catch (const std::exception& e) {
     columns.clear();
@@ -268,6 +284,7 @@ void SessionWriter::Impl::create(const std::filesystem::path& draft, const Descr
     const h5::Id space(h5::check(H5Screate(H5S_SCALAR)));
     const h5::Id config(h5::check(H5Dcreate2(file, "config", type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)));
     h5::check(H5Dwrite(config, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, description.config.c_str()));
+    config_place = static_cast<off_t>(H5Dget_offset(config));
   }
   {
     const h5::Id signals(h5::check(H5Gcreate2(file, "signals", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT)));

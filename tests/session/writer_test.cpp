@@ -185,6 +185,23 @@ TEST_F(Writer, WithoutFinishTheSessionIsIncompleteButWhole) {
   EXPECT_FALSE(repair_session(path("s.h5"))) << "it was closed in order";
 }
 
+TEST_F(Writer, NoticesThatItsFileWasCutAlsoWhereHdf5HasMendedTheBeginningSince) {
+  SessionWriter writer(path("s.h5"), description());
+  append(writer, 0, 700);
+  writer.flush();
+  const std::string before = read(path("s.h5"));
+  std::filesystem::resize_file(path("s.h5"), 0);
+  std::filesystem::resize_file(path("s.h5"), before.size());
+  std::fstream(path("s.h5"), std::ios::in | std::ios::out | std::ios::binary) << before.substr(0, 48);  // superblock
+  append(writer, 700, 100);
+  try {
+    writer.flush();
+    FAIL() << "the first 700 rows are gone";
+  } catch (const SessionError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("was cut or written over by another program"));
+  }
+}
+
 TEST_F(Writer, CanBeReadWhileItRecords) {
   SessionWriter writer(path("s.h5"), description());
   append(writer, 0, 700);
