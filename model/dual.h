@@ -20,34 +20,42 @@ template <>
 struct VectorOf<4> {
   using type = double __attribute__((vector_size(32)));
 };
-/// Eight in two registers of AVX2. (One vector of eight would be split by the compiler, and go through memory: four
+/// More in several registers of AVX2. (One vector of eight would be split by the compiler, and go through memory: four
 /// times slower.)
+/// @tparam Low, High the vectors that hold the first `size` and the others
+template <class Low, class High, std::size_t size>
+class alignas(32) Vectors {
+ public:
+  Vectors() = default;
+  Vectors(const Low& low, const High& high) : low_(low), high_(high) {}
+  Vectors(const Vectors& b) : low_(b.low_), high_(b.high_) {}
+  Vectors& operator=(const Vectors& b) { return low_ = b.low_, high_ = b.high_, *this; }
+
+  double operator[](std::size_t i) const { return i < size ? low_[i] : high_[i - size]; }
+  double& operator[](std::size_t i) {
+    return i < size ? reinterpret_cast<double*>(&low_)[i] : reinterpret_cast<double*>(&high_)[i - size];  // may alias
+  }
+
+  Vectors& operator+=(const Vectors& b) { return low_ += b.low_, high_ += b.high_, *this; }
+  Vectors& operator-=(const Vectors& b) { return low_ -= b.low_, high_ -= b.high_, *this; }
+  friend Vectors operator-(const Vectors& a) { return {-a.low_, -a.high_}; }
+  friend Vectors operator+(const Vectors& a, const Vectors& b) { return {a.low_ + b.low_, a.high_ + b.high_}; }
+  friend Vectors operator-(const Vectors& a, const Vectors& b) { return {a.low_ - b.low_, a.high_ - b.high_}; }
+  friend Vectors operator*(const Vectors& a, double b) { return {a.low_ * b, a.high_ * b}; }
+  friend Vectors operator*(double a, const Vectors& b) { return {a * b.low_, a * b.high_}; }
+  friend auto operator!=(const Vectors& a, const Vectors& b) { return (a.low_ != b.low_) | (a.high_ != b.high_); }
+
+ private:
+  Low low_{};
+  High high_{};
+};
 template <>
 struct VectorOf<8> {
-  class alignas(32) type {
-   public:
-    using Half = VectorOf<4>::type;
-
-    type() = default;
-    type(const Half& low, const Half& high) : low_(low), high_(high) {}
-    type(const type& b) : low_(b.low_), high_(b.high_) {}
-    type& operator=(const type& b) { return low_ = b.low_, high_ = b.high_, *this; }
-
-    double operator[](std::size_t i) const { return i < 4 ? low_[i] : high_[i - 4]; }
-    double& operator[](std::size_t i) { return reinterpret_cast<double*>(i < 4 ? &low_ : &high_)[i % 4]; }  // may alias
-
-    type& operator+=(const type& b) { return low_ += b.low_, high_ += b.high_, *this; }
-    type& operator-=(const type& b) { return low_ -= b.low_, high_ -= b.high_, *this; }
-    friend type operator-(const type& a) { return {-a.low_, -a.high_}; }
-    friend type operator+(const type& a, const type& b) { return {a.low_ + b.low_, a.high_ + b.high_}; }
-    friend type operator-(const type& a, const type& b) { return {a.low_ - b.low_, a.high_ - b.high_}; }
-    friend type operator*(const type& a, double b) { return {a.low_ * b, a.high_ * b}; }
-    friend type operator*(double a, const type& b) { return {a * b.low_, a * b.high_}; }
-    friend auto operator!=(const type& a, const type& b) { return (a.low_ != b.low_) | (a.high_ != b.high_); }
-
-   private:
-    Half low_{}, high_{};
-  };
+  using type = Vectors<VectorOf<4>::type, VectorOf<4>::type, 4>;
+};
+template <>
+struct VectorOf<12> {
+  using type = Vectors<VectorOf<8>::type, VectorOf<4>::type, 8>;
 };
 
 /// A number that carries its derivatives with respect to N parameters: forward-mode automatic differentiation.

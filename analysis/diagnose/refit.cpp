@@ -82,8 +82,7 @@ Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squar
   for (const Score::Start& start : starts) {
     const auto there = with_effect(records, fitted.model, squares, score.effect, start, known);
     if (!there) continue;
-    const bool many = starts.size() > go_on;
-    begun.push_back(first_steps(records, there->model, many ? first_look : few, many ? there->phases : known));
+    begun.push_back(first_steps(records, there->model, starts.size() > go_on ? first_look : few, there->phases));
   }
   if (begun.empty()) return {.model = fitted.model, .cost = infinity, .at_bound = {}, .phases = {}};
   std::ranges::stable_sort(begun, {}, &Fit::cost);

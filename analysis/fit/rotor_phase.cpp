@@ -9,6 +9,7 @@
 #include "analysis/fit/phase_equations.h"
 #include "analysis/fit/phase_knots.h"
 #include "analysis/fit/phase_search.h"
+#include "analysis/fit/summed_pass.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
 
@@ -197,14 +198,22 @@ Places places_of(const PeriodicPart& slowest, const PeriodicPart& fastest) {
           8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)))};
 }
 
+/// What a phase that does not change in the course of the record leaves there, and what one more of it would do.
+PassSums sums_at(const Record& record, const ModelStructure& structure, std::span<const double> values,
+                 const RotorPhase& phase, bool with_sensitivity) {
+  std::vector<double> all(values.begin(), values.end());
+  all.push_back(phase.at.front());
+  const std::vector<std::vector<std::size_t>> columns(with_sensitivity ? 1 : 0, {values.size()});
+  return summed_pass(record, structure, all, columns, std::vector<char>(record.observations.size(), 1));
+}
+
 /// The same of phases that do not change in the course of the record: nearly linear, so no step needs to be proved.
 RotorPhase stepped_to(const Record& record, const ModelStructure& structure, std::span<const double> values,
-                      const Knots& knots, RotorPhase phase, int steps, double longest) {
+                      RotorPhase phase, int steps, double longest) {
   for (int k = 0; k < steps; ++k) {
-    const PhaseEquations equations =
-        equations_of(with_phase(record, structure, values, {}, knots, phase), knots, phase.at);
-    if (!equations.informed()) break;
-    phase.at.front() += std::clamp(equations.step().front(), -longest, longest);
+    const PassSums sums = sums_at(record, structure, values, phase, true);
+    if (!(sums.sts[0] > 0)) break;
+    phase.at.front() += std::clamp(sums.str[0] / sums.sts[0], -longest, longest);
   }
   return phase;
 }
@@ -227,7 +236,7 @@ RotorPhase best_phase(const Record& record, const ModelStructure& structure, std
     follower.look(looks);
     return follower.phase();
   }
-  if (near != nullptr) return stepped_to(record, structure, values, knots, *near, 1, longest);
+  if (near != nullptr) return stepped_to(record, structure, values, *near, 1, longest);
   // There is a valley for each period of the fastest; what is linear tells the lowest of them, near enough. Where the
   // shaft stops it tells little: there a phase that hardly changes may be the better one.
   constexpr double hardly = 100;
@@ -241,10 +250,10 @@ RotorPhase best_phase(const Record& record, const ModelStructure& structure, std
   }
   std::pair<double, RotorPhase> best{std::numeric_limits<double>::infinity(), phases.front()};
   for (RotorPhase& phase : phases) {
-    const double cost = sum_of_squares(residuals_turned_by(record, structure, values, {}, knots, phase));
+    const double cost = sums_at(record, structure, values, phase, false).rtr;
     if (cost < best.first) best = {cost, std::move(phase)};
   }
-  return stepped_to(record, structure, values, knots, std::move(best.second), 2, longest);
+  return stepped_to(record, structure, values, std::move(best.second), 2, longest);
 }
 
 ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& structure,
