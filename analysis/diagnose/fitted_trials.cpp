@@ -260,8 +260,7 @@ std::vector<Fit> FittedTrials::begun_anew(const Trial& fitted, std::vector<Score
   }
   anew.model = with_base_as_given(anew.model);
   anew.phases.clear();
-  const double squares =
-      sum_of_squares(residuals_at_best_phases(data_.train, anew.model, anew.model.values(), {}, {}).residuals);
+  const double squares = squares_at_best_phases(data_.train, anew.model).squares;
   std::vector<Fit> begun(scores.size());
   each_on_a_core(scores.size(), [&](std::size_t i) {
     for (Score::Start& start : scores[i].starts) start.others.clear();  // they belong to the fitted values

@@ -32,11 +32,9 @@ std::optional<RefitStart> with_effect(std::span<const Record> records, const Mod
   best.phases.assign(phases.begin(), phases.end());
   // The phases are searched for the whole way, and followed from there.
   const auto look_at = [&](double share) {
-    RefitStart there{at(share), 0, {}};
-    ResidualsAtPhases seen = residuals_at_best_phases(records, there.model, there.model.values(), {}, best.phases);
-    there.squares = sum_of_squares(seen.residuals);
-    there.phases = std::move(seen.phases);
-    return there;
+    Model there = at(share);
+    SquaresAtPhases seen = squares_at_best_phases(records, there, best.phases);
+    return RefitStart{std::move(there), seen.squares, std::move(seen.phases)};
   };
   best = look_at(1);
   // The score is linear; what it expects of an effect that another imitates can be far off.
@@ -126,7 +124,7 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
   const std::vector<Score> scored = promising(score(records, fitted.model, effects, all), options);
   if (scored.empty()) return std::nullopt;
   const ShortestRecords shortest(records);
-  const double squares_there = sum_of_squares(residuals(shortest.all(), fitted.model, fitted.model.values(), {}));
+  const double squares_there = squares_at_best_phases(shortest.all(), fitted.model).squares;
   std::optional<BegunAtWholeOrders> best;
   for (Score wave : scored) {
     wave.starts = best_orders(shortest.all(), fitted.model, squares_there, wave);
@@ -139,9 +137,7 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
 
 Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::size_t effect,
                      const ScoreOptions& options) {
-  const ResidualsAtPhases left =
-      residuals_at_best_phases(records, fitted.model, fitted.model.values(), {}, fitted.phases);
-  const double squares = sum_of_squares(left.residuals);
+  const double squares = squares_at_best_phases(records, fitted.model, fitted.phases).squares;
   const std::vector<Score> scores = score(records, fitted.model, std::vector{effect}, options);
   Fit best = begun_refit(records, fitted, squares, scores.front());
   if (!fitted.model.about(effect).is_wave()) return best;

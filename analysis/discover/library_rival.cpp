@@ -8,6 +8,7 @@
 #include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/residuals.h"
+#include "analysis/fit/rotor_phase.h"
 #include "analysis/numerics/parallel.h"
 
 namespace emtb {
@@ -19,7 +20,7 @@ std::optional<LibraryRival> best_of_library(std::span<const Record> records, con
   const ScoreOptions options;
   const std::vector<Score> scores =
       worth_a_refit(score(records, fitted, absent_effects(fitted), options), fitted, most, options);
-  const double squares = sum_of_squares(residuals(records, fitted, fitted.values(), {}));
+  const double squares = squares_at_best_phases(records, fitted).squares;
   std::vector<std::optional<LibraryRival>> found(scores.size());
   parallel_for(scores.size(), [&](std::size_t i) {
     const Fit begun = begun_refit(records, {.model = fitted, .cost = 0.5 * squares}, squares, scores[i]);

@@ -198,11 +198,12 @@ Places places_of(const PeriodicPart& slowest, const PeriodicPart& fastest) {
           8 * static_cast<int>(std::lround(std::max(1.0, fastest.order / slowest.order)))};
 }
 
-/// What a phase that does not change in the course of the record leaves there, and what one more of it would do.
+/// What is left at a phase that does not change in the course of the record, or where there is none, and what one more
+/// of it would do.
 PassSums sums_at(const Record& record, const ModelStructure& structure, std::span<const double> values,
                  const RotorPhase& phase, bool with_sensitivity) {
   std::vector<double> all(values.begin(), values.end());
-  all.push_back(phase.at.front());
+  if (!phase.at.empty()) all.push_back(phase.at.front());
   const std::vector<std::vector<std::size_t>> columns(with_sensitivity ? 1 : 0, {values.size()});
   return summed_pass(record, structure, all, columns, std::vector<char>(record.observations.size(), 1));
 }
@@ -304,6 +305,22 @@ ResidualsAtPhases residuals_at_best_phases(std::span<const Record> records, cons
   };
   parallel_for(records, one);
   for (auto& of_one : each) std::ranges::move(of_one, std::back_inserter(out.residuals));
+  return out;
+}
+
+SquaresAtPhases squares_at_best_phases(std::span<const Record> records, const Model& model,
+                                       std::span<const RotorPhase> near) {
+  SquaresAtPhases out{RotorPhases(records.size())};
+  std::vector<double> each(records.size());
+  const std::vector<double> values = model.values();
+  parallel_for(records, [&](std::size_t i) {
+    const ModelStructure structure = records[i].structure(model);
+    out.phases[i] = best_phase(records[i], structure, values, near.empty() ? nullptr : &near[i]);
+    each[i] = out.phases[i].at.size() > 1
+                  ? sum_of_squares(residuals_at_phase(records[i], structure, values, {}, out.phases[i]).residuals)
+                  : sums_at(records[i], structure, values, out.phases[i], false).rtr;
+  });
+  out.squares = std::accumulate(each.begin(), each.end(), 0.0);
   return out;
 }
 

@@ -76,4 +76,13 @@ ResidualsAtPhases residuals_at_best_phases(std::span<const Record> records, cons
                                            std::span<const std::vector<std::size_t>> moved,
                                            std::span<const RotorPhase> near = {});
 
+struct SquaresAtPhases {
+  RotorPhases phases;
+  double squares = 0;  ///< sum of all squared residuals
+};
+
+/// The same where no residual by itself is asked for: none is kept.
+SquaresAtPhases squares_at_best_phases(std::span<const Record> records, const Model& model,
+                                       std::span<const RotorPhase> near = {});
+
 }  // namespace emtb

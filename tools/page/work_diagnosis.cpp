@@ -5,7 +5,7 @@
 #include "analysis/diagnose/next_experiment.h"
 #include "analysis/diagnose/overlay.h"
 #include "analysis/diagnose/refit.h"
-#include "analysis/fit/residuals.h"
+#include "analysis/fit/rotor_phase.h"
 #include "config/model.h"
 #include "config/profile.h"
 #include "hal/error.h"
@@ -26,10 +26,6 @@ namespace {
 
 constexpr std::size_t most_signatures = 6;
 constexpr std::size_t signature_points = 120;
-
-double squares_of(std::span<const Record> records, const Model& model) {
-  return sum_of_squares(residuals(records, model, model.values(), {}));
-}
 
 /// What a candidate would do to the signal that is furthest off, over the residual, in the run where it is.
 struct Worst {
@@ -183,7 +179,7 @@ json Work::diagnose(const Progress& progress) {
   diagnosed_ = question();
   progress(0.95, "drawing what the candidates would do");
   json out = to_json(d);
-  const double squares = squares_of(d.data->train, d.base);
+  const double squares = squares_at_best_phases(d.data->train, d.base).squares;
   const Worst worst = worst_of(d.data->train, d.base);
   for (std::size_t i = 0; i < d.candidates.size(); ++i) {
     add_card(out["candidates"][i], d, d.candidates[i], squares, i < most_signatures ? &worst : nullptr);
@@ -216,7 +212,7 @@ json Work::report(const Progress& progress) {
 json Work::score_formula(const json& formula) const {
   const Model model = with_formula(formula);
   const std::size_t effect = effect_count;  // the first that is on offer
-  const double squares = squares_of(data_.train, model);
+  const double squares = squares_at_best_phases(data_.train, model).squares;
   const std::vector<Score> scores = score(data_.train, model, std::span(&effect, 1));
   if (scores.empty() || scores.front().starts.empty()) throw Error("these runs say nothing of it");
   const Score& s = scores.front();

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "analysis/fit/summed_pass.h"
 #include "analysis/record/noise_floor.h"
@@ -163,10 +165,21 @@ TEST(SummedPass, SaysWhatTheResidualsAndTheirSensitivitiesSumUpTo) {
   const auto runs = records();
   Model model = servo_model();
   model.tie.clear();
+  for (const char* id : {"coulomb_friction", "brush_drop", "windage", "driver_gain_error"})
+    model.include(effect_index(id));
+  const std::map<std::string, double> present{
+      {"coulomb_friction.T_c", 0.002}, {"brush_drop.V_b", 0.3}, {"brush_drop.i_lin", 0.1}, {"windage.c_w", 1e-7}};
+  for (std::size_t i = 0; i < model.names().size(); ++i) {
+    if (const auto known = present.find(model.names()[i]); known != present.end()) model.at(i).value = known->second;
+  }
   const ModelStructure structure = runs[0].structure(model);
   const std::vector<double> values = model.values();
+  Places each_alone;
+  for (std::size_t i = 0; i < values.size(); ++i) each_alone.push_back({i});
+  ASSERT_GT(each_alone.size(), 9U) << "more than eight fit into two registers";
+  ASSERT_LE(each_alone.size(), PassSums::most);
   const Places four{{0}, {1, 2}, {3}, {4}}, five{{0}, {1}, {2}, {3}, {4}}, none{};
-  for (const Places& moved : {none, four, five}) {
+  for (const Places& moved : {none, four, five, each_alone}) {
     for (const bool all_wanted : {true, false}) {
       std::vector<char> wanted(runs[0].observations.size(), 1);
       if (!all_wanted) wanted.back() = 0;

@@ -115,6 +115,23 @@ TEST(ResidualsAtBestPhases, FollowEachRecordFromWhereItsPhaseIsKnown) {
   EXPECT_EQ(followed.residuals.back().record, 1U);
 }
 
+TEST(SquaresAtBestPhases, AreThoseOfTheResidualsThere) {
+  const Cogging wanders({0.004, 6.0, -2.4}, 0.4, true), turned({0.004, 6.0, -2.4}, 0.7, false);
+  Model without = turned.model;
+  without.exclude(effect_index("cogging"));
+  for (const auto& [record, model] : {std::pair(wanders.record, wanders.model), std::pair(turned.record, turned.model),
+                                      std::pair(turned.record, without)}) {
+    const std::vector<Record> records{record};
+    const ResidualsAtPhases seen = residuals_at_best_phases(records, model, model.values(), {});
+    const SquaresAtPhases summed = squares_at_best_phases(records, model);
+    EXPECT_NEAR(summed.squares, sum_of_squares(seen.residuals), 1e-9 * summed.squares);
+    EXPECT_EQ(summed.phases.front().at, seen.phases.front().at);
+    EXPECT_NEAR(squares_at_best_phases(records, model, seen.phases).squares,
+                sum_of_squares(residuals_at_best_phases(records, model, model.values(), {}, seen.phases).residuals),
+                1e-9 * summed.squares);
+  }
+}
+
 TEST(ResidualsAtPhase, GiveAGradientOfTheirSquaresAndOfWhatIsUnlikely) {
   const Cogging c({0.004, 6.0, -2.4}, 0.4, true);
   std::vector<double> values = c.values();
