@@ -241,6 +241,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
   FittedTrials trials(data, given, criterion, options.score, options.refits);
   Trial first = first_fit(trials, data, given);
+  if (set_steps(*prepared, first.model())) first = first_fit(trials, data, given);
   if (auto quieter = floors_down_to_what_is_left(data, first.model())) {
     set_noise(*prepared, std::move(*quieter), given);
     first = first_fit(trials, data, given);

@@ -130,6 +130,28 @@ void set_noise(Dataset& data, Noise noise, const Model& model) {
   set_timing(data, data.timing);
 }
 
+bool set_steps(Dataset& data, const Model& fitted) {
+  constexpr double alike = 1.5;  // a time constant is seldom known better before it is fitted
+  bool changed = false;
+  for (auto* records : {&data.train, &data.held_out}) {
+    for (Record& record : *records) {
+      Excitation& x = record.excitation;
+      Excitation fit;
+      set_steps(fit, fitted);
+      const double interval = mean_interval(x.t);
+      const auto differ = [&](double before, double now) {  // in how many steps they make of a row
+        const double b = std::max(1.0, interval / before), n = std::max(1.0, interval / now);
+        return b > alike * n || n > alike * b;
+      };
+      if (!differ(x.longest_step, fit.longest_step) && !differ(x.quick_step, fit.quick_step)) continue;
+      x.longest_step = fit.longest_step;
+      x.quick_step = fit.quick_step;
+      changed = true;
+    }
+  }
+  return changed;
+}
+
 Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_out_as_read, const Model& model,
                 Chaining chaining) {
   Dataset data;

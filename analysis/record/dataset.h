@@ -41,6 +41,11 @@ void set_timing(Dataset& data, const Timing& timing);
 /// Weighs all records anew.
 void set_noise(Dataset& data, Noise noise, const Model& model);
 
+/// Simulates all records in steps for the motor that a model was fitted to, where its time constant is clearly another
+/// than that of the model which they were prepared for: too long ones simulate it wrongly, too short ones for nothing.
+/// @return whether that changes any
+bool set_steps(Dataset& data, const Model& fitted);
+
 /// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
 /// @throws ModelError where a run does not fit the model.
 Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model,

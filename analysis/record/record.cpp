@@ -102,15 +102,6 @@ void observe_load(ObservedRun& record, const Run& run) {
   }
 }
 
-/// Steps that are short enough for the motor.
-void set_steps(Excitation& x, const Model& model) {
-  // A step is exact for a linear motor under a steady voltage. At a tenth of the mechanical time constant what the
-  // effects add at its middle is good to 1e-3; those with a time constant of their own need a fiftieth.
-  const double time_constant = model.mechanical_time_constant();
-  x.longest_step = std::clamp(time_constant / 10, 2e-4, 1e-2);
-  x.quick_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
-}
-
 /// The terminal voltage as what drives the motor.
 void drive_by_voltage(ObservedRun& record, const Series& e_a, const Model& model) {
   Excitation& x = record.excitation;
@@ -122,6 +113,14 @@ void drive_by_voltage(ObservedRun& record, const Series& e_a, const Model& model
 }
 
 }  // namespace
+
+void set_steps(Excitation& x, const Model& model) {
+  // A step is exact for a linear motor under a steady voltage. At a tenth of the mechanical time constant what the
+  // effects add at its middle is good to 1e-3; those with a time constant of their own need a fiftieth.
+  const double time_constant = model.mechanical_time_constant();
+  x.longest_step = std::clamp(time_constant / 10, 2e-4, 1e-2);
+  x.quick_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
+}
 
 const Observation* ObservedRun::find(Signal signal) const {
   const auto o = std::ranges::find(observations, signal, &Observation::signal);

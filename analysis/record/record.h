@@ -50,6 +50,9 @@ struct Record : ObservedRun {
 /// Records that need not lie side by side: none is copied, which an hour's would not bear.
 using RecordRefs = std::vector<std::reference_wrapper<const Record>>;
 
+/// [s] Sets steps that are short enough for a motor with the time constant of a model.
+void set_steps(Excitation& x, const Model& model);
+
 enum class Chaining { staged, chained };
 
 /// What runs that were logged alike tell of how they were.

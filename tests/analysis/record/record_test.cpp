@@ -334,6 +334,32 @@ TEST(PrepareRun, RefusesAHoleInWhatDrivesTheModel) {
   EXPECT_THAT(complaint_of_preparing(run), AllOf(HasSubstr("e_a_V has no reading near t = 0.8"), HasSubstr("@T0:T1")));
 }
 
+TEST(SetSteps, AreThoseOfTheFittedMotorWhereRowsAreSimulatedInSeveral) {
+  const auto speeds = [](double interval) {
+    emtb::Run run;
+    run.name = "rows";
+    run.signals[Signal::u_ref] = series(interval, 2, [](double t) { return t < 0.5 ? 0.0 : 2.0; });
+    run.signals[Signal::omega] = series(interval, 2, [](double t) { return t < 0.5 ? 0.0 : 180.0; });
+    return run;
+  };
+  const Model given = servo_model();
+  Model slower = given, about_as_slow = given;
+  slower.base[base::J].value *= 4;
+  about_as_slow.base[base::J].value *= 1.2;
+  for (const double interval : {1e-4, 0.02}) {
+    Dataset data = prepare(std::vector{speeds(interval)}, std::vector{speeds(interval)}, given);
+    EXPECT_FALSE(set_steps(data, about_as_slow));
+    EXPECT_EQ(set_steps(data, slower), interval > 1e-3) << "rows that are one step stay one";
+    EXPECT_FALSE(set_steps(data, slower));
+    Excitation wanted;
+    set_steps(wanted, interval > 1e-3 ? slower : given);
+    for (const Record& record : {data.train.front(), data.held_out.front()}) {
+      EXPECT_EQ(record.excitation.longest_step, wanted.longest_step);
+      EXPECT_EQ(record.excitation.quick_step, wanted.quick_step);
+    }
+  }
+}
+
 TEST(Weighing, KnowsWhereAReadingThatStandsIsRounded) {
   constexpr double lsb = 0.2;  // A
   emtb::Run run = synthetic::record({}, {{0.2, 0}, {4, 2}, {4, -3}}, 1e-2, {.omega = 0.1, .i_a = 0.01, .e_a = 0.02});
