@@ -216,6 +216,7 @@ TEST_F(StopTest, ARecordingThatIsCutOrWrittenOverEndsTheRun) {
     client.call("reset", {});
     const json started = client.call("run", {{"profile", endless}});
     EXPECT_TRUE(eventually([&] { return output->volts == 3; }));
+    flush_waits = false;
     disk_busy = true;  // between two looks at the file, not while HDF5 writes its beginning anew
     EXPECT_TRUE(eventually([&] { return flush_waits.load(); }));
     const std::filesystem::path file = started["session"].get<std::string>();
@@ -224,7 +225,7 @@ TEST_F(StopTest, ARecordingThatIsCutOrWrittenOverEndsTheRun) {
     } else {
       std::fstream(file, std::ios::in | std::ios::out | std::ios::binary) << "noise from elsewhere";
     }
-    disk_busy = flush_waits = false;
+    disk_busy = false;
     const json end = end_of_run(client);
     EXPECT_EQ(end["outcome"], "fault") << end;
     EXPECT_EQ(end["fault"]["code"], 501);
