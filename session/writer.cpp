@@ -194,7 +194,8 @@ struct SessionWriter::Impl {
   Impl(const std::filesystem::path& where, const Description& description);
   ~Impl();
 
-  void create(const std::filesystem::path& draft, const Description& description);
+  /// @return where in the file the bench's text is
+  off_t create(const std::filesystem::path& draft, const Description& description);
   void add_channel(hid_t signals, const Channel& channel);
   static void write_rows(Column& column);
   void flush();
@@ -222,7 +223,6 @@ struct SessionWriter::Impl {
   std::optional<Events> events;
   bool broken = false;
   std::unique_ptr<AliveMark> alive;
-  off_t config_place = 0;  ///< in the file, of the bench's text
 };
 
 SessionWriter::Impl::Events::Events(hid_t group)
@@ -239,9 +239,9 @@ SessionWriter::Impl::Impl(const std::filesystem::path& where, const Description&
   std::filesystem::path draft = path;
   draft += ".new";
   try {
-    create(draft, description);
+    const off_t config = create(draft, description);
     alive = std::make_unique<AliveMark>(draft);
-    alive->remember(config_place, description.config.size());
+    alive->remember(config, description.config.size());
     std::filesystem::rename(draft, path);
   } catch (const std::exception& e) {
     columns.clear();
@@ -261,7 +261,7 @@ SessionWriter::Impl::~Impl() {
   }
 }
 
-void SessionWriter::Impl::create(const std::filesystem::path& draft, const Description& description) {
+off_t SessionWriter::Impl::create(const std::filesystem::path& draft, const Description& description) {
   const h5::Id access(h5::check(H5Pcreate(H5P_FILE_ACCESS)));
   h5::check(H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST));
   // What HDF5 keeps of the file's structure it then lays within pages, so that no kill tears it. Only the index of a
@@ -279,6 +279,7 @@ void SessionWriter::Impl::create(const std::filesystem::path& draft, const Descr
   attributes.erase("complete");
   for (const char* name : attribute_names) attributes.try_emplace(name);
   for (const auto& [name, text] : attributes) write_attribute(file, name.c_str(), text);
+  off_t config_place = 0;
   {
     const h5::Id type = text_type(std::max<std::size_t>(description.config.size(), 1));
     const h5::Id space(h5::check(H5Screate(H5S_SCALAR)));
@@ -293,6 +294,7 @@ void SessionWriter::Impl::create(const std::filesystem::path& draft, const Descr
   }
   h5::check(H5Fflush(file, H5F_SCOPE_LOCAL));  // says what the disk refuses; of the same the next call would crash
   h5::check(H5Fstart_swmr_write(file));
+  return config_place;
 }
 
 void SessionWriter::Impl::add_channel(hid_t signals, const Channel& channel) {

@@ -208,7 +208,8 @@ PassSums sums_at(const Record& record, const ModelStructure& structure, std::spa
   return summed_pass(record, structure, all, columns, std::vector<char>(record.observations.size(), 1));
 }
 
-/// The same of phases that do not change in the course of the record: nearly linear, so no step needs to be proved.
+/// A phase that does not change in the course of the record, some steps of Gauss and Newton on: nearly linear, so none
+/// needs to be proved.
 RotorPhase stepped_to(const Record& record, const ModelStructure& structure, std::span<const double> values,
                       RotorPhase phase, int steps, double longest) {
   for (int k = 0; k < steps; ++k) {

@@ -132,12 +132,12 @@ void set_noise(Dataset& data, Noise noise, const Model& model) {
 
 bool set_steps(Dataset& data, const Model& fitted) {
   constexpr double alike = 1.5;  // a time constant is seldom known better before it is fitted
+  Excitation fit;
+  set_steps(fit, fitted);
   bool changed = false;
   for (auto* records : {&data.train, &data.held_out}) {
     for (Record& record : *records) {
       Excitation& x = record.excitation;
-      Excitation fit;
-      set_steps(fit, fitted);
       const double interval = mean_interval(x.t);
       const auto differ = [&](double before, double now) {  // in how many steps they make of a row
         const double b = std::max(1.0, interval / before), n = std::max(1.0, interval / now);
