@@ -44,9 +44,10 @@ double dwell_at_top(const Approach& a, double step) {
 /// than they did a piece before.
 bool had_slowed(const Approach& a, double value, double step) {
   constexpr double clearly = 2;
+  const double within = 2.5 * step;  // two steps, as written
   const double rate = a.middle / static_cast<double>(a.piece);
   std::size_t near = 0;
-  while (near < a.before.size() && a.sign * (value - a.before[a.before.size() - 1 - near]) <= 2 * step) ++near;
+  while (near < a.before.size() && a.sign * (value - a.before[a.before.size() - 1 - near]) <= within) ++near;
   return rate > 0 && static_cast<double>(near) > clearly * (1 + 2 * step / rate);
 }
 

@@ -211,14 +211,16 @@ std::vector<Score> FittedTrials::scores(const Model& fitted) {
 }
 
 std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, Breadth breadth) {
-  constexpr double far_less = 0.3;  // of what the best takes off the cost, or adds to the likelihood; by hand
+  constexpr double far_less = 0.3;   // of what the best takes off the cost, or adds to the likelihood; by hand
+  constexpr double anything = 1e-3;  // of the cost; by hand
   const std::vector<Score> best =
-      breadth == Breadth::all ? from_clear_sizes_too(all, fitted.model(), machine_of(data_.train, fitted.model()))
-                              : worth_a_refit(all, fitted.model(), refits_, score_);
+      breadth == Breadth::promising
+          ? worth_a_refit(all, fitted.model(), refits_, score_)
+          : from_clear_sizes_too(all, fitted.model(), machine_of(data_.train, fitted.model()));
   if (best.empty()) return {};
   std::vector<Fit> begun(best.size());
   std::vector<double> gains(best.size()), drops(best.size());
-  const bool from_given_too = breadth == Breadth::all || criterion_.far_off(fitted.held_out);
+  const bool from_given_too = breadth != Breadth::promising || criterion_.far_off(fitted.held_out);
   Quality before = *fitted.held_out.quality;
   before.held_out.clear();  // what is only begun is not tried on other runs
   std::vector<Fit> anew = from_given_too ? begun_anew(fitted, best) : std::vector<Fit>{};
@@ -232,8 +234,9 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
   const double most_gained = std::ranges::max(gains), most_dropped = std::ranges::max(drops);
   std::vector<std::optional<Trial>> trials(best.size());
   each_on_a_core(best.size(), [&](std::size_t i) {
-    const bool goes_on = drops[i] > 0 && (drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained);
-    if (!goes_on) return;
+    const bool near_the_best = drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained;
+    const bool goes_on = breadth == Breadth::slow ? drops[i] > anything * fitted.fit.cost : near_the_best;
+    if (drops[i] <= 0 || !goes_on) return;
     const std::optional<Model> nearer = held_nearer(data_.train, given_, begun[i].model);
     trials[i] = fit(nearer.value_or(begun[i].model), known_for(best[i].effect, fitted));
   });

@@ -17,6 +17,14 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
+/// The scores of what was not refitted.
+std::vector<Score> scores_without(std::vector<Score> scores, const std::vector<Addition>& refitted) {
+  std::erase_if(scores, [&](const Score& s) {
+    return std::ranges::any_of(refitted, [&](const Addition& a) { return a.effect() == s.effect; });
+  });
+  return scores;
+}
+
 /// The same for the same effects in whatever order they were found.
 std::vector<std::size_t> key_of(std::vector<std::size_t> effects) {
   std::ranges::sort(effects);
@@ -102,13 +110,13 @@ void Search::forward() {
   }
 }
 
-/// Where much is left and nothing promising mends it, each effect is refitted before that is said; if none helps alone
-/// and the model is far off, two in turn.
+/// Where much is left and nothing promising mends it, each effect is refitted before that is said, also those whose
+/// first steps do little; if none helps alone and the model is far off, two in turn.
 bool Search::add_what_the_scores_passed_by(Round& of_current) {
   if (!criterion_.worth_trying_all(found_.current.held_out)) return false;
   tell(0.5, "trying all effects");
   const std::vector<Addition>& all = all_refits_of(of_current);
-  if (add_best_of(all)) return true;
+  if (add_best_of(all) || add_best_of(slow_refits_of(of_current))) return true;
   return criterion_.far_off(found_.current.held_out) && add_two_in_turn(of_current, all);
 }
 
@@ -460,14 +468,20 @@ const std::vector<Addition>& Search::all_refits_of(Round& round) {
   return *round.all_refits;
 }
 
+/// The refits that all_refits_of() broke off.
+const std::vector<Addition>& Search::slow_refits_of(Round& round) {
+  if (!round.slow_refits) {
+    const std::vector<Score> slow = scores_without(round.scores, all_refits_of(round));
+    round.slow_refits = trials_.refits(round.fitted, slow, Breadth::slow);
+  }
+  return *round.slow_refits;
+}
+
 /// The refits with what says how late something comes, that were not among the promising.
 const std::vector<Addition>& Search::late_refits_of(Round& round) {
   if (!round.late_refits) {
-    std::vector<Score> late = round.scores;
-    std::erase_if(late, [&](const Score& s) {
-      return !says_how_late(s.effect) ||
-             std::ranges::any_of(round.refits, [&](const Addition& a) { return a.effect() == s.effect; });
-    });
+    std::vector<Score> late = scores_without(round.scores, round.refits);
+    std::erase_if(late, [](const Score& s) { return !says_how_late(s.effect); });
     round.late_refits = trials_.refits(round.fitted, late, Breadth::all);
   }
   return *round.late_refits;

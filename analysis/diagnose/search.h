@@ -50,6 +50,7 @@ class Search {
     std::vector<Score> scores;
     std::vector<Addition> refits;
     std::optional<std::vector<Addition>> all_refits = {};   ///< of all effects, once they were asked for
+    std::optional<std::vector<Addition>> slow_refits = {};  ///< of those that were not begun well, likewise
     std::optional<std::vector<Addition>> late_refits = {};  ///< of those that say how late something comes, likewise
   };
   /// What is found where cogging is taken first, and after it what removes most.
@@ -78,6 +79,7 @@ class Search {
   Round& round_of_current();
   Round* round_without(std::size_t place);
   const std::vector<Addition>& all_refits_of(Round& round);
+  const std::vector<Addition>& slow_refits_of(Round& round);
   const std::vector<Addition>& late_refits_of(Round& round);
   bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
   bool superfluous(std::size_t effect, std::optional<Trial>& without);

@@ -45,6 +45,7 @@ struct Pair {
 enum class Breadth {
   promising,  ///< those of the best scores
   all,        ///< each that makes sense: a score is linear, and says little of a model that is far off
+  slow,       ///< the same, and each goes on that does anything: along a bent valley the first steps do little
 };
 
 /// What a search asks of the data. Made-up answers test a search without a simulation.
@@ -68,7 +69,7 @@ class Trials {
   virtual std::vector<Score> scores(const Model& fitted) = 0;
 
   /// Refits with one effect more. All of them descend a few steps; those that by then remove far less than the best do
-  /// not go on.
+  /// not go on, but where it is the slow ones that are asked for.
   virtual std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) = 0;
 
   /// The refit of a wave that no spectrum shows: a torque shows where the shaft starts and stops, and runs may be
