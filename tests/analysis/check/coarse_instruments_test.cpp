@@ -39,6 +39,31 @@ TEST(CoarseInstruments, AVoltageThatLagsWithinACoarseStepIsNotHeld) {
   EXPECT_THAT(check(std::vector{run}), Not(Contains(tells(Flaw::held))));
 }
 
+TEST(CoarseInstruments, ASpeedThatADriversSlopeLedAndThatSettlesWithinAStepIsNotClipped) {
+  constexpr double step = 1.9663849;  // rad/s
+  emtb::Run run;
+  Series& omega = run.signals[Signal::omega];
+  const auto add = [&](int steps, int times) {
+    for (int k = 0; k < times; ++k) {
+      omega.t.push_back(1e-3 * static_cast<double>(omega.t.size()));
+      omega.value.push_back(step * steps);
+    }
+  };
+  add(0, 40);
+  add(84, 46);
+  // As a servo of 12 ms was recorded by an instrument of 8 bits.
+  for (const int steps : {85,  87,  89,  92,  95,  99,  103, 107, 111, 115, 120, 125, 130, 135, 140, 145, 150,
+                          155, 161, 166, 171, 177, 182, 187, 193, 199, 204, 208, 212, 215, 219, 221, 223, 225,
+                          227, 228, 229, 230, 231, 232, 232, 233, 233, 234, 234, 234, 235, 235, 235})
+    add(steps, 1);
+  add(236, 46);
+  for (const int steps : {234, 232, 230, 225, 218, 210, 199, 180, 160, 140, 125, 119}) add(steps, 1);
+  add(118, 46);
+  EXPECT_THAT(check(std::vector{run}), Not(Contains(tells(Flaw::clipped))));
+  for (double& value : omega.value.edit()) value = std::min(value, 212 * step);
+  EXPECT_THAT(check(std::vector{run}), Contains(tells(Flaw::clipped))) << "it stops as it rises";
+}
+
 TEST(CoarseInstruments, TheOneStepOfAReferenceIsAChange) {
   emtb::Run run;
   for (int k = 0; k < 100; ++k) {
