@@ -12,6 +12,7 @@
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
+#include "analysis/diagnose/told_names.h"
 #include "analysis/diagnose/whole_search.h"
 #include "analysis/fit/logging_errors.h"
 #include "analysis/fit/timing.h"
@@ -39,75 +40,6 @@ bool informative(const Dataset& data) {
 void say_what_judges(Diagnosis& d, std::span<const Run> train, std::span<const Run> held_out) {
   d.left_one_out = held_out.empty() && train.size() > 1;
   d.judged_on_training = held_out.empty() && train.size() == 1;
-}
-
-/// A model fitted to the end, with all that is known of its errors; none where it has no fit.
-std::optional<Calibration> with_all_errors(const Dataset& data, const Model& model) {
-  CalibrationOptions careful{.extra_starts = 0, .max_iterations = 40, .tolerance = 1e-8, .with_covariance = true};
-  try {
-    Calibration last = calibrate(data.train, model, careful);
-    widen_by_logging(data.train, last);
-    return last;
-  } catch (const ModelError&) {
-    return std::nullopt;
-  }
-}
-
-/// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
-/// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
-/// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
-/// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
-/// all and leaves enough itself. What fitted to the end has gone where it is not what it is called goes as well.
-/// @param inputs as for worth_a_name() @return what is known of the errors of the rest
-std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion,
-                                                 Dataset& data, std::span<const Signal> inputs,
-                                                 const Materiality& rule) {
-  constexpr double by_far = 5, hardly = 2;            // errors
-  constexpr double likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
-  std::optional<Calibration> judged = with_all_errors(data, found.current.model());
-  for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
-    const std::size_t effect = found.effects[left - 1];
-    if (needed(effect, found.current.model())) continue;
-    bool may_be = trials.determined(judged->model, effect);
-    if (may_be && told_from_zero(*judged, effect, by_far)) continue;
-    const bool doubtful = !told_from_zero(*judged, effect, hardly) && criterion.remainder(found.current.held_out);
-    Model without = found.current.model();
-    without.exclude(effect);
-    std::optional<Trial> trial = trials.fit_from_elsewhere_too(without);
-    Timing before = data.timing;
-    if (trial && settle_timing(data, trial->model()) != TimingChange::none)
-      trial = trials.fit_to_the_end(trial->model());
-    if (trial && !may_be && !before.lags_in_itself && criterion.remainder(trial->held_out)) {
-      // What lags by less than a row, and no timing has its shape, is the machine.
-      const Timing without_it = data.timing;
-      Timing in_itself = before;
-      in_itself.lags_in_itself = true;
-      set_timing(data, in_itself);
-      may_be = trials.determined(judged->model, effect);
-      if (may_be) before = in_itself;
-      set_timing(data, without_it);
-    }
-    const bool is_needed = !trial || (may_be && criterion.remainder(trial->held_out) && !doubtful &&
-                                      ((leaves_a_share(trial->held_out, inputs, rule) &&
-                                        gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
-                                       (removes_most(trial->held_out, found.current.held_out) &&
-                                        worth_a_name(data, trial->model(), trial->held_out, inputs, rule))));
-    if (is_needed) {
-      set_timing(data, before);
-      continue;
-    }
-    found.current = std::move(*trial);
-    found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
-    found.rivals.erase(effect);
-    found.steps.push_back(
-        {"dropped " + std::string(without.about(effect).id) + ": its own errors do not tell it from nothing",
-         {},
-         found.current.train,
-         found.current.held_out_error()});
-    judged = with_all_errors(data, found.current.model());
-    left = found.effects.size() + 1;  // what was told beside it may not be without it
-  }
-  return judged;
 }
 
 /// What the search found, with standard errors, and what of it is left.
@@ -247,6 +179,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     first = first_fit(trials, data, given);
   }
   WholeSearch search(*prepared, trials, criterion, model, {options.longest_list, options.explain_torque}, progress);
+  const Circumstances recorded = circumstances_of(data);
   Road road = best_road(*prepared, search, criterion, first);
   if (auto quieter = floors_down_to_what_is_left(data, road.found.current.model())) {
     set_noise(*prepared, std::move(*quieter), given);
@@ -260,18 +193,21 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     }
   }
   refuse_what_leaves_all_bounds(road.found.current);
-  first = std::move(road.first);
-  Finding found = std::move(road.found);
-  if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
   progress(0.9, "standard errors");
   const std::vector<Signal> inputs = search.torque_only_loads() ? std::vector{Signal::torque} : std::vector<Signal>{};
+  const auto without = [&](std::span<const std::size_t> effects) {
+    given.withheld.insert(given.withheld.end(), effects.begin(), effects.end());
+    set(*prepared, recorded);
+    return best_road(*prepared, search, criterion, first_fit(trials, data, given));
+  };
   std::optional<Calibration> last =
-      drop_what_is_not_told(found, trials, criterion, *prepared, inputs, options.materiality);
+      keep_what_is_told(road, without, search, criterion, *prepared, {inputs, options.materiality});
+  Finding& found = road.found;
   d.training_judges = trials.judges().training;
   d.torque_only_loads = search.torque_only_loads();
   d.torque_is_input = search.torque_left_out();
   const RecordRefs all = data.all();
-  tell_of_the_base(d, data, all, first, options);
+  tell_of_the_base(d, data, all, road.first, options);
   tell_the_answer(d, data, all, found, std::move(last), model);
   name_the_missing(d, found, train, data, options.reach);
   for (const auto& [effect, why] : trials.refused()) {

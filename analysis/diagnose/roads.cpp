@@ -11,22 +11,6 @@
 namespace emtb {
 namespace {
 
-Circumstances circumstances_of(const Dataset& data) {
-  Circumstances as_set{data.timing, {}};
-  for (const auto* records : {&data.train, &data.held_out}) {
-    for (const Record& record : *records) as_set.starts.push_back(record.excitation.initial);
-  }
-  return as_set;
-}
-
-void set(Dataset& data, const Circumstances& circumstances) {
-  set_timing(data, circumstances.timing);
-  auto start = circumstances.starts.begin();
-  for (auto* records : {&data.train, &data.held_out}) {
-    for (Record& record : *records) record.excitation.initial = *start++;
-  }
-}
-
 /// As the runs were recorded, but for what was taken out of them.
 Timing as_recorded_in(const Dataset& data) {
   return {.voltage_late = data.timing.voltage_late, .lags_in_itself = data.timing.lags_in_itself};
@@ -142,6 +126,22 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
 }
 
 }  // namespace
+
+Circumstances circumstances_of(const Dataset& data) {
+  Circumstances as_set{data.timing, {}};
+  for (const auto* records : {&data.train, &data.held_out}) {
+    for (const Record& record : *records) as_set.starts.push_back(record.excitation.initial);
+  }
+  return as_set;
+}
+
+void set(Dataset& data, const Circumstances& circumstances) {
+  set_timing(data, circumstances.timing);
+  auto start = circumstances.starts.begin();
+  for (auto* records : {&data.train, &data.held_out}) {
+    for (Record& record : *records) record.excitation.initial = *start++;
+  }
+}
 
 Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);

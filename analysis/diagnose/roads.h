@@ -13,6 +13,9 @@ struct Circumstances {
   std::vector<InitialState> starts;
 };
 
+Circumstances circumstances_of(const Dataset& data);
+void set(Dataset& data, const Circumstances& circumstances);
+
 /// The model as given, and what a search found from there, under the same circumstances.
 struct Road {
   Trial first;

@@ -71,6 +71,16 @@ Finding Search::held_against_others() {
   return std::move(found_);
 }
 
+Finding Search::gone_on(std::size_t longest_list) {
+  longest_list_ = longest_list;
+  if (found_.effects.empty()) return run();
+  forward();
+  settle();
+  try_all_in_the_place_of_each();
+  renew_rivals();
+  return std::move(found_);
+}
+
 Finding Search::run() {
   forward();
   try_cogging_first();

@@ -37,6 +37,10 @@ class Search {
   /// The first effect added, which run() goes on from. @return the model with it; none where it does not remove most
   const Trial* first_step();
 
+  /// What was found, and what removes something beside it or in the place of a part of it.
+  /// @param longest_list no more effects than this in all
+  Finding gone_on(std::size_t longest_list);
+
   /// What was found, fitted again, without what has become superfluous.
   Finding without_superfluous();
 

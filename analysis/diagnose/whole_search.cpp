@@ -80,6 +80,11 @@ Finding WholeSearch::again(Finding found, const Loss& as_given) {
   return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
 }
 
+Finding WholeSearch::gone_on(Finding found, const Loss& as_given) {
+  if (only_drives_) found.current = without_effects_of_the_load(found.current);
+  return Search(trials_, criterion_, std::move(found), as_given, progress_).gone_on(options_.longest_list);
+}
+
 Finding WholeSearch::anew_from(Trial& first, Finding before) {
   const std::vector<std::size_t> effects = before.effects;
   Finding kept = Search(trials_, criterion_, std::move(before), first.held_out, progress_).held_against_others();

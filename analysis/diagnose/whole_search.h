@@ -35,6 +35,9 @@ class WholeSearch {
   /// What was found, in data whose timing has changed slightly: without what stood in for that.
   Finding again(Finding found, const Loss& as_given);
 
+  /// Goes on with what was found, in which something is left. What its model withholds is not added.
+  Finding gone_on(Finding found, const Loss& as_given);
+
   /// In data whose timing or starts have changed: what was found before, where it leaves nothing and no other effect
   /// does as well in the place of one of it; otherwise a search anew, unless what was found still does better.
   Finding anew_from(Trial& first, Finding before);
