@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace emtb {
+namespace {
+
+constexpr double most = 0.5;  // of what is too much; by hand
+
+}  // namespace
 
 Loss::Loss(const Noise& noise) : floors_(noise) {}
 
@@ -101,7 +106,7 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
     const auto& [signal, d] = entry;
     const double excess = mean.at(signal) - 1;  // at the floor there is nothing left to remove
     return excess >= rule.least && d.gain >= share * excess && d.gain >= rule.least &&
-           d.gain > rule.errors * d.noise_error && d.there >= rule.there;
+           d.gain > rule.errors * d.noise_error && (d.there >= rule.there || d.gain >= most * excess);
   });
 }
 
@@ -146,8 +151,7 @@ double largest_excess(const Loss& loss) {
 }
 
 bool removes_most(const Loss& without, const Loss& with) {
-  constexpr double most_of_it = 0.5;  // by hand
-  return largest_excess(with) <= (1 - most_of_it) * largest_excess(without);
+  return largest_excess(with) <= (1 - most) * largest_excess(without);
 }
 
 bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule) {

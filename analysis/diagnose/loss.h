@@ -89,11 +89,11 @@ struct Materiality {
   double edge_left = 0.04;   ///< of the excess mean square, all that may be left where less than that share is taken: a
                             ///< lag and a delay leave 4.8 to 12 % of what a lag alone leaves of two poles, the second a
                             ///< tenth of the first or its equal (computed from their steps)
-  double law_share = 0.03;          ///< of the error that was taken away: so well is the law known that took it
-  double there = 0.5;               ///< of what an effect changes has to be gained
-  double remainder = 0.25;          ///< excess mean square that is called a remainder: 12 % above the floor
-  double remainder_errors = 3;      ///< standard errors of a mean square under noise alone, for the same
-  double remainder_share = 0.02;    ///< of how much the signal varies, for the same: no machine is known better
+  double law_share = 0.03;        ///< of the error that was taken away: so well is the law known that took it
+  double there = 0.5;             ///< of what an effect changes has to be gained, unless that is most of what is there
+  double remainder = 0.25;        ///< excess mean square that is called a remainder: 12 % above the floor
+  double remainder_errors = 3;    ///< standard errors of a mean square under noise alone, for the same
+  double remainder_share = 0.02;  ///< of how much the signal varies, for the same: no machine is known better
   double disturbance_share = 0.05;  ///< of how much the signal varies: what may be left without coming again
   double far_off =
       0.1;  ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little

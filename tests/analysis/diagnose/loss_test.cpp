@@ -108,6 +108,10 @@ TEST_F(Losses, CountWhatIsThereAndNotWhatChangesMoreThanItGains) {
   const Loss with = loss([&](double t) { return 0.2 * disturbance(t); });
   EXPECT_NEAR(Loss::difference(everywhere, with).at(Signal::omega).there, 1.2, 0.1);
   EXPECT_TRUE(material(everywhere, with));
+  const Loss without = loss([&](double t) { return 5 * wave(t); });
+  const Loss too_much = loss([&](double t) { return -2.2 * wave(t); });
+  EXPECT_NEAR(Loss::difference(without, too_much).at(Signal::omega).there, 0.39, 0.05);
+  EXPECT_TRUE(material(without, too_much)) << "four fifths are gone, though it does half as much again as it should";
 }
 
 TEST_F(Losses, ScatterMoreInColouredNoise) {

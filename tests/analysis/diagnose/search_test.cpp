@@ -74,6 +74,7 @@ class MadeUp final : public Trials {
   std::map<Effects, double> errors;
   std::set<std::size_t> undetermined;
   std::set<std::size_t> unpromising;  // by their scores
+  std::set<std::size_t> slow;         // by their first steps
   std::map<Effects, double> lost;     // by its first fit: the error, in a valley that a later fit does not meet
   std::set<Effects> hidden;           // in such a valley from every fit but that from elsewhere
   std::map<Effects, Effects> pairs;   // what such a fit is given two effects for
@@ -110,7 +111,9 @@ class MadeUp final : public Trials {
   std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>&, Breadth breadth) override {
     std::vector<Addition> additions;
     for (std::size_t effect = 0; effect < effect_count; ++effect) {
-      if (fitted.model().includes(effect) || (breadth == Breadth::promising && unpromising.contains(effect))) continue;
+      if (fitted.model().includes(effect) || fitted.model().withholds(effect)) continue;
+      if (breadth == Breadth::promising && unpromising.contains(effect)) continue;
+      if (breadth != Breadth::slow && slow.contains(effect)) continue;
       Model more = fitted.model();
       more.include(effect);
       Score score;
@@ -171,6 +174,12 @@ TEST_F(SearchOnMadeUpFits, PassesOverWhatTheDataDoNotDetermine) {
 TEST_F(SearchOnMadeUpFits, TriesAllBeforeItCallsARemainderUnexplained) {
   trials.errors = {{{}, 9}, {{dry}, 3}, {{dry, air}, 1}};
   trials.unpromising = {air};
+  EXPECT_THAT(found().effects, ElementsAre(dry, air));
+}
+
+TEST_F(SearchOnMadeUpFits, GoesOnWithWhatItsFirstStepsDidLittleForBeforeItCallsARemainderUnexplained) {
+  trials.errors = {{{}, 9}, {{dry}, 3}, {{dry, air}, 1}};
+  trials.slow = {air};
   EXPECT_THAT(found().effects, ElementsAre(dry, air));
 }
 
@@ -266,6 +275,21 @@ TEST_F(SearchOnMadeUpFits, HoldsAnAnswerAgainstOthersWhereTheDataHaveChanged) {
     return std::ranges::find(f.candidates, effect, [](const Candidate& c) { return c.score.effect; })->held_out_error;
   };
   EXPECT_NEAR(held_out(air).value(), 4, 1e-9) << "as the data are now";
+}
+
+TEST_F(SearchOnMadeUpFits, GoesOnFromAnAnswerWithoutWhatItsModelWithholds) {
+  trials.errors = {{{}, 9}, {{air}, 4}};
+  const Finding before = found();
+  ASSERT_THAT(before.effects, ElementsAre(air));
+  trials.errors = {{{}, 9}, {{air}, 4}, {{air, dry}, 1}, {{air, brush}, 2}, {{coil}, 1}};
+  const auto gone_on = [&](std::vector<std::size_t> without) {
+    Finding from = before;
+    from.current.fit.model.withheld = std::move(without);
+    return Search(trials, criterion, from, trials.trial({}).held_out).gone_on(6).effects;
+  };
+  EXPECT_THAT(gone_on({}), ElementsAre(air, dry));
+  EXPECT_THAT(gone_on({dry, coil}), ElementsAre(air, brush));
+  EXPECT_THAT(gone_on({dry, brush}), ElementsAre(coil)) << "in the place of what was found";
 }
 
 TEST_F(SearchOnMadeUpFits, SwapsNothingForWhatMendsTheLawOfAnotherMember) {
