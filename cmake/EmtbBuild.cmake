@@ -143,7 +143,9 @@ function(emtb_test room)
   target_link_libraries(${room}_tests PRIVATE ${TEST_USES} GTest::gmock GTest::gtest_main)
   emtb_warnings(${room}_tests)
   set_target_properties(${room}_tests PROPERTIES UNITY_BUILD ON)  # the headers of a test weigh more than the test
-  target_compile_options(${room}_tests PRIVATE -O0)  # what they test is built as shipped; they themselves need not be fast
+  # What they test is built as shipped; they themselves need not be fast. But not -O0: the linker takes the first copy of each
+  # inline function of the standard library or of Eigen for all of the program, and that of a test comes before the room's.
+  target_compile_options(${room}_tests PRIVATE -O1)
   if(TEST_SLOW)
     list(JOIN TEST_SLOW ":" slow)
     emtb_discover(${room} quick "-${slow}")

@@ -49,6 +49,8 @@ class FittedTrials final : public Trials {
   struct Judges {
     bool training = false;                   ///< each training run, while the others are fitted
     std::optional<std::size_t> itself = {};  ///< the one of them that is judged as it was fitted, as a single run is
+
+    bool operator==(const Judges&) const = default;
   };
 
   /// Others, where those that are set cannot judge what is left. Held-out runs that do not show it say nothing of it;
