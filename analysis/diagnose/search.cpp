@@ -17,20 +17,6 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
-/// The scores of what was not refitted.
-std::vector<Score> scores_without(std::vector<Score> scores, const std::vector<Addition>& refitted) {
-  std::erase_if(scores, [&](const Score& s) {
-    return std::ranges::any_of(refitted, [&](const Addition& a) { return a.effect() == s.effect; });
-  });
-  return scores;
-}
-
-/// The same for the same effects in whatever order they were found.
-std::vector<std::size_t> key_of(std::vector<std::size_t> effects) {
-  std::ranges::sort(effects);
-  return effects;
-}
-
 }  // namespace
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
@@ -46,7 +32,8 @@ Search::Search(Trials& trials, const Criterion& criterion, Finding found, Loss a
       criterion_(criterion),
       as_given_(std::move(as_given)),
       progress_(std::move(progress)),
-      found_(std::move(found)) {}
+      found_(std::move(found)),
+      rounds_(trials, criterion) {}
 
 Finding Search::without_superfluous() {
   if (auto fitted = trials_.fit_to_the_end(found_.current.model())) found_.current = std::move(*fitted);
@@ -92,7 +79,7 @@ Finding Search::run() {
 }
 
 const Trial* Search::first_step() {
-  const bool added = add_best(round_of_current());
+  const bool added = add_best(rounds_.of(found_.effects, found_.current));
   return added && removes_most(as_given_, found_.current.held_out) ? &found_.current : nullptr;
 }
 
@@ -115,7 +102,7 @@ void Search::forward() {
   while (found_.effects.size() < longest_list_) {
     tell(0.1 + 0.45 * static_cast<double>(found_.effects.size()) / static_cast<double>(longest_list_),
          "scoring absent effects");
-    Round& of_current = round_of_current();
+    Round& of_current = rounds_.of(found_.effects, found_.current);
     if (!add_best(of_current) && !add_pair(of_current) && !add_what_the_scores_passed_by(of_current)) break;
   }
 }
@@ -125,8 +112,8 @@ void Search::forward() {
 bool Search::add_what_the_scores_passed_by(Round& of_current) {
   if (!criterion_.worth_trying_all(found_.current.held_out)) return false;
   tell(0.5, "trying all effects");
-  const std::vector<Addition>& all = all_refits_of(of_current);
-  if (add_best_of(all) || add_best_of(slow_refits_of(of_current))) return true;
+  const std::vector<Addition>& all = rounds_.all_refits_of(of_current);
+  if (add_best_of(all) || add_best_of(rounds_.slow_refits_of(of_current))) return true;
   return criterion_.far_off(found_.current.held_out) && add_two_in_turn(of_current, all);
 }
 
@@ -137,7 +124,7 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
   for (const Addition* step : near_the_best(first_steps, of_current.fitted.fit.cost, {})) {
     std::vector<std::size_t> with = found_.effects;
     with.push_back(step->effect());
-    for (const Addition& second : round(with, [&] { return step->trial; })->refits) {
+    for (const Addition& second : rounds_.explored(with, [&] { return step->trial; })->refits) {
       const Trial& both = second.trial;
       if (!removes_most(found_.current.held_out, both.held_out)) continue;
       if (!criterion_.worth_a_step(found_.current.held_out, both.held_out)) continue;
@@ -234,7 +221,7 @@ void Search::try_cogging_first() {
     return;
   }
   tell(0.55, "trying cogging first");
-  std::optional<Chain> chain = cogging_first(first_round(), found_.effects.size() + 1);
+  std::optional<Chain> chain = cogging_first(rounds_.first(), found_.effects.size() + 1);
   if (!chain || !trials_.explains_most_runs(chain->trial) ||
       !criterion_.material(found_.current.held_out, chain->trial.held_out)) {
     return;
@@ -256,7 +243,7 @@ std::optional<Search::Chain> Search::cogging_first(const Round& bare, std::size_
     chain.before.insert_or_assign(next->effect(), chain.trial.held_out);
     chain.effects.push_back(next->effect());
     chain.trial = std::move(next->trial);
-    const Round& after = *round(chain.effects, [&] { return chain.trial; });
+    const Round& after = *rounds_.explored(chain.effects, [&] { return chain.trial; });
     const Addition* best = best_of(after.refits, chain.trial);
     next = best != nullptr ? std::optional(*best) : std::nullopt;
   }
@@ -269,7 +256,7 @@ std::optional<Search::Chain> Search::cogging_first(const Round& bare, std::size_
 void Search::try_fewer() {
   if (found_.effects.size() < 3) return;
   tell(0.58, "trying fewer");
-  std::optional<Pair> two = fewer(first_round(), found_.current, found_.effects.front());
+  std::optional<Pair> two = fewer(rounds_.first(), found_.current, found_.effects.front());
   if (!two) return;
   const Loss first = found_.before.at(found_.effects.front());
   found_.effects.assign(two->effects.begin(), two->effects.end());
@@ -287,7 +274,7 @@ void Search::try_fewer() {
 std::optional<Pair> Search::fewer(const Round& first, const Trial& many, std::size_t begun_with) {
   std::optional<Pair> found;
   for (const Addition* step : near_the_best(first.refits, first.fitted.fit.cost, begun_with)) {
-    for (const Addition& second : round({step->effect()}, [&] { return step->trial; })->refits) {
+    for (const Addition& second : rounds_.explored({step->effect()}, [&] { return step->trial; })->refits) {
       const Trial& both = second.trial;
       if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
       if (criterion_.remainder(both.held_out)) continue;
@@ -312,7 +299,7 @@ void Search::try_rivals_of(std::size_t place) {
   Round* reduced = round_without(place);
   if (reduced == nullptr) return;
   try_in_the_place_of(place, *reduced, reduced->refits);
-  if (says_how_late(found_.effects[place])) try_in_the_place_of(place, *reduced, late_refits_of(*reduced));
+  if (says_how_late(found_.effects[place])) try_in_the_place_of(place, *reduced, rounds_.late_refits_of(*reduced));
 }
 
 /// @param refits of the model without the member in that place @return whether one of them has taken it
@@ -349,7 +336,7 @@ void Search::try_all_in_the_place_of_each() {
     if (needed(member, found_.current.model())) continue;
     tell(0.87, "trying all effects in the place of " + id(member));
     Round* reduced = round_without(i);
-    if (reduced != nullptr && try_in_the_place_of(i, *reduced, all_refits_of(*reduced))) settle();
+    if (reduced != nullptr && try_in_the_place_of(i, *reduced, rounds_.all_refits_of(*reduced))) settle();
   }
 }
 
@@ -367,26 +354,15 @@ void Search::renew_rivals() {
       found_.rivals[member].push_back({a.effect(), a.trial.model()});
     };
     std::ranges::for_each(reduced->refits, collect);
-    if (says_how_late(member)) std::ranges::for_each(late_refits_of(*reduced), collect);
+    if (says_how_late(member)) std::ranges::for_each(rounds_.late_refits_of(*reduced), collect);
   }
-}
-
-/// The round of what was found so far. One that a worse fit of the same effects left behind, in another valley, is
-/// explored anew: all that it says is of another model.
-Search::Round& Search::round_of_current() {
-  constexpr double same_valley = 0.99;  // no decision is about less of the cost
-  const auto known = rounds_.find(key_of(found_.effects));
-  if (known != rounds_.end() && found_.current.fit.cost < same_valley * known->second.fitted.fit.cost) {
-    rounds_.erase(known);
-  }
-  return *round(found_.effects, [&] { return found_.current; });
 }
 
 /// The round of the model without one of its members; null where it has no fit.
-Search::Round* Search::round_without(std::size_t place) {
+Round* Search::round_without(std::size_t place) {
   std::vector<std::size_t> others = found_.effects;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
-  return round(others, [&] { return fit_without(found_.effects[place]); });
+  return rounds_.explored(others, [&] { return fit_without(found_.effects[place]); });
 }
 
 /// Is an addition to the model without a member something material of its own?
@@ -459,46 +435,6 @@ std::optional<Trial> Search::fit_without(std::size_t effect) {
   without.exclude(effect);
   return trials_.fit(without, known_for(effect, found_.current));
 }
-
-/// The round of a model; the same effects are explored once. Null where it has no fit.
-Search::Round* Search::round(const std::vector<std::size_t>& effects,
-                             const std::function<std::optional<Trial>()>& fitted) {
-  std::vector<std::size_t> key = key_of(effects);
-  if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;
-  std::optional<Trial> trial = fitted();
-  if (!trial) return nullptr;
-  Round r{std::move(*trial), {}, {}, {}, {}};
-  r.scores = trials_.scores(r.fitted.model());
-  if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising);
-  return &rounds_.emplace(std::move(key), std::move(r)).first->second;
-}
-
-const std::vector<Addition>& Search::all_refits_of(Round& round) {
-  if (!round.all_refits) round.all_refits = trials_.refits(round.fitted, round.scores, Breadth::all);
-  return *round.all_refits;
-}
-
-/// The refits that all_refits_of() broke off.
-const std::vector<Addition>& Search::slow_refits_of(Round& round) {
-  if (!round.slow_refits) {
-    const std::vector<Score> slow = scores_without(round.scores, all_refits_of(round));
-    round.slow_refits = trials_.refits(round.fitted, slow, Breadth::slow);
-  }
-  return *round.slow_refits;
-}
-
-/// The refits with what says how late something comes, that were not among the promising.
-const std::vector<Addition>& Search::late_refits_of(Round& round) {
-  if (!round.late_refits) {
-    std::vector<Score> late = scores_without(round.scores, round.refits);
-    std::erase_if(late, [](const Score& s) { return !says_how_late(s.effect); });
-    round.late_refits = trials_.refits(round.fitted, late, Breadth::all);
-  }
-  return *round.late_refits;
-}
-
-/// That of the model as given: the search began with it.
-const Search::Round& Search::first_round() { return rounds_.at({}); }
 
 void Search::remember(const Score& score, std::optional<double> held_out) {
   std::vector<Candidate>& candidates = found_.candidates;

@@ -10,6 +10,7 @@
 
 #include "analysis/diagnose/criterion.h"
 #include "analysis/diagnose/finding.h"
+#include "analysis/diagnose/rounds.h"
 #include "analysis/diagnose/trials.h"
 
 namespace emtb {
@@ -48,15 +49,6 @@ class Search {
   Finding held_against_others();
 
  private:
-  /// A fitted model, the scores of what is absent from it, and the refits of the best of them.
-  struct Round {
-    Trial fitted;
-    std::vector<Score> scores;
-    std::vector<Addition> refits;
-    std::optional<std::vector<Addition>> all_refits = {};   ///< of all effects, once they were asked for
-    std::optional<std::vector<Addition>> slow_refits = {};  ///< of those that were not begun well, likewise
-    std::optional<std::vector<Addition>> late_refits = {};  ///< of those that say how late something comes, likewise
-  };
   /// What is found where cogging is taken first, and after it what removes most.
   struct Chain {
     std::vector<std::size_t> effects;
@@ -80,16 +72,10 @@ class Search {
   void try_all_in_the_place_of_each();
   void prune();
   void renew_rivals();
-  Round& round_of_current();
   Round* round_without(std::size_t place);
-  const std::vector<Addition>& all_refits_of(Round& round);
-  const std::vector<Addition>& slow_refits_of(Round& round);
-  const std::vector<Addition>& late_refits_of(Round& round);
   bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
   bool superfluous(std::size_t effect, std::optional<Trial>& without);
 
-  Round* round(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted);
-  const Round& first_round();
   std::optional<Addition> best_that_stays(std::vector<Addition>& additions, std::optional<Trial>& kept);
   const Addition* best_of(const std::vector<Addition>& additions, const Trial& current) const;
   std::optional<Chain> cogging_first(const Round& bare, std::size_t most);
@@ -108,9 +94,9 @@ class Search {
   Progress progress_;
   double told_ = 0;  // the share
   Finding found_;
-  std::set<std::size_t> dropped_;                     // what others made superfluous is not added again
-  bool rivals_are_stale_ = false;                     // the members have changed since they were collected
-  std::map<std::vector<std::size_t>, Round> rounds_;  // by the effects added to the model as given
+  std::set<std::size_t> dropped_;  // what others made superfluous is not added again
+  bool rivals_are_stale_ = false;  // the members have changed since they were collected
+  Rounds rounds_;
 };
 
 }  // namespace emtb

@@ -1,0 +1,67 @@
+#include "analysis/diagnose/rounds.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "analysis/diagnose/moves.h"
+
+namespace emtb {
+namespace {
+
+/// The same for the same effects in whatever order they were found.
+std::vector<std::size_t> key_of(std::vector<std::size_t> effects) {
+  std::ranges::sort(effects);
+  return effects;
+}
+
+/// The scores of what was not refitted.
+std::vector<Score> scores_without(std::vector<Score> scores, const std::vector<Addition>& refitted) {
+  std::erase_if(scores, [&](const Score& s) {
+    return std::ranges::any_of(refitted, [&](const Addition& a) { return a.effect() == s.effect; });
+  });
+  return scores;
+}
+
+}  // namespace
+
+Round* Rounds::explored(const std::vector<std::size_t>& effects, const std::function<std::optional<Trial>()>& fitted) {
+  std::vector<std::size_t> key = key_of(effects);
+  if (const auto known = rounds_.find(key); known != rounds_.end()) return &known->second;
+  std::optional<Trial> trial = fitted();
+  if (!trial) return nullptr;
+  Round r{std::move(*trial), {}, {}, {}, {}, {}};
+  r.scores = trials_.scores(r.fitted.model());
+  if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising);
+  return &rounds_.emplace(std::move(key), std::move(r)).first->second;
+}
+
+Round& Rounds::of(const std::vector<std::size_t>& effects, const Trial& fitted) {
+  constexpr double same_valley = 0.99;  // no decision is about less of the cost
+  const auto known = rounds_.find(key_of(effects));
+  if (known != rounds_.end() && fitted.fit.cost < same_valley * known->second.fitted.fit.cost) rounds_.erase(known);
+  return *explored(effects, [&] { return fitted; });
+}
+
+const std::vector<Addition>& Rounds::all_refits_of(Round& round) {
+  if (!round.all_refits) round.all_refits = trials_.refits(round.fitted, round.scores, Breadth::all);
+  return *round.all_refits;
+}
+
+const std::vector<Addition>& Rounds::slow_refits_of(Round& round) {
+  if (!round.slow_refits) {
+    const std::vector<Score> slow = scores_without(round.scores, all_refits_of(round));
+    round.slow_refits = trials_.refits(round.fitted, slow, Breadth::slow);
+  }
+  return *round.slow_refits;
+}
+
+const std::vector<Addition>& Rounds::late_refits_of(Round& round) {
+  if (!round.late_refits) {
+    std::vector<Score> late = scores_without(round.scores, round.refits);
+    std::erase_if(late, [](const Score& s) { return !says_how_late(s.effect); });
+    round.late_refits = trials_.refits(round.fitted, late, Breadth::all);
+  }
+  return *round.late_refits;
+}
+
+}  // namespace emtb
