@@ -143,9 +143,10 @@ function(emtb_test room)
   target_link_libraries(${room}_tests PRIVATE ${TEST_USES} GTest::gmock GTest::gtest_main)
   emtb_warnings(${room}_tests)
   set_target_properties(${room}_tests PROPERTIES UNITY_BUILD ON)  # the headers of a test weigh more than the test
-  # What they test is built as shipped; they themselves need not be fast. But not -O0: the linker takes the first copy of each
-  # inline function of the standard library or of Eigen for all of the program, and that of a test comes before the room's.
-  target_compile_options(${room}_tests PRIVATE -O1)
+  # What they test is built as shipped; they themselves need not be fast. But the linker takes the first copy of each inline
+  # function of the standard library or of Eigen for all of the program, and that of a test comes before the room's: -O0 only
+  # where a sanitizer takes most of the time anyway.
+  target_compile_options(${room}_tests PRIVATE $<IF:$<CONFIG:Release>,-O1,-O0>)
   if(TEST_SLOW)
     list(JOIN TEST_SLOW ":" slow)
     emtb_discover(${room} quick "-${slow}")
