@@ -9,13 +9,11 @@
 #include "analysis/diagnose/explained_floor.h"
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/left_floor.h"
-#include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
 #include "analysis/diagnose/told_names.h"
 #include "analysis/diagnose/whole_search.h"
 #include "analysis/fit/logging_errors.h"
-#include "analysis/fit/timing.h"
 #include "hal/error.h"
 
 namespace emtb {

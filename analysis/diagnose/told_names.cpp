@@ -32,7 +32,7 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 /// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
 /// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
 /// all and leaves enough itself. What fitted to the end has gone where it is not what it is called goes as well.
-/// @param inputs as for worth_a_name() @return what is known of the errors of the rest
+/// @return what is known of the errors of the rest
 std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion,
                                                  Dataset& data, const WorthAName& worth) {
   constexpr double by_far = 5, hardly = 2;            // errors
