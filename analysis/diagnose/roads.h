@@ -13,7 +13,10 @@ struct Circumstances {
   std::vector<InitialState> starts;
 };
 
+/// How they are set in some data.
 Circumstances circumstances_of(const Dataset& data);
+
+/// Sets them in data of the same runs.
 void set(Dataset& data, const Circumstances& circumstances);
 
 /// The model as given, and what a search found from there, under the same circumstances.
