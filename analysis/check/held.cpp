@@ -98,9 +98,12 @@ bool turns(const Run& run, double from, double to, double count) {
   const Series& omega = run.at(Signal::omega);
   const double speed = std::abs(mean_of(omega, from, to));
   if (speed <= 0.1 * size_of(omega.value) || speed * (to - from) <= several * count) return false;
-  const double third = (to - from) / 3;
-  const double slowed = std::abs(mean_of(omega, from, from + third) - mean_of(omega, to - third, to));
-  return slowed > stays * speed || !without_power(run, from, to - third);  // power may come back as it ends
+  const double last_third = to - (to - from) / 3;
+  if (!without_power(run, from, last_third)) return true;
+  const double until = without_power(run, last_third, to) ? to : last_third;  // power may come back as it ends
+  const double third = (until - from) / 3;
+  const double slowed = std::abs(mean_of(omega, from, from + third) - mean_of(omega, until - third, until));
+  return slowed > stays * speed;
 }
 
 /// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.

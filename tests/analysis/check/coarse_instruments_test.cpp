@@ -125,5 +125,29 @@ TEST(CoarseInstruments, CountsOfASteadySpeedRepeatThemselvesAndAreNoDuplicate) {
   EXPECT_THAT(check(runs), Not(Contains(tells(Flaw::duplicate))));
 }
 
+TEST(CoarseInstruments, AnAngleStandsUntilPowerMovesItsFirstCountWhateverTheTachogeneratorReads) {
+  constexpr double count = 2 * std::numbers::pi / 70, offset = -2.2;  // rad, rad/s
+  const auto readings = [](double power_until_then) {
+    emtb::Run run;
+    synthetic::Noise noise(5);
+    const auto omega = [](double t) { return t < 0.25 ? 0 : 12 * (1 - std::exp(-(t - 0.25) / 0.17)); };
+    double angle = 0;
+    for (int k = 0; k < 98; ++k) {
+      const double t = 0.025 * k;
+      const auto add = [&](Signal signal, double value) {
+        run.signals[signal].t.push_back(t);
+        run.signals[signal].value.push_back(value);
+      };
+      add(Signal::u_ref, t < 0.25 ? power_until_then : 1.7);
+      add(Signal::omega, omega(t) + offset + noise(0.15));
+      add(Signal::theta, count * std::floor(angle / count));
+      angle += 0.025 * omega(t);
+    }
+    return std::vector{run};
+  };
+  EXPECT_THAT(check(readings(0)), Not(Contains(tells(Flaw::held)))) << "the tachogenerator has an offset";
+  EXPECT_THAT(check(readings(1)), Contains(tells(Flaw::held)));
+}
+
 }  // namespace
 }  // namespace emtb
