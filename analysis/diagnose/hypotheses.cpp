@@ -77,7 +77,7 @@ std::vector<Hypothesis> hypotheses_of(const NullFit& fitted, std::span<const std
       all.push_back(h);
     };
     if (whole_orders) {
-      for (const int n : {2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 15, 16, 18, 20, 22, 24}) add_order(n);
+      for (const int n : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 15, 16, 18, 20, 22, 24}) add_order(n);
       continue;
     }
     if (!orders) orders = orders_left(fitted);

@@ -1,8 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "analysis/diagnose/hypotheses.h"
+#include "analysis/diagnose/null_fit.h"
+#include "analysis/record/dataset.h"
 #include "tests/analysis/diagnose/answers.h"
 #include "tests/analysis/synthetic.h"
 
@@ -44,6 +49,19 @@ TEST(WaveOfATachogenerator, IsFoundInRunsOfLessThanATurn) {
   EXPECT_THAT(answers::named(d), testing::ElementsAre("tacho_ripple")) << answers::report(d);
   EXPECT_NEAR(answers::fitted(d, "r"), 0.1, 0.01);
   EXPECT_NEAR(answers::fitted(d, "N"), 6, 0.5) << "in less than a turn";
+}
+
+TEST(WaveOfATachogenerator, MayComeOnceATurnWhereACoggingDoesNot) {
+  const Model model = synthetic::servo_model();
+  const std::vector<emtb::Run> runs{creeping(0, 1)};
+  const std::array candidates{effect_index("cogging"), effect_index("tacho_ripple")};
+  const std::vector<Hypothesis> tried =
+      hypotheses_of(null_fit(prepare(runs, {}, model).train, model), candidates, true);
+  for (const std::size_t effect : candidates) {
+    const bool once =
+        std::ranges::any_of(tried, [&](const Hypothesis& h) { return h.effect == effect && h.at[1] == 1; });
+    EXPECT_EQ(once, effect == candidates[1]) << "a torque that comes once a turn is an eccentric load";
+  }
 }
 
 TEST(WaveOfATachogenerator, IsNotFoundWhereThereIsNone) {
