@@ -45,7 +45,8 @@ class Machine : public Motion<Scalar> {
   Machine(const ModelStructure& structure, std::span<const Scalar> p)
       : structure_(structure),
         driver_(structure.driver),
-        angle_(p.size() > structure.parameter_count() ? p[structure.parameter_count()] : Scalar{}) {
+        angle_(p.size() > structure.parameter_count() ? p[structure.parameter_count()] : Scalar{}),
+        load_sees_reading_(load_sees_reading(structure)) {
     equations_.p = p;
     std::size_t parameter = ModelStructure::base_count;
     for (const std::size_t effect : structure.effects) {
@@ -89,7 +90,7 @@ class Machine : public Motion<Scalar> {
     e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
     equations_.middle = {
         .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
-    if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
+    if (load_sees_reading_) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
     if (initial.omega != 0)
       equations_.terms.load_torque += initial.omega > 0 ? equations_.terms.brake : -equations_.terms.brake;
@@ -279,7 +280,7 @@ class Machine : public Motion<Scalar> {
     reset_motor(equations_);
     motor_.apply(equations_.middle, equations_);
     user_.apply(equations_);
-    if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
+    if (load_sees_reading_) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
     const auto there = [](const Scalar& term) { return any(differs(term, Scalar(0.0))); };
     is_there_ = {.reaction = there(terms.reaction),
@@ -417,7 +418,7 @@ class Machine : public Motion<Scalar> {
                  .u_ref = in.u_ref,
                  .e_a = driver_.voltage(),
                  .i_a = i_a,
-                 .omega = structure_.measured_load ? Scalar(in.omega_end) : omega,
+                 .omega = load_sees_reading_ ? Scalar(in.omega_end) : omega,
                  .theta = angle_.at_end(in)},
                 equations_);
     equations_.terms.load_torque += braked_;
@@ -469,6 +470,7 @@ class Machine : public Motion<Scalar> {
   Shaft<Scalar> shaft_;
   RotorAngle<Scalar> angle_;
   EffectParts<Scalar> motor_, load_, sensors_;
+  bool load_sees_reading_;
   UserTerms<Scalar> user_;
   LateReading<Scalar> late_;
   std::optional<Ramp<Scalar>> added_;  ///< [V] by a measured voltage to the driver's, in the next step
