@@ -92,6 +92,18 @@ TEST(LoadLaw, IsLeftOutWhereWhatItIsSeenByReadsWrong) {
   EXPECT_TRUE(d.torque_is_input);
 }
 
+TEST(LoadLaw, IsThatOfTheShaftsOwnSpeedWhereThisIsReadLate) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.eddy_torque = 0.02;
+  bench.plant.load.eddy_omega = 100;
+  bench.plant.sensors.delay = 0.02;
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("eddy_brake", "speed_delay")) << report(d);
+  EXPECT_NEAR(fitted(d, "t_d"), 0.02, 0.001);
+  EXPECT_NEAR(fitted(d, "T_b"), 0.02, 0.0005);
+  EXPECT_LT(d.signals.at(Signal::torque).ratio, 1.2);
+}
+
 TEST(LoadLaw, LeavesNoUnknownEffectWhereItIsNotQuiteTheLoads) {
   const blind::Bench bench = blind::fast_bench();
   const Diagnosis d = diagnose(with_another_brake_each(bench, bench.train, 1, 0.03, 0.006),
