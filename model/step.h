@@ -17,6 +17,7 @@
 #include "model/machine/reaction.h"
 #include "model/machine/rotor_angle.h"
 #include "model/machine/shaft.h"
+#include "model/machine/speed_as_read.h"
 #include "model/machine/user_terms.h"
 #include "model/simulation.h"
 #include "model/structure.h"
@@ -46,7 +47,7 @@ class Machine : public Motion<Scalar> {
       : structure_(structure),
         driver_(structure.driver),
         angle_(p.size() > structure.parameter_count() ? p[structure.parameter_count()] : Scalar{}),
-        load_sees_reading_(load_sees_reading(structure)) {
+        speed_as_read_(structure) {
     equations_.p = p;
     std::size_t parameter = ModelStructure::base_count;
     for (const std::size_t effect : structure.effects) {
@@ -90,7 +91,7 @@ class Machine : public Motion<Scalar> {
     e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
     equations_.middle = {
         .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
-    if (load_sees_reading_) equations_.middle.omega = Scalar(in.omega);
+    if (speed_as_read_.used()) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
     if (initial.omega != 0)
       equations_.terms.load_torque += initial.omega > 0 ? equations_.terms.brake : -equations_.terms.brake;
@@ -175,10 +176,8 @@ class Machine : public Motion<Scalar> {
   Scalar current_taken_by(const Scalar& rise) const { return armature_.end().v1 * armature_.k_b() * rise; }
 
  private:
-  using Motion<Scalar>::i_a_before;
-  using Motion<Scalar>::omega_before;
-  using Motion<Scalar>::i_a_in_middle;
-  using Motion<Scalar>::omega_in_middle;
+  using Motion<Scalar>::i_a_before, Motion<Scalar>::omega_before;
+  using Motion<Scalar>::i_a_in_middle, Motion<Scalar>::omega_in_middle;
 
   enum class Circuit {
     closed,  ///< the voltage drives a current
@@ -280,7 +279,7 @@ class Machine : public Motion<Scalar> {
     reset_motor(equations_);
     motor_.apply(equations_.middle, equations_);
     user_.apply(equations_);
-    if (load_sees_reading_) equations_.middle.omega = Scalar(in.omega);
+    if (speed_as_read_.used()) equations_.middle.omega = speed_as_read_.in_middle(in.omega);
     load_.apply(equations_.middle, equations_);
     const auto there = [](const Scalar& term) { return any(differs(term, Scalar(0.0))); };
     is_there_ = {.reaction = there(terms.reaction),
@@ -418,7 +417,7 @@ class Machine : public Motion<Scalar> {
                  .u_ref = in.u_ref,
                  .e_a = driver_.voltage(),
                  .i_a = i_a,
-                 .omega = load_sees_reading_ ? Scalar(in.omega_end) : omega,
+                 .omega = speed_as_read_.used() ? speed_as_read_.at_end(in.omega_end) : omega,
                  .theta = angle_.at_end(in)},
                 equations_);
     equations_.terms.load_torque += braked_;
@@ -448,6 +447,7 @@ class Machine : public Motion<Scalar> {
     torque_reading = equations_.terms.torque_reading;
     is_late_ = any(differs(equations_.terms.reading_delay, Scalar(0.0)));
     if (is_late_) read_late(t);
+    speed_as_read_.follow(omega_reading, omega);
     if (in.angle_integrated) {
       angle_.put_behind(equations_.terms.angle_behind);
     } else if (is_late_) {
@@ -470,7 +470,7 @@ class Machine : public Motion<Scalar> {
   Shaft<Scalar> shaft_;
   RotorAngle<Scalar> angle_;
   EffectParts<Scalar> motor_, load_, sensors_;
-  bool load_sees_reading_;
+  SpeedAsRead<Scalar> speed_as_read_;
   UserTerms<Scalar> user_;
   LateReading<Scalar> late_;
   std::optional<Ramp<Scalar>> added_;  ///< [V] by a measured voltage to the driver's, in the next step

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -19,7 +18,7 @@ struct StepInput {
   double e_a_end = 0;    ///< [V]
   double i_a = 0;        ///< [A] of a current drive, held over the step
   double load = 0;       ///< [N m] measured load torque, mean over the step: a passive load
-  double omega = 0;      ///< [rad/s] measured speed in the middle: what a measured load's effects see
+  double omega = 0;      ///< [rad/s] measured speed in the middle: what a measured load's effects see, see SpeedAsRead
   double omega_end = 0;  ///< [rad/s] the same at the end, where the gauge is read
   std::optional<double> angle_middle, angle_end;  ///< [rad] measured: what periodic effects see; absent: as simulated
   std::optional<double> angle_pull;               ///< [1/s] see Excitation::angle_pull
@@ -60,13 +59,6 @@ void reset_motor(Equations<Scalar>& equations) {
   terms.inductance = terms.contact_drop = terms.contact_knee = Scalar(0.0);
   terms.braking_torque = terms.load_torque = terms.dry_friction = Scalar(0.0);
   terms.gear_friction = terms.brake = terms.bristle = Scalar(0.0);
-}
-
-/// Do the effects of the load see the speed as it was read, and not the model's? Those of a measured load do, which is
-/// explained whatever the motion lacks; but not where an effect says that the shaft turns at another.
-inline bool load_sees_reading(const ModelStructure& structure) {
-  const auto reads_speed = [](std::size_t effect) { return effect_catalogue()[effect].reads == Signal::omega; };
-  return structure.measured_load && std::ranges::none_of(structure.effects, reads_speed);
 }
 
 /// The effects of one stage or several, with the memory that they keep.

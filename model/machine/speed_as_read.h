@@ -1,0 +1,31 @@
+#pragma once
+
+#include "model/structure.h"
+
+namespace emtb {
+
+/// The speed that the effects of a measured load see: as it was read, whatever the motion lacks, but for what the
+/// effects of the sensors say that the reading is off by. Thus the gauge bends no motion, and a late speed no load.
+template <class Scalar>
+class SpeedAsRead {
+ public:
+  explicit SpeedAsRead(const ModelStructure& structure) : used_(structure.measured_load) {}
+
+  bool used() const { return used_; }
+
+  /// The readings of a step.
+  void follow(const Scalar& reading, const Scalar& omega) {
+    before_ = error_;
+    error_ = reading - omega;
+  }
+
+  /// [rad/s] In the middle and at the end of the step to come, of which the error is extrapolated.
+  Scalar in_middle(double measured) const { return measured - (1.5 * error_ - 0.5 * before_); }
+  Scalar at_end(double measured) const { return measured - (2.0 * error_ - before_); }
+
+ private:
+  bool used_;
+  Scalar error_{}, before_{};  ///< [rad/s] of the last reading and of the one before
+};
+
+}  // namespace emtb
