@@ -46,8 +46,7 @@ class Machine : public Motion<Scalar> {
   Machine(const ModelStructure& structure, std::span<const Scalar> p)
       : structure_(structure),
         driver_(structure.driver),
-        angle_(p.size() > structure.parameter_count() ? p[structure.parameter_count()] : Scalar{}),
-        speed_as_read_(structure) {
+        angle_(p.size() > structure.parameter_count() ? p[structure.parameter_count()] : Scalar{}) {
     equations_.p = p;
     std::size_t parameter = ModelStructure::base_count;
     for (const std::size_t effect : structure.effects) {
@@ -91,7 +90,7 @@ class Machine : public Motion<Scalar> {
     e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
     equations_.middle = {
         .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
-    if (speed_as_read_.used()) equations_.middle.omega = Scalar(in.omega);
+    if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
     if (initial.omega != 0)
       equations_.terms.load_torque += initial.omega > 0 ? equations_.terms.brake : -equations_.terms.brake;
@@ -279,7 +278,7 @@ class Machine : public Motion<Scalar> {
     reset_motor(equations_);
     motor_.apply(equations_.middle, equations_);
     user_.apply(equations_);
-    if (speed_as_read_.used()) equations_.middle.omega = speed_as_read_.in_middle(in.omega);
+    if (structure_.measured_load) equations_.middle.omega = speed_as_read_.in_middle(in.omega);
     load_.apply(equations_.middle, equations_);
     const auto there = [](const Scalar& term) { return any(differs(term, Scalar(0.0))); };
     is_there_ = {.reaction = there(terms.reaction),
@@ -417,7 +416,7 @@ class Machine : public Motion<Scalar> {
                  .u_ref = in.u_ref,
                  .e_a = driver_.voltage(),
                  .i_a = i_a,
-                 .omega = speed_as_read_.used() ? speed_as_read_.at_end(in.omega_end) : omega,
+                 .omega = structure_.measured_load ? speed_as_read_.at_end(in.omega_end) : omega,
                  .theta = angle_.at_end(in)},
                 equations_);
     equations_.terms.load_torque += braked_;
@@ -447,7 +446,7 @@ class Machine : public Motion<Scalar> {
     torque_reading = equations_.terms.torque_reading;
     is_late_ = any(differs(equations_.terms.reading_delay, Scalar(0.0)));
     if (is_late_) read_late(t);
-    speed_as_read_.follow(omega_reading, omega);
+    speed_as_read_.follow(omega_reading, omega, h == 0);
     if (in.angle_integrated) {
       angle_.put_behind(equations_.terms.angle_behind);
     } else if (is_late_) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "model/structure.h"
-
 namespace emtb {
 
 /// The speed that the effects of a measured load see: as it was read, whatever the motion lacks, but for what the
@@ -9,14 +7,11 @@ namespace emtb {
 template <class Scalar>
 class SpeedAsRead {
  public:
-  explicit SpeedAsRead(const ModelStructure& structure) : used_(structure.measured_load) {}
-
-  bool used() const { return used_; }
-
-  /// The readings of a step.
-  void follow(const Scalar& reading, const Scalar& omega) {
-    before_ = error_;
-    error_ = reading - omega;
+  /// The readings of a step, or those with which a run begins: before these the error was the same.
+  void follow(const Scalar& reading, const Scalar& omega, bool begins) {
+    const Scalar error = reading - omega;
+    before_ = begins ? error : error_;
+    error_ = error;
   }
 
   /// [rad/s] In the middle and at the end of the step to come, of which the error is extrapolated.
@@ -24,7 +19,6 @@ class SpeedAsRead {
   Scalar at_end(double measured) const { return measured - (2.0 * error_ - before_); }
 
  private:
-  bool used_;
   Scalar error_{}, before_{};  ///< [rad/s] of the last reading and of the one before
 };
 
