@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds and tests. Without arguments all of it; or any of:
 #   format    clang-format agrees with every source file
-#   headers   every header of a room compiles alone
+#   headers   every header that one room includes from another compiles alone
 #   release   all tests, as shipped
 #   asan      the tests of the rooms under AddressSanitizer and UndefinedBehaviorSanitizer; not those of whole programs, nor
 #             those labelled slow

@@ -7,7 +7,7 @@
 namespace emtb {
 namespace {
 
-constexpr const char* functions = R"(
+constexpr const char* c_functions = R"(
 static inline double emtb_clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 static inline double emtb_positive(double x) { return x > 0 ? 1.0 : 0.0; }
 static inline double emtb_sign(double x) { return x > 0 ? 1.0 : x < 0 ? -1.0 : 0.0; }
@@ -118,7 +118,7 @@ std::string c_header(const ExportedEquations& x) {
     if (p.std_error > 0) out << " +- " << exact(p.std_error);
     out << " */\n";
   }
-  out << "};\n" << functions;
+  out << "};\n" << c_functions;
   start_function(out, x);
   const StepText step = step_of(x, input);
   out << "\nstatic inline void emtb_step(emtb_state *s, const emtb_parameters *p, double " << input

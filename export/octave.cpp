@@ -7,7 +7,7 @@
 namespace emtb {
 namespace {
 
-constexpr const char* functions = R"(
+constexpr const char* octave_functions = R"(
 function y = clamp(x, low, high)
   y = min(max(x, low), high);
 end
@@ -116,7 +116,7 @@ std::string octave_function(const ExportedEquations& x, const std::string& funct
   out << "end\n\nfunction s = step(s, p, " << input << ", load, h)\n";
   for (const ResolvedStatement& a : step_of(x, input).assignments)
     out << "  " << spelt_in_octave(a.term) << " = " << spelt_in_octave(a.value) << ";\n";
-  out << "end\n" << functions;
+  out << "end\n" << octave_functions;
   return out.str();
 }
 

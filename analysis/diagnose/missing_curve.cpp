@@ -116,14 +116,14 @@ std::vector<double> knots_for(const Stay& stay) {
 }
 
 /// The linear least squares of residuals on sensitivities, a piece of one signal at a time.
-struct Fit {
+struct ColumnFit {
   Eigen::VectorXd value, std_error;
 };
 
 /// @param change how far each column may go without a reason: what the data do not tell apart then goes to those that
 /// may go far
-Fit fit_of_columns(std::span<const Record> records, const Model& model,
-                   std::span<const std::vector<std::size_t>> columns, const Eigen::VectorXd& change) {
+ColumnFit fit_of_columns(std::span<const Record> records, const Model& model,
+                         std::span<const std::vector<std::size_t>> columns, const Eigen::VectorXd& change) {
   const auto p = static_cast<Eigen::Index>(columns.size());
   Eigen::MatrixXd sts = Eigen::MatrixXd::Zero(p, p);
   Eigen::VectorXd str = Eigen::VectorXd::Zero(p);
@@ -140,7 +140,7 @@ Fit fit_of_columns(std::span<const Record> records, const Model& model,
   for (double& x : scale) x = x > 0 ? 1 / x : 0;
   Eigen::MatrixXd scaled = scale.asDiagonal() * sts * scale.asDiagonal();
   const Eigen::MatrixXd inverse = scale.asDiagonal() * pseudo_inverse(scaled) * scale.asDiagonal();
-  Fit fit{inverse * str, Eigen::VectorXd::Constant(p, std::numeric_limits<double>::infinity())};
+  ColumnFit fit{inverse * str, Eigen::VectorXd::Constant(p, std::numeric_limits<double>::infinity())};
   const double length = shortest_piece(records);
   // The sandwich over blocks: what is left is coloured, all the more where something is missing.
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(p, p);
@@ -198,7 +198,7 @@ MissingCurve curve_of(std::span<const Record> records, const Model& fitted, bool
     const Parameter& p = with.at(free.places()[i]);
     change[static_cast<Eigen::Index>(i)] = 0.01 * std::max(std::abs(p.value), 1e-3 * (p.max - p.min));
   }
-  const Fit fit = fit_of_columns(records, with, columns, change);
+  const ColumnFit fit = fit_of_columns(records, with, columns, change);
   for (std::size_t i = 0; i < knots.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(others + i);
     if (!std::isfinite(fit.std_error[column])) continue;  // nothing that was compared saw it

@@ -6,10 +6,10 @@
 namespace emtb {
 namespace {
 
-constexpr double quantile = 3.841459;  // of chi-square with one degree of freedom, 95 %
-constexpr double normal = 1.959964;    // its root
-constexpr double near_enough = 0.03;   // of the distance to the end of the interval
-constexpr int most_steps = 12;         // on one side
+constexpr double quantile = 3.841459;         // of chi-square with one degree of freedom, 95 %
+constexpr double normal_quantile = 1.959964;  // its root
+constexpr double near_enough = 0.03;          // of the distance to the end of the interval
+constexpr int most_walks = 12;                // on one side
 
 /// Walks from the optimum to where the cost has risen as far as the data allow.
 class Walk {
@@ -36,7 +36,7 @@ class Walk {
     if (room <= 0) return {bound, true};
     Model from = fitted_.model;  // the others as they were at the last point: a short way to go
     double at = std::min(std::abs(step), room), inside = 0, outside = room * 2;
-    for (int n = 0; n < most_steps; ++n) {
+    for (int n = 0; n < most_walks; ++n) {
       from.at(place_).value = p.value + sign * at;
       from.at(place_).fixed = true;
       const Calibration c = calibrate(records_, from, options_);
@@ -81,7 +81,7 @@ std::optional<LikelihoodInterval> profile_likelihood(std::span<const Record> rec
   const Parameter& p = fitted.model.at(place);
   const double error = p.std_error.value_or(fitted.alone[i]);
   const Walk walk(records, fitted, place, options, 0.5 * quantile * fitted.inflation[i]);
-  const Walk::End low = walk.end(-normal * error), high = walk.end(normal * error);
+  const Walk::End low = walk.end(-normal_quantile * error), high = walk.end(normal_quantile * error);
   return LikelihoodInterval{low.value, high.value, low.at_bound, high.at_bound};
 }
 
@@ -97,7 +97,7 @@ LikelihoodIntervals profile_likelihoods(std::span<const Record> records, const C
 
 bool misled(const Parameter& parameter, const LikelihoodInterval& interval) {
   if (!parameter.std_error) return true;
-  const double reach = normal * *parameter.std_error;
+  const double reach = normal_quantile * *parameter.std_error;
   const double off =
       std::max(std::abs(parameter.value - reach - interval.low), std::abs(parameter.value + reach - interval.high));
   return off > 0.25 * (interval.high - interval.low);

@@ -14,8 +14,6 @@ constexpr double most_varied = 3;       ///< times the noise of a gauge, beyond 
 constexpr double least_noise = 0.05;    ///< of a score's variance, also where the inflations cancel; by hand
 constexpr double informed_from = 1e-9;  ///< of the largest eigenvalue: below it a direction is rounding
 
-Eigen::Index as_index(std::size_t j) { return static_cast<Eigen::Index>(j); }
-
 /// Does a change of one unknown that explains one signal make another worse than chance could?
 bool contradicts(const std::vector<LiveEquations>& signals, Eigen::Index j, double change, const Eigen::VectorXd& at) {
   return std::ranges::any_of(signals, [&](const LiveEquations& e) {

@@ -13,7 +13,7 @@ namespace {
 
 // By hand, on the two simulated benches (docs/decisions/live-estimates.md).
 constexpr double shortest_half = 0.5;  ///< [s] the resolution in time of a change
-constexpr double memory = 180;         ///< [s] after which what was seen counts half
+constexpr double half_life = 180;      ///< [s] after which what was seen counts half
 constexpr std::size_t most_halves = ChangeWatch::looked_through + ChangeWatch::follow + 8;
 constexpr std::array<std::size_t, 10> changed_for{1, 2, 3, 4, 5, 6, 8, 11, 15, 20};  ///< half-seconds
 constexpr double transient_share = 0.005;  ///< of what the inertia does, that a simulation may be off in a transient
@@ -26,8 +26,6 @@ bool from_its_start(const std::vector<LiveChapter>& history) {
   const auto first = std::ranges::find_if(history, [](const LiveChapter& c) { return !c.ticks.empty(); });
   return first != history.end() && first->ticks.front().kind == LiveTick::Kind::run_start;
 }
-
-Eigen::Index as_index(std::size_t j) { return static_cast<Eigen::Index>(j); }
 
 }  // namespace
 
@@ -160,7 +158,7 @@ bool LiveMisfit::runs_evenly(const HalfSecond& half) const {
 }
 
 void LiveMisfit::retire_oldest() {
-  const double kept = std::exp2(-static_cast<double>(ticks_of_half_) * unknowns_.plan().period / memory);
+  const double kept = std::exp2(-static_cast<double>(ticks_of_half_) * unknowns_.plan().period / half_life);
   if (!colours_.empty()) scatter_.add(equations(rows_.oldest().sums), expected_, kept);
   known_.h = prior_.h + kept * (known_.h - prior_.h);
   known_.g = prior_.g + kept * (known_.g - prior_.g);

@@ -15,8 +15,6 @@ constexpr double relinearise_at = 0.2;  ///< standard errors from the point abou
 
 constexpr double fewest_blocks = 20;  ///< of which a mean square tells something; by hand
 
-Eigen::Index as_index(std::size_t i) { return static_cast<Eigen::Index>(i); }
-
 }  // namespace
 
 RelinearisedFit::RelinearisedFit(const Model& model, const FreeParameters& free, const LivePlan& plan)

@@ -4,8 +4,12 @@
 /// compiled once, here, and not again in every file that needs it.
 
 #include <Eigen/Core>
+#include <cstddef>
 
 namespace emtb {
+
+/// Eigen counts with a sign.
+constexpr Eigen::Index as_index(std::size_t j) { return static_cast<Eigen::Index>(j); }
 
 /// A matrix, or a part of one.
 using MatrixPart = Eigen::Ref<const Eigen::MatrixXd>;

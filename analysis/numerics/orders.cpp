@@ -173,7 +173,7 @@ Share share_of(std::span<const TurningStretch> stretches, double per_turn) {
 /// stretch's own neighbourhood is the only measure of what chance does there.
 bool clear_in_half(std::span<const TurningStretch> stretches, double per_turn) {
   constexpr double far_more = 8;  // of two squares over the mean of sixteen: one in 250 by chance
-  std::size_t clear = 0, looked_at = 0;
+  std::size_t clear_ones = 0, looked_at = 0;
   for (const TurningStretch& s : stretches) {
     const double line = two_pi / reach_of(s);  // the width of a line in this stretch
     double beside = 0;
@@ -183,10 +183,10 @@ bool clear_in_half(std::span<const TurningStretch> stretches, double per_turn) {
       beside += share_of(s, per_turn + away * line).squares;
       ++count;
     }
-    if (count > 0 && share_of(s, per_turn).squares > far_more * beside / count) ++clear;
+    if (count > 0 && share_of(s, per_turn).squares > far_more * beside / count) ++clear_ones;
     ++looked_at;
-    if (2 * clear >= stretches.size()) return true;
-    if (2 * (clear + stretches.size() - looked_at) < stretches.size()) return false;
+    if (2 * clear_ones >= stretches.size()) return true;
+    if (2 * (clear_ones + stretches.size() - looked_at) < stretches.size()) return false;
   }
   return false;
 }
