@@ -41,13 +41,14 @@ double dwell_at_top(const Approach& a, double step) {
 }
 
 /// Had a rise slowed down before it reached a stretch? Of one that is cut off, the last two steps take little longer
-/// than they did a piece before.
-bool had_slowed(const Approach& a, double value, double step) {
+/// than they did in the pieces before.
+/// @param before all readings before the stretch
+bool had_slowed(std::span<const double> before, const Approach& a, double value, double step) {
   constexpr double clearly = 2;
   const double within = 2.5 * step;  // two steps, as written
-  const double rate = a.middle / static_cast<double>(a.piece);
+  const double rate = std::max(a.middle, a.last) / static_cast<double>(a.piece);
   std::size_t near = 0;
-  while (near < a.before.size() && a.sign * (value - a.before[a.before.size() - 1 - near]) <= within) ++near;
+  while (near < before.size() && a.sign * (value - before[before.size() - 1 - near]) <= within) ++near;
   return rate > 0 && static_cast<double>(near) > clearly * (1 + 2 * step / rate);
 }
 
@@ -59,7 +60,7 @@ bool cuts_off(std::span<const double> x, const EqualReadings& s, double sign, do
     const Approach a = approach(x.first(s.begin - 1), sign, piece);
     const double left = sign * (s.value - a.before.back());
     if (a.last < 6 * std::max(noise, step)) continue;
-    if (had_slowed(a, s.value, std::max(noise, step))) continue;
+    if (had_slowed(x.first(s.begin), a, s.value, std::max(noise, step))) continue;
     constexpr double spare = 1.5;  // a rise is known to a step
     if (static_cast<double>(s.length()) < spare * dwell_at_top(a, step)) continue;
     const double reach = a.last / static_cast<double>(piece) * static_cast<double>(s.length());  // had it gone on

@@ -172,13 +172,14 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
 void find_repeats(const Run& run, Signal signal, DataFindings& findings) {
   const Series& series = run.at(signal);
   const auto& x = series.value;
-  const double large = 3 * step_of(series);
+  const double step = step_of(series), same = 0.5 * step,
+               large = 3.5 * step;                  // read to a step, whatever arithmetic adds
   std::map<std::size_t, std::size_t> rows_between;  // two large changes: how often
   std::size_t count = 0;
   std::size_t last = 0;
   bool last_large = false;
   for (std::size_t k = 1; k < x.size(); ++k) {
-    if (x[k] == x[k - 1]) continue;
+    if (std::abs(x[k] - x[k - 1]) <= same) continue;
     const bool is_large = std::abs(x[k] - x[k - 1]) > large;
     if (is_large && last_large) {
       ++rows_between[k - last];

@@ -39,6 +39,43 @@ TEST(CoarseInstruments, AVoltageThatLagsWithinACoarseStepIsNotHeld) {
   EXPECT_THAT(check(std::vector{run}), Not(Contains(tells(Flaw::held))));
 }
 
+TEST(CoarseInstruments, ASpeedOfWholeCountsThatArithmeticBlursIsNotHeld) {
+  constexpr double step = 1.7;  // rad/s
+  emtb::Run run;
+  Series& omega = run.signals[Signal::omega];
+  omega.lsb = step;
+  const auto add = [&](int steps) {
+    omega.t.push_back(1e-3 * static_cast<double>(omega.t.size()));
+    omega.value.push_back(step * steps * (1 + 1e-14 * steps));
+  };
+  for (int k = 0; k < 400; ++k) {  // by three steps at every other row, three times in a row
+    for (const int more : {0, 3, 3, 6, 6, 9, 9, 8, 7, 6, 5, 4, 3, 2, 1}) add(100 + more);
+  }
+  EXPECT_THAT(check(std::vector{run}), Not(Contains(tells(Flaw::held))));
+}
+
+TEST(CoarseInstruments, ACurrentThatCreepsToItsPeakWithinAStepIsNotClipped) {
+  constexpr double step = 2.69008482;  // A
+  emtb::Run run;
+  Series& i_a = run.signals[Signal::i_a];
+  i_a.lsb = step;
+  const auto add = [&](int steps) {
+    run.signals[Signal::u_ref].t.push_back(0.025 * static_cast<double>(i_a.t.size()));
+    run.signals[Signal::u_ref].value.push_back(58.6);
+    i_a.t.push_back(0.025 * static_cast<double>(i_a.t.size()));
+    i_a.value.push_back(step * steps);
+  };
+  for (int k = 0; k < 400; ++k) add(30);
+  // As the current of a large motor was recorded by an instrument of 8 bits.
+  for (const int steps :
+       {44,  45,  46,  46,  47,  47,  47,  48,  48,  48,  48,  49,  49,  49,  45,  38,  32,  28,  23,  20,
+        17,  15,  12,  11,  9,   8,   7,   6,   5,   4,   4,   3,   3,   2,   2,   2,   1,   1,   1,   1,
+        1,   1,   1,   1,   1,   1,   1,   0,   0,   0,   -7,  -13, -19, -23, -27, -30, -33, -36, -38, -39,
+        -41, -42, -43, -44, -45, -46, -46, -47, -47, -47, -48, -48, -48, -48, -48, -48, -41, -35, -30, -25})
+    add(steps);
+  EXPECT_THAT(check(std::vector{run}), Not(Contains(tells(Flaw::clipped))));
+}
+
 TEST(CoarseInstruments, ASpeedThatADriversSlopeLedAndThatSettlesWithinAStepIsNotClipped) {
   constexpr double step = 1.9663849;  // rad/s
   emtb::Run run;
