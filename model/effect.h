@@ -31,6 +31,10 @@ enum class Role {
   phase       ///< [rad] a shape: at which angle of the shaft
 };
 
+/// [N m], or per rad/s or its square: the bound of what has the size of the machine, which may be a watch, a mill or an
+/// axis that moves by millimetres a second, in N and m. What is too much of it for one machine its stall torque tells.
+inline constexpr double any_torque = 1e9;
+
 /// A parameter of an effect.
 struct EffectParameter {
   std::string_view symbol;  ///< `T_c`

@@ -55,6 +55,21 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"torque_offset", {"T_0"}},
     {"current_offset", {"i_0"}}};
 
+TEST(Catalogue, BoundsHoldTheSizesOfAWatchAndOfASlowLinearAxis) {
+  Ranges watch, axis;
+  watch.reference = watch.voltage = 1.5, watch.current = 1e-3, watch.torque = 1e-7, watch.speed = 2000;
+  axis.reference = axis.voltage = 400, axis.current = 50, axis.torque = 5e4, axis.speed = 0.02;  // N and m/s
+  for (const Ranges& machine : {watch, axis}) {
+    for (const std::size_t effect : watched_effects()) {
+      const EffectParameter& size = effect_catalogue()[effect].parameter_list.front();
+      if (!size.unit.starts_with("N m")) continue;
+      const double half = size_at(effect, 0.5, machine);
+      EXPECT_LT(half, size.max) << effect_catalogue()[effect].id;
+      EXPECT_GT(half, size.min) << effect_catalogue()[effect].id;
+    }
+  }
+}
+
 TEST(Catalogue, HoldsOnlyEffectsOfTheContractWithTheirParameters) {
   std::set<std::string_view> seen;
   for (const EffectInfo& effect : effect_catalogue()) {
@@ -257,6 +272,13 @@ TEST(Catalogue, PlausibilityOfTorquesDoesNotHangOnTheirScale) {
   for (double* scaled : {&machine.K_m, &machine.B, &machine.J}) *scaled *= 1000;
   EXPECT_EQ(implausible(friction, std::vector{900 * stall}, machine), "");
   EXPECT_NE(implausible(friction, std::vector{1100 * stall}, machine), "");
+}
+
+TEST(Catalogue, APlayBehindAGearMayBeMostOfATurn) {
+  const FittedMachine machine = machine_of(testing_benches::fast_bench());
+  const std::size_t play = effect_index("backlash");
+  EXPECT_EQ(implausible(play, std::vector{3.5}, machine), "");  // two degrees behind a gear of 100
+  EXPECT_NE(implausible(play, std::vector{6.5}, machine), "");
 }
 
 TEST(Catalogue, AWeightOffCentreTurnsOnceOrHangsAtOneAngle) {

@@ -21,7 +21,7 @@ struct DryBrake {
       .told_apart =
           "From coulomb_friction by the gauge, which sees the brake alone; from load_torque by reversal or standstill.",
       .source = "Erdal et al. (2011), figure 7: the brake of their bench; step after Moreau, as for coulomb_friction",
-      .parameter_list = {{{.symbol = "T_b", .unit = "N m", .null = 0, .min = 0, .max = 1e4, .typical = 0.08}}},
+      .parameter_list = {{{.symbol = "T_b", .unit = "N m", .null = 0, .min = 0, .max = any_torque, .typical = 0.08}}},
       .opposes_motion = true,
       .bench = {.torque_gauge = true}};
 

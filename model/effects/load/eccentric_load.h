@@ -23,7 +23,7 @@ struct EccentricLoad {
       .told_apart = "From cogging by its order, once a turn; from tacho_ripple by the current.",
       .source = "pendulum",
       .parameter_list =
-          {{{.symbol = "T_e", .unit = "N m", .null = 0, .min = 0, .max = 1e4, .typical = 0.05},
+          {{{.symbol = "T_e", .unit = "N m", .null = 0, .min = 0, .max = any_torque, .typical = 0.05},
             {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .typical = 1, .role = Role::phase}}},
       .parameter_count = 2,
       .periodic = true};

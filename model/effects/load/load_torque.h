@@ -22,7 +22,8 @@ struct LoadTorque {
       .told_apart =
           "From coulomb_friction by a reversal or a standstill; in one direction without a gauge they are the same.",
       .source = "Erdal et al. (2011), equation (5): T_L",
-      .parameter_list = {{{.symbol = "T_L", .unit = "N m", .null = 0, .min = -1e4, .max = 1e4, .typical = 0.1}}},
+      .parameter_list =
+          {{{.symbol = "T_L", .unit = "N m", .null = 0, .min = -any_torque, .max = any_torque, .typical = 0.1}}},
       .watch = Watch{.rank = 1},
       .changed = {"the load takes", "a brake left on?", "a brake released?"}};
 

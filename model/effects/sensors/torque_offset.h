@@ -22,7 +22,8 @@ struct TorqueOffset {
       .told_apart =
           "From load_torque by the speed, which a load lowers, and by standstill: a weight would turn the shaft.",
       .source = "offset error of a bridge",
-      .parameter_list = {{{.symbol = "T_0", .unit = "N m", .null = 0, .min = -1e4, .max = 1e4, .typical = 0.015}}},
+      .parameter_list =
+          {{{.symbol = "T_0", .unit = "N m", .null = 0, .min = -any_torque, .max = any_torque, .typical = 0.015}}},
       .reads = Signal::torque,
       .bench = {.torque_gauge = true}};
 

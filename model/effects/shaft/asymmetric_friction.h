@@ -23,8 +23,9 @@ struct AsymmetricFriction {
       .told_apart =
           "From load_torque by standstill, where it pulls and friction does not; in one direction it is T_c and B.",
       .source = "Janot, Gautier and Brunot (2019) on EMPS; Armstrong-Helouvry et al. (1994)",
-      .parameter_list = {{{.symbol = "T_d", .unit = "N m", .null = 0, .min = -1e4, .max = 1e4, .typical = 0.02},
-                          {.symbol = "B_d", .unit = "N m s/rad", .null = 0, .min = -1e4, .max = 1e4, .typical = 1e-4}}},
+      .parameter_list =
+          {{{.symbol = "T_d", .unit = "N m", .null = 0, .min = -any_torque, .max = any_torque, .typical = 0.02},
+            {.symbol = "B_d", .unit = "N m s/rad", .null = 0, .min = -any_torque, .max = any_torque, .typical = 1e-4}}},
       .parameter_count = 2,
       .needs = "coulomb_friction"};
 

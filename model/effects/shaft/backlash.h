@@ -41,9 +41,9 @@ struct Backlash {
     return all;
   }
 
-  /// A gear or a coupling still takes its load along.
+  /// A gear or a coupling still takes its load along. Behind a gear the shaft turns by the ratio times the play.
   static std::string implausible(std::span<const double> p, const FittedMachine&) {
-    return Plausible(info, p).at_most(0, 3, "half a turn");
+    return Plausible(info, p).at_most(0, 6.283, "a turn");
   }
 };
 

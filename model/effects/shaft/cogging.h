@@ -23,7 +23,7 @@ struct Cogging {
       .told_apart = "From tacho_ripple, which grows with speed and leaves the current alone.",
       .source = "Hanselman, Brushless Permanent Magnet Motor Design: first harmonic",
       .parameter_list =
-          {{{.symbol = "T_cog", .unit = "N m", .null = 0, .min = 0, .max = 1e4, .typical = 0.1},
+          {{{.symbol = "T_cog", .unit = "N m", .null = 0, .min = 0, .max = any_torque, .typical = 0.1},
             {.symbol = "N", .unit = "1/turn", .null = 12, .min = 2, .max = 400, .typical = 12, .role = Role::order},
             {.symbol = "phase", .unit = "rad", .null = 0, .min = -7, .max = 7, .typical = 1, .role = Role::phase}}},
       .parameter_count = 3,

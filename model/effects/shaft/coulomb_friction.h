@@ -23,7 +23,7 @@ struct CoulombFriction {
           "From B by two speeds; from load_torque by reversal, a gauge or a standstill; from brush_drop and "
           "driver_dead_zone by current in transients.",
       .source = "Olsson et al. (1998), Friction models and friction compensation; step after Moreau",
-      .parameter_list = {{{.symbol = "T_c", .unit = "N m", .null = 0, .min = 0, .max = 1e4, .typical = 0.05}}},
+      .parameter_list = {{{.symbol = "T_c", .unit = "N m", .null = 0, .min = 0, .max = any_torque, .typical = 0.05}}},
       .opposes_motion = true,
       .dry_friction = true,
       .watch = Watch{.rank = 0},

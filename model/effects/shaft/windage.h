@@ -22,7 +22,8 @@ struct Windage {
           "staircase to full speed or a coast-down from it.",
       .told_apart = "From coulomb_friction by low speeds; from eddy_brake by speeds beyond its maximum.",
       .source = "Modelica Standard Library, Machines.Losses.Friction (exponent 2)",
-      .parameter_list = {{{.symbol = "c_w", .unit = "N m s2/rad2", .null = 0, .min = 0, .max = 1e4, .typical = 3e-6}}},
+      .parameter_list =
+          {{{.symbol = "c_w", .unit = "N m s2/rad2", .null = 0, .min = 0, .max = any_torque, .typical = 3e-6}}},
       .opposes_motion = true,
       .watch = Watch{.rank = 2, .varies = false}};
 
