@@ -172,9 +172,9 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
 void find_repeats(const Run& run, Signal signal, DataFindings& findings) {
   const Series& series = run.at(signal);
   const auto& x = series.value;
-  const double step = step_of(series), same = 0.5 * step,
-               large = 3.5 * step;                  // read to a step, whatever arithmetic adds
-  std::map<std::size_t, std::size_t> rows_between;  // two large changes: how often
+  const double step = step_of(series);
+  const double same = 0.5 * step, large = 3.5 * step;  // read to a step, whatever arithmetic adds
+  std::map<std::size_t, std::size_t> rows_between;     // two large changes: how often
   std::size_t count = 0;
   std::size_t last = 0;
   bool last_large = false;

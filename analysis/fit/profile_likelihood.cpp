@@ -9,7 +9,7 @@ namespace {
 constexpr double quantile = 3.841459;         // of chi-square with one degree of freedom, 95 %
 constexpr double normal_quantile = 1.959964;  // its root
 constexpr double near_enough = 0.03;          // of the distance to the end of the interval
-constexpr int most_walks = 12;                // on one side
+constexpr int steps_to_a_side = 12;
 
 /// Walks from the optimum to where the cost has risen as far as the data allow.
 class Walk {
@@ -36,7 +36,7 @@ class Walk {
     if (room <= 0) return {bound, true};
     Model from = fitted_.model;  // the others as they were at the last point: a short way to go
     double at = std::min(std::abs(step), room), inside = 0, outside = room * 2;
-    for (int n = 0; n < most_walks; ++n) {
+    for (int n = 0; n < steps_to_a_side; ++n) {
       from.at(place_).value = p.value + sign * at;
       from.at(place_).fixed = true;
       const Calibration c = calibrate(records_, from, options_);

@@ -22,6 +22,12 @@ constexpr double settle_first = 0.5;      ///< [s] of data before the values are
 constexpr double fewest_ticks = 10;       ///< of a chapter
 constexpr double misfits_at = 1.5;        ///< noise floors that are left of a signal; healthy benches: 1.05 at most
 
+/// A step ends on a bound but for rounding. How far apart the bounds are says nothing of what is near to one.
+bool rests_at(double bound, double value) {
+  constexpr double rounding = 1e-12;
+  return std::abs(value - bound) <= rounding * std::abs(bound);
+}
+
 }  // namespace
 
 struct LiveEstimator::Impl {
@@ -144,8 +150,7 @@ std::vector<LiveParameter> LiveEstimator::Impl::parameters() const {
       const double range = knowledge.high()[m] - knowledge.low()[m];  // a follower has no bounds
       live.fixed = false;
       live.std_error = std::min(std::sqrt(solution.variance()[m]), range / std::sqrt(12.0));
-      const double near = 1e-6 * range;
-      live.at_bound = std::min(at[m] - knowledge.low()[m], knowledge.high()[m] - at[m]) <= near;
+      live.at_bound = rests_at(knowledge.low()[m], at[m]) || rests_at(knowledge.high()[m], at[m]);
       live.excited = !live.at_bound && after[m] < (1 - excited_at) * solution.covariance()(m, m);
     }
     all.push_back(std::move(live));
