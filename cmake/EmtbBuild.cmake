@@ -48,18 +48,18 @@ endfunction()
 
 # Each header that other rooms include stands alone: the target all_verify_interface_header_sets compiles each by itself.
 execute_process(
-  COMMAND grep -rHo --include=*.h --include=*.cpp "^#include \"[^\"]*\"" analysis config daemon drivers experiment export figures hal model
-          paper report server session tools web
+  COMMAND grep -rHo --include=*.h --include=*.cpp "^#include \"[^\"]*\"" ${EMTB_HOUSE}
   COMMAND awk -f cmake/between_rooms.awk
   WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE EMTB_BETWEEN_ROOMS OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 string(REPLACE "\n" ";" EMTB_BETWEEN_ROOMS "${EMTB_BETWEEN_ROOMS}")
 function(emtb_headers_stand_alone target visibility path room)
   set(headers ${EMTB_BETWEEN_ROOMS})
   list(FILTER headers INCLUDE REGEX "^${room}/")
-  foreach(header IN LISTS headers)
-    target_sources(${target} ${visibility} FILE_SET HEADERS BASE_DIRS ${path} FILES ${path}/${header})
+  if(headers)
+    list(TRANSFORM headers PREPEND ${path}/)
+    target_sources(${target} ${visibility} FILE_SET HEADERS BASE_DIRS ${path} FILES ${headers})
     set_target_properties(${target} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
-  endforeach()
+  endif()
 endfunction()
 
 # emtb_room(NAME [SOURCES ...] [APART ...] [USES ...]): one room of the house, the static library emtb_NAME. Without sources:

@@ -12,18 +12,18 @@ namespace {
 
 /// How a signal came to a stretch: by how much it rose in each of three pieces before it.
 struct Approach {
-  std::span<const double> before;  ///< the readings up to the last but one
-  double sign;                     ///< -1: a rise is a fall
-  std::size_t piece;               ///< readings
+  double sign;        ///< -1: a rise is a fall
+  std::size_t piece;  ///< readings
   double first, middle, last;
 };
 
+/// @param before the readings up to the last but one
 Approach approach(std::span<const double> before, double sign, std::size_t piece) {
   const auto rise = [&](std::size_t back) {
     const std::size_t end = before.size() - 1 - back * piece;
     return sign * (before[end] - before[end - piece]);
   };
-  return {before, sign, piece, rise(2), rise(1), rise(0)};
+  return {sign, piece, rise(2), rise(1), rise(0)};
 }
 
 /// How far a signal would still have risen when it reached a stretch: the sum of the geometric series that its pieces
@@ -58,7 +58,7 @@ bool cuts_off(std::span<const double> x, const EqualReadings& s, double sign, do
   for (const std::size_t piece : {1, 2, 4, 8, 16}) {
     if (s.begin < 3 * piece + 2) break;
     const Approach a = approach(x.first(s.begin - 1), sign, piece);
-    const double left = sign * (s.value - a.before.back());
+    const double left = sign * (s.value - x[s.begin - 2]);
     if (a.last < 6 * std::max(noise, step)) continue;
     if (had_slowed(x.first(s.begin), a, s.value, std::max(noise, step))) continue;
     constexpr double spare = 1.5;  // a rise is known to a step

@@ -60,10 +60,11 @@ TEST(CoarseInstruments, ACurrentThatCreepsToItsPeakWithinAStepIsNotClipped) {
   Series& i_a = run.signals[Signal::i_a];
   i_a.lsb = step;
   const auto add = [&](int steps) {
-    run.signals[Signal::u_ref].t.push_back(0.025 * static_cast<double>(i_a.t.size()));
-    run.signals[Signal::u_ref].value.push_back(58.6);
-    i_a.t.push_back(0.025 * static_cast<double>(i_a.t.size()));
-    i_a.value.push_back(step * steps);
+    const double t = 0.025 * static_cast<double>(i_a.t.size());
+    for (const auto& [signal, value] : {std::pair{Signal::u_ref, 58.6}, {Signal::i_a, step * steps}}) {
+      run.signals[signal].t.push_back(t);
+      run.signals[signal].value.push_back(value);
+    }
   };
   for (int k = 0; k < 400; ++k) add(30);
   // As the current of a large motor was recorded by an instrument of 8 bits.
