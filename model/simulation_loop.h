@@ -18,7 +18,8 @@ class DrivingRows {
   DrivingRows(const Excitation& x, std::span<const double> angle)
       : x_(x),
         angle_(angle),
-        even_((x.t.back() - x.t.front()) / static_cast<double>(std::max<std::size_t>(1, x.t.size() - 1))) {}
+        even_((x.t.back() - x.t.front()) / static_cast<double>(std::max<std::size_t>(1, x.t.size() - 1))),
+        first_(x.t.size() > 1 ? x.t[1] - x.t[0] : even_) {}
 
   /// As a run begins.
   StepInput first() const {
@@ -41,11 +42,21 @@ class DrivingRows {
   /// [s] On average.
   double even() const { return even_; }
 
-  /// [s] From k to the next. A clock that ticks evenly but for the rounding of its times ticks evenly: what depends on
-  /// h alone is computed once.
+  /// [s] From k to the next. A clock that ticks evenly but for the rounding of its times, or does so between its skips,
+  /// ticks evenly: what depends on h alone is computed once.
   double interval(std::size_t k) const {
     const double interval = x_.t[k + 1] - x_.t[k];
-    return std::abs(interval - even_) < 1e-9 * even_ ? even_ : interval;
+    for (const double tick : {even_, first_}) {
+      if (std::abs(interval - tick) < 1e-9 * tick) return tick;
+    }
+    return interval;
+  }
+
+  /// How many intervals from k on, k's own among them, are that long.
+  std::size_t alike(std::size_t k, double length, std::size_t most) const {
+    std::size_t count = 1;
+    while (count < most && k + count + 1 < x_.t.size() && interval(k + count) == length) ++count;
+    return count;
   }
 
   /// Does what is held differ between two rows?
@@ -98,7 +109,8 @@ class DrivingRows {
 
   const Excitation& x_;
   std::span<const double> angle_;
-  double even_;  ///< [s]
+  double even_;   ///< [s] on average
+  double first_;  ///< [s] from the first row to the second
 };
 
 /// Sees how the shaft turns from row to row, where someone asks.
@@ -177,13 +189,22 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   // On from k, as long as nothing but the sums of the step takes time. @return where that ends
   const bool all_plain = acts_after == 0 && !edges.shaped() && !x.reads_circuit_late && !x.reads_shaft_late &&
                          !x.e_a_held && x.armature_open.empty();
+  const PlainDrive drive{x.t, x.u_ref, x.e_a, x.e_a_bulge};
+  PlainRows<Scalar> ahead;
   const auto go_on_plainly = [&](std::size_t k) {
-    for (; k + 1 < n; ++k) {
+    while (k + 1 < n) {
       const double interval = rows.interval(k);
       if (interval > one_step) break;
-      machine.step_plainly(value_at(x.u_ref, k), value_at(x.e_a, k) + 2 * value_at(x.e_a_bulge, k),
-                           value_at(x.e_a, k + 1), x.t[k], interval);
-      read(k + 1);
+      const std::size_t count = rows.alike(k, interval, PlainRows<Scalar>::most);
+      machine.step_plainly(drive, k, count, interval, ahead);
+      for (std::size_t j = 0; j < count; ++j) {
+        reader.read(k + 1 + j, SimulatedReadings<Scalar>{.e_a = ahead.e_a[j],
+                                                         .i_a = ahead.i_a[j],
+                                                         .omega = ahead.omega[j],
+                                                         .theta = ahead.theta[j],
+                                                         .torque = machine.torque_reading});
+      }
+      k += count;
     }
     return k;
   };

@@ -14,6 +14,7 @@
 #include "model/machine/equations.h"
 #include "model/machine/late_reading.h"
 #include "model/machine/linear_step.h"
+#include "model/machine/plain_rows.h"
 #include "model/machine/reaction.h"
 #include "model/machine/rotor_angle.h"
 #include "model/machine/shaft.h"
@@ -125,18 +126,22 @@ class Machine : public Motion<Scalar> {
   /// Is the step linear but for dry friction, and are the readings the state itself? Not told before the first step.
   bool is_plain() const { return is_linear_ && is_gathered_ && sensors_.empty(); }
 
-  /// The step of such a machine with a closed armature, which takes little more time than its sums.
-  /// @param start, end [V] of a measured voltage
-  void step_plainly(double u_ref, double start, double end, double t, double h) {
-    const Ramp<Scalar> driven = drive(u_ref, t, h);
-    if (structure_.measured_voltage) {
-      step_linearly(start, end, h);
+  /// Steps of such a machine with a closed armature, which take little more time than their sums.
+  /// @param row the first, in what drives it @param count how many, at most PlainRows::most @param h [s] of each
+  void step_plainly(const PlainDrive& drive, std::size_t row, std::size_t count, double h, PlainRows<Scalar>& out) {
+    solve_linear_step(h);
+    if (!structure_.measured_voltage) {
+      step_plainly([&](std::size_t j) { return this->drive(drive.reference(row + j), drive.t[row + j], h); }, count, h,
+                   out);
     } else {
-      step_linearly(driven.start, driven.end, h);
+      const bool follows = structure_.input == Signal::u_ref;
+      step_plainly(
+          [&](std::size_t j) {
+            if (follows) this->drive(drive.reference(row + j), drive.t[row + j], h);
+            return drive.voltage(row + j);
+          },
+          count, h, out);
     }
-    angle_.turn(0.5 * h * (omega_before + omega));
-    omega_reading = omega;
-    i_a_reading = i_a;
   }
 
   using Motion<Scalar>::i_a;
@@ -216,16 +221,45 @@ class Machine : public Motion<Scalar> {
   /// @param start, end [V] at the terminals
   template <class Voltage>
   void step_linearly(const Voltage& start, const Voltage& end, double h) {
-    if (h != linear_h_) {
-      solve_for(h, true);
-      linear_ = LinearStep<Scalar>(armature_, shaft_, equations_.terms);
-      linear_h_ = h;
-    }
+    solve_linear_step(h);
     omega_before = omega;
     i_a_before = i_a;
     omega = linear_.omega_end(omega_before, i_a_before, start, end);
     i_a = linear_.i_a_end(omega_before, i_a_before, start, end, omega);
     e_a_reading = driver_.terminal_voltage(equations_.terms, i_a);
+  }
+
+  void solve_linear_step(double h) {
+    if (h == linear_h_) return;
+    solve_for(h, true);
+    linear_ = LinearStep<Scalar>(armature_, shaft_, equations_.terms);
+    linear_h_ = h;
+  }
+
+  /// The state stays in registers from step to step: all that the steps need stands beside it, and is written nowhere.
+  /// @param voltage [V] at the terminals, a Ramp, over each step
+  template <class Voltage>
+  void step_plainly(const Voltage& voltage, std::size_t count, double h, PlainRows<Scalar>& out) {
+    const LinearStep<Scalar> linear = linear_;
+    Scalar speed = omega, current = i_a, speed_before{}, current_before{}, angle = angle_.theta();
+    for (std::size_t j = 0; j < count; ++j) {
+      const auto e = voltage(j);
+      speed_before = speed;
+      current_before = current;
+      speed = linear.omega_end(speed_before, current_before, e.start, e.end);
+      current = linear.i_a_end(speed_before, current_before, e.start, e.end, speed);
+      angle += 0.5 * h * (speed_before + speed);
+      out.e_a[j] = driver_.terminal_voltage(equations_.terms, current);
+      out.i_a[j] = current;
+      out.omega[j] = speed;
+      out.theta[j] = angle;
+    }
+    omega_before = speed_before;
+    i_a_before = current_before;
+    omega = omega_reading = speed;
+    i_a = i_a_reading = current;
+    e_a_reading = out.e_a[count - 1];
+    angle_.turn_to(angle);
   }
 
   /// The voltage at the terminals over a step: the driver's, or as measured, or the driver's and what that adds to it.

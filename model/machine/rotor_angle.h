@@ -53,8 +53,8 @@ class RotorAngle {
 
   Scalar at_end(const StepInput& in) const { return in.angle_end ? turned_ + *in.angle_end + behind_ + lead_ : theta_; }
 
-  /// @param way [rad] over the step, of which no measured angle is to know
-  void turn(const Scalar& way) { theta_ += way; }
+  /// @param theta [rad] as simulated, of which no measured angle is to know
+  void turn_to(const Scalar& theta) { theta_ = theta; }
 
   /// @param way [rad] over the step
   void advance(const StepInput& in, double h, const Scalar& way) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "tests/model/plain_machine.h"
@@ -277,13 +278,15 @@ TEST(Step, IsTheOneThatItsEquationsSay) {
 }
 
 /// An air drag of zero changes nothing, but that the step is then made as it is in general.
+/// @param skips the clock, once
 void expect_linear_as_in_general(std::vector<std::string_view> effects, std::vector<double> values, bool voltage,
-                                 bool opens) {
+                                 bool opens, bool skips) {
   Excitation x = holds(1e-3, {{0.2, 0.5}, {0.2, -3}, {0.2, 0}});
   const std::vector<double> e = run(with({}), servo, x).e_a;
   for (std::size_t k = 0; k < e.size(); ++k) {
     if (voltage) x.e_a.push_back(e[k] * 1.01 + 0.1 * std::sin(0.01 * static_cast<double>(k)));
     if (opens) x.armature_open.push_back(k > 300 && k < 340 ? 1 : 0);
+    if (skips && k > 250) x.t.edit()[k] += 0.4e-3;
   }
   const auto simulated = [&] {
     ModelStructure s = with(effects);
@@ -304,12 +307,17 @@ void expect_linear_as_in_general(std::vector<std::string_view> effects, std::vec
 TEST(Step, ALinearOneIsTheGeneralOneMultipliedOut) {
   for (const bool voltage : {false, true}) {
     for (const bool opens : {false, true}) {
-      SCOPED_TRACE(testing::Message() << "voltage " << voltage << " opens " << opens);
-      expect_linear_as_in_general({}, {}, voltage, opens);
-      expect_linear_as_in_general({"coulomb_friction", "load_torque"}, {0.003, 0.004}, voltage, opens);
-      expect_linear_as_in_general({"armature_inductance", "load_torque"}, {2e-3, -0.002}, voltage, opens);
-      expect_linear_as_in_general({"driver_output_resistance", "driver_lag", "armature_inductance", "load_torque"},
-                                  {0.3, 0.01, 1e-3, 0.002}, voltage, opens);
+      for (const bool skips : {false, true}) {
+        SCOPED_TRACE(testing::Message() << "voltage " << voltage << " opens " << opens << " skips " << skips);
+        const auto expect_it = [&](std::vector<std::string_view> effects, std::vector<double> values) {
+          expect_linear_as_in_general(std::move(effects), std::move(values), voltage, opens, skips);
+        };
+        expect_it({}, {});
+        expect_it({"coulomb_friction", "load_torque"}, {0.003, 0.004});
+        expect_it({"armature_inductance", "load_torque"}, {2e-3, -0.002});
+        expect_it({"driver_output_resistance", "driver_lag", "armature_inductance", "load_torque"},
+                  {0.3, 0.01, 1e-3, 0.002});
+      }
     }
   }
 }
