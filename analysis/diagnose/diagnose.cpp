@@ -9,6 +9,7 @@
 #include "analysis/diagnose/explained_floor.h"
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/left_floor.h"
+#include "analysis/diagnose/load_law.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
 #include "analysis/diagnose/told_names.h"
@@ -159,7 +160,10 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const auto prepared = std::make_shared<Dataset>(prepare(train, held_out, model));
   const Dataset& data = *prepared;
   const MaterialityCriterion by_materiality(options.materiality);
-  const Criterion& criterion = options.criterion ? *options.criterion : by_materiality;
+  const Criterion& of_all = options.criterion ? *options.criterion : by_materiality;
+  const CriterionOfTheMotion of_the_motion(of_all);
+  const bool only_loads = !options.explain_torque && torque_only_loads(data, model);
+  const Criterion& criterion = only_loads ? static_cast<const Criterion&>(of_the_motion) : of_all;
   Diagnosis d;
   d.data = prepared;
   say_what_judges(d, train, held_out);
@@ -176,7 +180,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     set_noise(*prepared, std::move(*quieter), given);
     first = first_fit(trials, data, given);
   }
-  WholeSearch search(*prepared, trials, criterion, model, {options.longest_list, options.explain_torque}, progress);
+  WholeSearch search(*prepared, trials, criterion, {options.longest_list, only_loads}, progress);
   const Circumstances recorded = circumstances_of(data);
   Road road = best_road(*prepared, search, criterion, first);
   if (auto quieter = floors_down_to_what_is_left(data, road.found.current.model())) {
@@ -192,7 +196,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   }
   refuse_what_leaves_all_bounds(road.found.current);
   progress(0.9, "standard errors");
-  const std::vector<Signal> inputs = search.torque_only_loads() ? std::vector{Signal::torque} : std::vector<Signal>{};
+  const std::vector<Signal> inputs = only_loads ? std::vector{Signal::torque} : std::vector<Signal>{};
   const auto without = [&](std::span<const std::size_t> effects) {
     given.withheld.insert(given.withheld.end(), effects.begin(), effects.end());
     set(*prepared, recorded);
@@ -202,7 +206,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       keep_what_is_told(road, without, search, criterion, *prepared, {inputs, options.materiality});
   Finding& found = road.found;
   d.training_judges = trials.judges().training;
-  d.torque_only_loads = search.torque_only_loads();
+  d.torque_only_loads = only_loads;
   d.torque_is_input = search.torque_left_out();
   const RecordRefs all = data.all();
   tell_of_the_base(d, data, all, road.first, options);
@@ -214,7 +218,10 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
     if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
   }
   sort_best_first(found.candidates);
-  d.verdict = verdict_of(d, data, worth_a_name(data, d.final, found.current.held_out, inputs, options.materiality));
+  const Loss& left = found.current.held_out;
+  const bool is_refused_law = leaves_a_share(left, inputs, options.materiality) &&
+                              is_of_a_refused_law(found.candidates, found.current.held_out_error());
+  d.verdict = verdict_of(d, data, is_refused_law || worth_a_name(data, d.final, left, inputs, options.materiality));
   if (d.verdict == Verdict::unknown_effect) d.shown_by = trials.runs_that_alone_show_a_remainder(found.current);
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);

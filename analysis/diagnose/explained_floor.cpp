@@ -28,7 +28,7 @@ std::optional<Noise> floors_without_a_law(Trials& trials, const Noise& noise, co
   std::erase_if(worth, [&](const Score& s) { return !promises_half(s, fitted.held_out); });
   std::optional<Noise> quieter;
   if (worth.empty()) return quieter;
-  for (const Addition& with : trials.refits(fitted, worth, Breadth::promising)) {
+  for (const Addition& with : trials.refits(fitted, worth, Breadth::promising).done) {
     if (!trials.determined(with.trial.model(), with.effect())) continue;
     for (const auto& [signal, before] : fitted.held_out.mean_squares()) {
       const double after = with.trial.held_out.mean_square(signal);

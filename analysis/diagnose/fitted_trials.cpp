@@ -210,9 +210,8 @@ std::vector<Score> FittedTrials::scores(const Model& fitted) {
   return score(data_.train, fitted, absent_effects(fitted), score_);
 }
 
-std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, Breadth breadth) {
-  constexpr double far_less = 0.3;   // of what the best takes off the cost, or adds to the likelihood; by hand
-  constexpr double anything = 1e-3;  // of the cost; by hand
+Refits FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, Breadth breadth) {
+  constexpr double far_less = 0.3;  // of what the best takes off the cost, or adds to the likelihood; by hand
   const std::vector<Score> best =
       breadth == Breadth::promising
           ? worth_a_refit(all, fitted.model(), refits_, score_)
@@ -232,21 +231,46 @@ std::vector<Addition> FittedTrials::refits(const Trial& fitted, const std::vecto
     gains[i] = drops[i] > 0 ? gain(before, quality_in_training(begun[i])) : 0;
   });
   const double most_gained = std::ranges::max(gains), most_dropped = std::ranges::max(drops);
-  std::vector<std::optional<Trial>> trials(best.size());
-  each_on_a_core(best.size(), [&](std::size_t i) {
+  std::vector<BrokenOff> going;
+  Refits refits;
+  for (std::size_t i = 0; i < best.size(); ++i) {
     const bool near_the_best = drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained;
-    const bool goes_on = breadth == Breadth::slow ? drops[i] > anything * fitted.fit.cost : near_the_best;
-    if (drops[i] <= 0 || !goes_on) return;
-    const std::optional<Model> nearer = held_nearer(data_.train, given_, begun[i].model);
-    trials[i] = fit(nearer.value_or(begun[i].model), known_for(best[i].effect, fitted));
+    std::vector<BrokenOff>& these = drops[i] > 0 && near_the_best ? going : refits.broken_off;
+    these.push_back({best[i], std::move(begun[i])});
+  }
+  refits.done = ended(fitted, going);
+  return refits;
+}
+
+std::vector<Addition> FittedTrials::go_on(const Trial& fitted, const std::vector<BrokenOff>& begun) {
+  constexpr double anything = 1e-3;  // of the cost; by hand
+  if (begun.empty()) return {};
+  std::vector<Score> scores;
+  for (const BrokenOff& b : begun) scores.push_back(b.score);
+  // From the base as given half of them are left behind on the way: now the others have gone.
+  std::vector<Fit> anew = begun_anew(fitted, std::move(scores));
+  std::vector<BrokenOff> going = begun;
+  for (std::size_t i = 0; i < going.size(); ++i) {
+    if (anew[i].cost < going[i].fit.cost) going[i].fit = std::move(anew[i]);
+  }
+  std::erase_if(going, [&](const BrokenOff& b) { return fitted.fit.cost - b.fit.cost <= anything * fitted.fit.cost; });
+  return ended(fitted, going);
+}
+
+std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const BrokenOff> begun) {
+  std::vector<std::optional<Trial>> trials(begun.size());
+  each_on_a_core(begun.size(), [&](std::size_t i) {
+    const Model& model = begun[i].fit.model;
+    trials[i] = fit(held_nearer(data_.train, given_, model).value_or(model), known_for(begun[i].score.effect, fitted));
   });
   std::vector<Addition> additions;
-  for (std::size_t i = 0; i < best.size(); ++i) {
+  for (std::size_t i = 0; i < begun.size(); ++i) {
     if (!trials[i]) continue;
-    additions.push_back({best[i], std::move(*trials[i])});
-    std::vector<double>& valley = valleys_[best[i].effect];  // for later rounds to start from
+    const std::size_t effect = begun[i].score.effect;
+    additions.push_back({begun[i].score, std::move(*trials[i])});
+    std::vector<double>& valley = valleys_[effect];  // for later rounds to start from
     valley.clear();
-    for (const Parameter& p : additions.back().trial.model().parameters_of(best[i].effect)) valley.push_back(p.value);
+    for (const Parameter& p : additions.back().trial.model().parameters_of(effect)) valley.push_back(p.value);
   }
   return additions;
 }

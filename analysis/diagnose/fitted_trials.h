@@ -30,7 +30,8 @@ class FittedTrials final : public Trials {
   std::optional<Trial> fit_to_the_end(const Model& start) override;
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override;
   std::vector<Score> scores(const Model& fitted) override;
-  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) override;
+  Refits refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) override;
+  std::vector<Addition> go_on(const Trial& fitted, const std::vector<BrokenOff>& begun) override;
   std::optional<Addition> refit_at_whole_orders(const Trial& fitted) override;
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                    const std::vector<std::size_t>& added) override;
@@ -66,6 +67,7 @@ class FittedTrials final : public Trials {
  private:
   std::string pushed_to_a_bound(const Fit& judged) const;
   std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
+  std::vector<Addition> ended(const Trial& fitted, std::span<const BrokenOff> begun);
   Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const;

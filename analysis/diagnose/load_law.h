@@ -9,12 +9,12 @@
 
 namespace emtb {
 
-/// Does a measured torque load the shaft in some run? It acts on the motion as it was read, whatever its law, so that
-/// what a model says of the load is told by the gauge alone.
-bool torque_loads_the_shaft(const Dataset& data);
-
 /// Effects of the load, and of the gauge that reads it.
 bool concerns_the_load(const EffectInfo& effect);
+
+/// Does a measured torque load the shaft, of which the model as given says nothing? It acts on the motion as it was
+/// read, whatever its law: what a law says is told by the gauge alone, and what it leaves of the reading bends nothing.
+bool torque_only_loads(const Dataset& data, const Model& given);
 
 /// A fitted model of which a search may change nothing but what concerns the load.
 /// @param given which effects were withheld from the beginning

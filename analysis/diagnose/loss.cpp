@@ -41,6 +41,12 @@ std::vector<Signal> Loss::signals() const {
   return all;
 }
 
+Loss Loss::without(Signal signal) const {
+  Loss others = *this;
+  others.signals_.erase(signal);
+  return others;
+}
+
 double Loss::mean_square(Signal signal) const {
   const Readings& readings = signals_.at(signal);
   return readings.squared / std::max(1.0, static_cast<double>(readings.residual.size()));

@@ -35,6 +35,8 @@ class Loss {
   double share_left(Signal signal) const;
 
   std::vector<Signal> signals() const;
+  /// The same without the readings of one signal; squares() and quality stay those of all.
+  Loss without(Signal signal) const;
   const Squares& squares() const { return squares_; }  ///< for the model's quality
 
   /// Is the floor of a signal known only to be no higher?

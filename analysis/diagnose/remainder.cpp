@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/diagnose/comes_again.h"
+#include "analysis/diagnose/moves.h"
 
 namespace emtb {
 
@@ -43,6 +44,15 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
     const ComingAgain& found = again.at(signal);
     const double mean = held_out.mean_square(signal);
     return found.share > clear * (mean - 1) / mean && found.chance <= chance;
+  });
+}
+
+bool is_of_a_refused_law(std::span<const Candidate> candidates, double error) {
+  constexpr double nearly_all = 0.9;
+  const auto above_floor = [](double floors) { return std::max(0.0, floors * floors - 1); };
+  return std::ranges::any_of(candidates, [&](const Candidate& c) {
+    return !c.implausible.empty() && !says_how_late(c.score.effect) && c.held_out_error &&
+           above_floor(*c.held_out_error) < (1 - nearly_all) * above_floor(error);
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "analysis/diagnose/finding.h"
 #include "analysis/diagnose/loss.h"
 #include "analysis/record/dataset.h"
 #include "model/model.h"
@@ -21,5 +22,11 @@ bool leaves_a_share(const Loss& left, std::span<const Signal> inputs, const Mate
 /// @param inputs signals that drive the model as they were read: what is left of them bends nothing
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, std::span<const Signal> inputs,
                   const Materiality& rule = {});
+
+/// Does an effect of the library leave less than a tenth of what is left above the floor, at a value at which it is not
+/// what it is called? Then what is left is a law, without a name; less is a mimic of one. What is late by less than a
+/// row is none: the logging may be.
+/// @param error that is left, in floors
+bool is_of_a_refused_law(std::span<const Candidate> candidates, double error);
 
 }  // namespace emtb

@@ -47,7 +47,7 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
   });
   if (family.empty()) return false;
   set_timing(data, as_recorded_in(data));
-  const std::vector<Addition> refits = trials.refits(search.again(found.current), family, Breadth::all);
+  const std::vector<Addition> refits = trials.refits(search.again(found.current), family, Breadth::all).done;
   for (const Addition& a : refits) {
     set_timing(data, as_recorded_in(data));
     settle_timing(data, a.trial.model());

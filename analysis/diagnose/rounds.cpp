@@ -31,7 +31,8 @@ Round* Rounds::explored(const std::vector<std::size_t>& effects, const std::func
   if (!trial) return nullptr;
   Round r{std::move(*trial), {}, {}, {}, {}, {}};
   r.scores = trials_.scores(r.fitted.model());
-  if (criterion_.anything_left(r.fitted.held_out)) r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising);
+  if (criterion_.anything_left(r.fitted.held_out))
+    r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising).done;
   return &rounds_.emplace(std::move(key), std::move(r)).first->second;
 }
 
@@ -44,13 +45,13 @@ Round& Rounds::of(const std::vector<std::size_t>& effects, const Trial& fitted) 
 
 const std::vector<Addition>& Rounds::all_refits_of(Round& round) {
   if (!round.all_refits) round.all_refits = trials_.refits(round.fitted, round.scores, Breadth::all);
-  return *round.all_refits;
+  return round.all_refits->done;
 }
 
 const std::vector<Addition>& Rounds::slow_refits_of(Round& round) {
   if (!round.slow_refits) {
-    const std::vector<Score> slow = scores_without(round.scores, all_refits_of(round));
-    round.slow_refits = trials_.refits(round.fitted, slow, Breadth::slow);
+    all_refits_of(round);
+    round.slow_refits = trials_.go_on(round.fitted, round.all_refits->broken_off);
   }
   return *round.slow_refits;
 }
@@ -59,7 +60,7 @@ const std::vector<Addition>& Rounds::late_refits_of(Round& round) {
   if (!round.late_refits) {
     std::vector<Score> late = scores_without(round.scores, round.refits);
     std::erase_if(late, [](const Score& s) { return !says_how_late(s.effect); });
-    round.late_refits = trials_.refits(round.fitted, late, Breadth::all);
+    round.late_refits = trials_.refits(round.fitted, late, Breadth::all).done;
   }
   return *round.late_refits;
 }

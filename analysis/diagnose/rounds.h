@@ -16,8 +16,8 @@ struct Round {
   Trial fitted;
   std::vector<Score> scores;
   std::vector<Addition> refits;
-  std::optional<std::vector<Addition>> all_refits = {};   ///< of all effects, once they were asked for
-  std::optional<std::vector<Addition>> slow_refits = {};  ///< of those that were not begun well, likewise
+  std::optional<Refits> all_refits = {};                  ///< of all effects, once they were asked for
+  std::optional<std::vector<Addition>> slow_refits = {};  ///< of those of them that were broken off, likewise
   std::optional<std::vector<Addition>> late_refits = {};  ///< of those that say how late something comes, likewise
 };
 

@@ -45,7 +45,18 @@ struct Pair {
 enum class Breadth {
   promising,  ///< those of the best scores
   all,        ///< each that makes sense: a score is linear, and says little of a model that is far off
-  slow,       ///< the same, and each goes on that does anything: along a bent valley the first steps do little
+};
+
+/// A refit with one effect more that was begun and did not go on.
+struct BrokenOff {
+  Score score;
+  Fit fit;
+};
+
+/// Those that went on, and those that did not.
+struct Refits {
+  std::vector<Addition> done;
+  std::vector<BrokenOff> broken_off;
 };
 
 /// What a search asks of the data. Made-up answers test a search without a simulation.
@@ -69,8 +80,11 @@ class Trials {
   virtual std::vector<Score> scores(const Model& fitted) = 0;
 
   /// Refits with one effect more. All of them descend a few steps; those that by then remove far less than the best do
-  /// not go on, but where it is the slow ones that are asked for.
-  virtual std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) = 0;
+  /// not go on.
+  virtual Refits refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) = 0;
+
+  /// Goes on with those of them that do anything: along a bent valley the first steps do little.
+  virtual std::vector<Addition> go_on(const Trial& fitted, const std::vector<BrokenOff>& begun) = 0;
 
   /// The refit of a wave that no spectrum shows: a torque shows where the shaft starts and stops, and runs may be
   /// shorter than a turn. Whole orders are tried one by one, on the shortest runs.

@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/load_law.h"
 
 namespace emtb {
@@ -14,21 +13,19 @@ bool is_torque(Signal signal) { return signal == Signal::torque; }
 
 }  // namespace
 
-WholeSearch::WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Model& given,
-                         const Options& options, Search::Progress progress)
-    : data_(data), trials_(trials), criterion_(criterion), options_(options), progress_(std::move(progress)) {
-  const bool has_a_load = std::ranges::any_of(
-      given.effects, [&](const IncludedEffect& e) { return concerns_the_load(given.about(e.effect)); });
-  only_drives_ = !options.explain_torque && !has_a_load && torque_loads_the_shaft(data);
-}
+WholeSearch::WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Options& options,
+                         Search::Progress progress)
+    : data_(data), trials_(trials), criterion_(criterion), options_(options), progress_(std::move(progress)) {}
 
 Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
-  if (!only_drives_) return search_and_settle(first, resettle);
+  if (!options_.torque_only_loads) return search_and_settle(first, resettle);
   if (torque_left_out_) return search(without_effects_of_the_load(first));
   std::optional<Finding> by_law;
+  std::vector<std::size_t> law_tried;
   if (std::optional<Finding> law = law_beside(first.model(), first)) {
+    law_tried = law->effects;
     by_law = with_the_motion(std::move(*law), first);
-    if (!leaves_of_the_motion(by_law->current)) return std::move(*by_law);
+    if (!criterion_.remainder(by_law->current.held_out)) return std::move(*by_law);
   }
   // What the load does at rest is what friction leaves to it, and a law beside a motion that the model lacks may be of
   // that: the motion first, under the torque as it was read.
@@ -37,7 +34,8 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
   Finding motion = search(without_effects_of_the_load(without_torque));
   put_back(data_, std::move(torque));
   if (!motion.effects.empty()) {
-    if (std::optional<Finding> law = law_beside(motion.current.model(), first)) {
+    std::optional<Finding> law = law_beside(motion.current.model(), first);
+    if (law && law->effects != law_tried) {
       Finding found = with_the_motion(std::move(*law), first);
       if (!by_law || criterion_.material(by_law->current.held_out, found.current.held_out)) by_law = std::move(found);
     }
@@ -47,13 +45,6 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
   torque_left_out_ = true;
   first = without_torque;
   return motion;
-}
-
-/// Is something left of what is no reading of the gauge?
-bool WholeSearch::leaves_of_the_motion(const Trial& trial) const {
-  return std::ranges::any_of(trial.held_out.signals(), [&](Signal signal) {
-    return !is_torque(signal) && criterion_.remainder_in(trial.held_out, signal);
-  });
 }
 
 /// Does a law of the load leave of the motion what is explained without it?
@@ -66,8 +57,8 @@ bool WholeSearch::spoils_the_motion(const Trial& with_law, const Trial& without)
     }
     return most;
   };
-  return leaves_of_the_motion(with_law) &&
-         (!leaves_of_the_motion(without) || left(without) <= (1 - most_of_it) * left(with_law));
+  return criterion_.remainder(with_law.held_out) &&
+         (!criterion_.remainder(without.held_out) || left(without) <= (1 - most_of_it) * left(with_law));
 }
 
 /// A law of the load, and what else the motion shows beside it.
@@ -81,7 +72,7 @@ Finding WholeSearch::again(Finding found, const Loss& as_given) {
 }
 
 Finding WholeSearch::gone_on(Finding found, const Loss& as_given) {
-  if (only_drives_) found.current = without_effects_of_the_load(found.current);
+  if (options_.torque_only_loads) found.current = without_effects_of_the_load(found.current);
   return Search(trials_, criterion_, std::move(found), as_given, progress_).gone_on(options_.longest_list);
 }
 

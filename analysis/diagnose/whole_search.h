@@ -20,14 +20,14 @@ class WholeSearch {
   using Resettle = std::function<std::optional<Trial>(const Model& with_the_effect)>;
 
   struct Options {
-    std::size_t longest_list = 0;  ///< no more effects than this are named
-    bool explain_torque = false;   ///< what a gauge reads is compared with the model, whatever it is
+    std::size_t longest_list = 0;    ///< no more effects than this are named
+    bool torque_only_loads = false;  ///< see torque_only_loads()
   };
 
-  /// @param given the model as given @param progress may be empty
+  /// @param progress may be empty
   /// All but the options and the progress are borrowed.
-  WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Model& given,
-              const Options& options, Search::Progress progress);
+  WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Options& options,
+              Search::Progress progress);
 
   /// @param first the model as given, once fitted; fitted again where the torque is left out
   Finding from(Trial& first, const Resettle& resettle = {});
@@ -47,14 +47,12 @@ class WholeSearch {
 
   FittedTrials& trials() { return trials_; }
   bool has_room(const Finding& found) const { return found.effects.size() < options_.longest_list; }
-  bool torque_only_loads() const { return only_drives_; }
   bool torque_left_out() const { return torque_left_out_; }
 
  private:
   Finding search(const Trial& start, const Loss& as_given);
   Finding search(const Trial& start);
   Finding search_and_settle(const Trial& first, const Resettle& resettle);
-  bool leaves_of_the_motion(const Trial& trial) const;
   bool spoils_the_motion(const Trial& with_law, const Trial& without) const;
   Finding with_the_motion(Finding law, const Trial& first);
   std::optional<Finding> law_beside(const Model& fitted, const Trial& first);
@@ -64,7 +62,7 @@ class WholeSearch {
   const Criterion& criterion_;
   Options options_;
   Search::Progress progress_;
-  bool only_drives_ = false, torque_left_out_ = false;
+  bool torque_left_out_ = false;
 };
 
 }  // namespace emtb

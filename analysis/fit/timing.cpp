@@ -327,16 +327,19 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
     const auto found = of.late.find(signal);
     return found != of.late.end() ? found->second : 0;
   };
-  double moved = 0;
+  const bool torque_loads = std::ranges::any_of(data.train, &Record::measured_load);
+  double moved = 0, bends = 0;
   for (const Signal signal : all_signals()) {
-    moved = std::max(moved, std::abs(late(timing, signal) - late(before, signal)));
+    const double by = std::abs(late(timing, signal) - late(before, signal));
+    moved = std::max(moved, by);
+    if (signal != Signal::torque || !torque_loads) bends = std::max(bends, by);
   }
   const bool same_edges = timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
                           std::abs(timing.acts_after - before.acts_after) < same * interval;
   if (same_edges && moved < least_late) return TimingChange::none;
   if (same_edges) timing.acts_after = before.acts_after;
   set_timing(data, timing);
-  return same_edges && moved < same ? TimingChange::slight : TimingChange::other;
+  return same_edges && bends < same ? TimingChange::slight : TimingChange::other;
 }
 
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {

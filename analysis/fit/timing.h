@@ -23,7 +23,8 @@ namespace emtb {
 Timing fitted_timing(std::span<const Record> records, const Model& fitted);
 
 /// How far a timing is from that before: `slight` where only instruments are read a little earlier or later, by less
-/// than a tenth of a sample. That bends no fit, but what is left of a good one.
+/// than a tenth of a sample, or a gauge whose torque loads the shaft as it was read. That bends no fit, but what is
+/// left of a good one.
 enum class TimingChange { none, slight, other };
 
 /// Finds the timing and sets it.

@@ -108,18 +108,26 @@ class MadeUp final : public Trials {
   std::optional<Trial> fit_to_the_end(const Model& start) override { return trial(start); }
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override { return trial(start); }
   std::vector<Score> scores(const Model&) override { return {}; }
-  std::vector<Addition> refits(const Trial& fitted, const std::vector<Score>&, Breadth breadth) override {
-    std::vector<Addition> additions;
+  Refits refits(const Trial& fitted, const std::vector<Score>&, Breadth breadth) override {
+    Refits refits;
     for (std::size_t effect = 0; effect < effect_count; ++effect) {
       if (fitted.model().includes(effect) || fitted.model().withholds(effect)) continue;
       if (breadth == Breadth::promising && unpromising.contains(effect)) continue;
-      if (breadth != Breadth::slow && slow.contains(effect)) continue;
       Model more = fitted.model();
       more.include(effect);
       Score score;
       score.effect = effect;
-      additions.push_back({score, trial(more)});
+      if (slow.contains(effect)) {
+        refits.broken_off.push_back({score, {.model = more}});
+      } else {
+        refits.done.push_back({score, trial(more)});
+      }
     }
+    return refits;
+  }
+  std::vector<Addition> go_on(const Trial&, const std::vector<BrokenOff>& begun) override {
+    std::vector<Addition> additions;
+    for (const BrokenOff& b : begun) additions.push_back({b.score, trial(b.fit.model)});
     return additions;
   }
   std::optional<Addition> refit_at_whole_orders(const Trial&) override { return std::nullopt; }
