@@ -152,6 +152,29 @@ inline double longest_step_of(const ModelStructure& structure, const Excitation&
   return variation.half_steps ? 0.5 * std::min(even, longest) : longest;
 }
 
+/// On from row k, as long as nothing but the sums of the step takes time.
+/// @param one_step [s] that an interval may last, to be one @return where that ends
+template <class Scalar, class To>
+std::size_t go_on_plainly(Machine<Scalar>& machine, const DrivingRows& rows, const PlainDrive& drive, double one_step,
+                          std::size_t k, To& reader) {
+  PlainRows<Scalar> ahead;
+  while (k + 1 < drive.t.size()) {
+    const double interval = rows.interval(k);
+    if (interval > one_step) break;
+    const std::size_t count = rows.alike(k, interval, PlainRows<Scalar>::most);
+    machine.step_plainly(drive, k, count, interval, ahead);
+    for (std::size_t j = 0; j < count; ++j) {
+      reader.read(k + 1 + j, SimulatedReadings<Scalar>{.e_a = ahead.e_a[j],
+                                                       .i_a = ahead.i_a[j],
+                                                       .omega = ahead.omega[j],
+                                                       .theta = ahead.theta[j],
+                                                       .torque = machine.torque_reading});
+    }
+    k += count;
+  }
+  return k;
+}
+
 /// The definition of simulate(), compiled for the processor that this source is compiled for; included only where it is
 /// instantiated.
 /// @param reader a Reader, or what is called alike
@@ -186,31 +209,12 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     });
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
-  // On from k, as long as nothing but the sums of the step takes time. @return where that ends
   const bool all_plain = acts_after == 0 && !edges.shaped() && !x.reads_circuit_late && !x.reads_shaft_late &&
                          !x.e_a_held && x.armature_open.empty();
   const PlainDrive drive{x.t, x.u_ref, x.e_a, x.e_a_bulge};
-  PlainRows<Scalar> ahead;
-  const auto go_on_plainly = [&](std::size_t k) {
-    while (k + 1 < n) {
-      const double interval = rows.interval(k);
-      if (interval > one_step) break;
-      const std::size_t count = rows.alike(k, interval, PlainRows<Scalar>::most);
-      machine.step_plainly(drive, k, count, interval, ahead);
-      for (std::size_t j = 0; j < count; ++j) {
-        reader.read(k + 1 + j, SimulatedReadings<Scalar>{.e_a = ahead.e_a[j],
-                                                         .i_a = ahead.i_a[j],
-                                                         .omega = ahead.omega[j],
-                                                         .theta = ahead.theta[j],
-                                                         .torque = machine.torque_reading});
-      }
-      k += count;
-    }
-    return k;
-  };
   for (std::size_t k = 0; k + 1 < n; ++k) {
     if (all_plain && machine.is_plain()) {
-      k = go_on_plainly(k);
+      k = go_on_plainly(machine, rows, drive, one_step, k, reader);
       if (k + 1 == n) break;
     }
     const double interval = rows.interval(k);

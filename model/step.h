@@ -14,7 +14,6 @@
 #include "model/machine/equations.h"
 #include "model/machine/late_reading.h"
 #include "model/machine/linear_step.h"
-#include "model/machine/plain_rows.h"
 #include "model/machine/reaction.h"
 #include "model/machine/rotor_angle.h"
 #include "model/machine/shaft.h"
@@ -130,18 +129,19 @@ class Machine : public Motion<Scalar> {
   /// @param row the first, in what drives it @param count how many, at most PlainRows::most @param h [s] of each
   void step_plainly(const PlainDrive& drive, std::size_t row, std::size_t count, double h, PlainRows<Scalar>& out) {
     solve_linear_step(h);
-    if (!structure_.measured_voltage) {
-      step_plainly([&](std::size_t j) { return this->drive(drive.reference(row + j), drive.t[row + j], h); }, count, h,
-                   out);
+    const auto driven = [&](std::size_t j) { return this->drive(drive.reference(row + j), drive.t[row + j], h); };
+    const auto measured = [&](std::size_t j) { return driven(j), drive.voltage(row + j); };
+    const auto at_terminals = [&](const Scalar& i) { return driver_.terminal_voltage(equations_.terms, i); };
+    Scalar theta = angle_.theta();
+    if (structure_.measured_voltage) {
+      linear_.go_on(*this, theta, measured, at_terminals, count, h, out);
     } else {
-      const bool follows = structure_.input == Signal::u_ref;
-      step_plainly(
-          [&](std::size_t j) {
-            if (follows) this->drive(drive.reference(row + j), drive.t[row + j], h);
-            return drive.voltage(row + j);
-          },
-          count, h, out);
+      linear_.go_on(*this, theta, driven, at_terminals, count, h, out);
     }
+    e_a_reading = out.e_a[count - 1];
+    omega_reading = omega;
+    i_a_reading = i_a;
+    angle_.turn_to(theta);
   }
 
   using Motion<Scalar>::i_a;
@@ -236,32 +236,6 @@ class Machine : public Motion<Scalar> {
     linear_h_ = h;
   }
 
-  /// The state stays in registers from step to step: all that the steps need stands beside it, and is written nowhere.
-  /// @param voltage [V] at the terminals, a Ramp, over each step
-  template <class Voltage>
-  void step_plainly(const Voltage& voltage, std::size_t count, double h, PlainRows<Scalar>& out) {
-    const LinearStep<Scalar> linear = linear_;
-    Scalar speed = omega, current = i_a, speed_before{}, current_before{}, angle = angle_.theta();
-    for (std::size_t j = 0; j < count; ++j) {
-      const auto e = voltage(j);
-      speed_before = speed;
-      current_before = current;
-      speed = linear.omega_end(speed_before, current_before, e.start, e.end);
-      current = linear.i_a_end(speed_before, current_before, e.start, e.end, speed);
-      angle += 0.5 * h * (speed_before + speed);
-      out.e_a[j] = driver_.terminal_voltage(equations_.terms, current);
-      out.i_a[j] = current;
-      out.omega[j] = speed;
-      out.theta[j] = angle;
-    }
-    omega_before = speed_before;
-    i_a_before = current_before;
-    omega = omega_reading = speed;
-    i_a = i_a_reading = current;
-    e_a_reading = out.e_a[count - 1];
-    angle_.turn_to(angle);
-  }
-
   /// The voltage at the terminals over a step: the driver's, or as measured, or the driver's and what that adds to it.
   Ramp<Scalar> terminals(const StepInput& in, const Ramp<Scalar>& driven) const {
     if (!structure_.measured_voltage) return driven;
@@ -314,20 +288,14 @@ class Machine : public Motion<Scalar> {
     user_.apply(equations_);
     if (structure_.measured_load) equations_.middle.omega = speed_as_read_.in_middle(in.omega);
     load_.apply(equations_.middle, equations_);
-    const auto there = [](const Scalar& term) { return any(differs(term, Scalar(0.0))); };
-    is_there_ = {.reaction = there(terms.reaction),
-                 .light_load_rise = there(terms.light_load_rise),
-                 .contact_drop = there(terms.contact_drop),
-                 .gear_friction = there(terms.gear_friction),
-                 .brake = there(terms.brake),
-                 .bristle = there(terms.bristle)};
+    is_there_ = terms_in(terms);
     steady_load_ = terms.load_torque;
     full_flux_ = terms.flux;
     is_gathered_ = is_steady_;
     if (!is_gathered_) return;
     solved_h_ = linear_h_ = 0;
-    is_linear_ =
-        is_there_ == Present{} && !terms.one_quadrant && !structure_.measured_load && structure_.input != Signal::i_a;
+    is_linear_ = is_there_ == TermsThere{} && !terms.one_quadrant && !structure_.measured_load &&
+                 structure_.input != Signal::i_a;
   }
 
   /// Armature circuit and air gap: the current is linear in the voltages across R and L at both ends of the step. What
@@ -519,12 +487,7 @@ class Machine : public Motion<Scalar> {
   bool is_steady_ = false;    ///< all effects but the sensors' add the same in every step
   bool is_gathered_ = false;  ///< and were asked for it
 
-  /// Which terms of the equations there are: what is not there costs no time.
-  struct Present {
-    bool reaction = false, light_load_rise = false, contact_drop = false;
-    bool gear_friction = false, brake = false, bristle = false;
-    bool operator==(const Present&) const = default;
-  } is_there_;
+  TermsThere is_there_;
   bool is_linear_ = false;  ///< all of it but dry friction is linear and stays from step to step
   LinearStep<Scalar> linear_;
   double linear_h_ = 0;  ///< [s] that this is for

@@ -56,6 +56,16 @@ const std::vector<Addition>& Rounds::slow_refits_of(Round& round) {
   return *round.slow_refits;
 }
 
+const std::optional<Addition>& Rounds::whole_orders_of(Round& round) {
+  if (!round.whole_orders) round.whole_orders = trials_.refit_at_whole_orders(round.fitted);
+  return *round.whole_orders;
+}
+
+const std::optional<Pair>& Rounds::two_of(Round& round, const std::vector<std::size_t>& added) {
+  if (!round.two) round.two = trials_.refit_of_two(round.fitted, round.scores, added);
+  return *round.two;
+}
+
 const std::vector<Addition>& Rounds::late_refits_of(Round& round) {
   if (!round.late_refits) {
     std::vector<Score> late = scores_without(round.scores, round.refits);

@@ -19,6 +19,10 @@ struct Round {
   std::optional<Refits> all_refits = {};                  ///< of all effects, once they were asked for
   std::optional<std::vector<Addition>> slow_refits = {};  ///< of those of them that were broken off, likewise
   std::optional<std::vector<Addition>> late_refits = {};  ///< of those that say how late something comes, likewise
+
+  // Of a wave that no spectrum shows, and of two effects at once: each once it was asked for, where there is one.
+  std::optional<std::optional<Addition>> whole_orders = {};
+  std::optional<std::optional<Pair>> two = {};
 };
 
 /// What a search has explored, by the effects that were added to the model with which it began, in whatever order: the
@@ -36,12 +40,18 @@ class Rounds {
   Round& of(const std::vector<std::size_t>& effects, const Trial& fitted);
 
   /// That of no effect.
-  const Round& first() const { return rounds_.at({}); }
+  Round& first() { return rounds_.at({}); }
 
   const std::vector<Addition>& all_refits_of(Round& round);
 
   /// Those that all_refits_of() broke off.
   const std::vector<Addition>& slow_refits_of(Round& round);
+
+  /// A wave that no spectrum shows.
+  const std::optional<Addition>& whole_orders_of(Round& round);
+
+  /// Two effects at once. @param added those of the round, in the order found
+  const std::optional<Pair>& two_of(Round& round, const std::vector<std::size_t>& added);
 
   /// Those with what says how late something comes, that were not among the promising.
   const std::vector<Addition>& late_refits_of(Round& round);

@@ -138,11 +138,11 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
   return best.has_value();
 }
 
-bool Search::add_best(const Round& of_current) {
+bool Search::add_best(Round& of_current) {
   for (const Score& s : of_current.scores) remember(s, {});
   if (add_best_of(of_current.refits)) return true;
-  std::optional<Addition> whole = trials_.refit_at_whole_orders(of_current.fitted);
-  return whole && add_best_of({std::move(*whole)});
+  const std::optional<Addition>& whole = rounds_.whole_orders_of(of_current);
+  return whole && add_best_of({*whole});
 }
 
 /// Adds the best of some refits of the current model with one effect more, if any is worth it.
@@ -198,9 +198,9 @@ const Addition* Search::best_of(const std::vector<Addition>& additions, const Tr
   return best;
 }
 
-bool Search::add_pair(const Round& of_current) {
-  std::optional<Pair> two = trials_.refit_of_two(of_current.fitted, of_current.scores, found_.effects);
-  if (two) take(std::move(*two));
+bool Search::add_pair(Round& of_current) {
+  const std::optional<Pair>& two = rounds_.two_of(of_current, found_.effects);
+  if (two) take(*two);
   return two.has_value();
 }
 
@@ -236,9 +236,9 @@ void Search::try_cogging_first() {
 }
 
 /// @param most so many effects in all
-std::optional<Search::Chain> Search::cogging_first(const Round& bare, std::size_t most) {
+std::optional<Search::Chain> Search::cogging_first(Round& bare, std::size_t most) {
   Chain chain{{}, {}, bare.fitted};
-  std::optional<Addition> next = trials_.refit_at_whole_orders(bare.fitted);
+  std::optional<Addition> next = rounds_.whole_orders_of(bare);
   while (next && chain.effects.size() < most && trials_.determined(next->trial.model(), next->effect())) {
     chain.before.insert_or_assign(next->effect(), chain.trial.held_out);
     chain.effects.push_back(next->effect());

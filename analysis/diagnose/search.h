@@ -57,9 +57,9 @@ class Search {
   };
 
   void forward();
-  bool add_best(const Round& round);
+  bool add_best(Round& round);
   bool add_best_of(std::vector<Addition> additions);
-  bool add_pair(const Round& round);
+  bool add_pair(Round& round);
   bool add_what_the_scores_passed_by(Round& round);
   bool add_two_in_turn(const Round& round, const std::vector<Addition>& first_steps);
   void take(Pair two);
@@ -78,7 +78,7 @@ class Search {
 
   std::optional<Addition> best_that_stays(std::vector<Addition>& additions, std::optional<Trial>& kept);
   const Addition* best_of(const std::vector<Addition>& additions, const Trial& current) const;
-  std::optional<Chain> cogging_first(const Round& bare, std::size_t most);
+  std::optional<Chain> cogging_first(Round& bare, std::size_t most);
   std::optional<Pair> fewer(const Round& first, const Trial& many, std::size_t begun_with);
   std::optional<Trial> fit_without(std::size_t effect);
   bool mends_another(std::size_t effect, const std::vector<std::size_t>& others, const Loss& without,

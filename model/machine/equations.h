@@ -47,6 +47,24 @@ struct Equations {
   Balance<Scalar> terms;      ///< what the effects act on
 };
 
+/// Which terms of the equations there are: what is not there costs no time.
+struct TermsThere {
+  bool reaction = false, light_load_rise = false, contact_drop = false;
+  bool gear_friction = false, brake = false, bristle = false;
+  bool operator==(const TermsThere&) const = default;
+};
+
+template <class Scalar>
+TermsThere terms_in(const Balance<Scalar>& terms) {
+  const auto there = [](const Scalar& term) { return any(differs(term, Scalar(0.0))); };
+  return {.reaction = there(terms.reaction),
+          .light_load_rise = there(terms.light_load_rise),
+          .contact_drop = there(terms.contact_drop),
+          .gear_friction = there(terms.gear_friction),
+          .brake = there(terms.brake),
+          .bristle = there(terms.bristle)};
+}
+
 /// The motor of the base model; effects of armature, air gap, shaft and load change it in every step.
 template <class Scalar>
 void reset_motor(Equations<Scalar>& equations) {

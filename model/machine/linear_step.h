@@ -2,6 +2,8 @@
 
 #include "model/dual.h"
 #include "model/machine/armature.h"
+#include "model/machine/equations.h"
+#include "model/machine/plain_rows.h"
 #include "model/machine/shaft.h"
 
 namespace emtb {
@@ -45,6 +47,31 @@ class LinearStep {
     Scalar current = i_by_.end * end;
     if (inductive_) current += i_by_.start * start + i_by_.omega * omega + i_by_.i_a * i_a;
     return current + i_by_omega_end_ * omega_end;
+  }
+
+  /// Many steps, one after the other. The state stays in registers: nothing of what the steps need is written.
+  /// @param motion, theta of the machine; moved on @param voltage [V] the ramp at the terminals over each step
+  /// @param at_terminals [V] what is read there at a current
+  template <class Voltage, class Terminals>
+  void go_on(Motion<Scalar>& motion, Scalar& theta, const Voltage& voltage, const Terminals& at_terminals,
+             std::size_t count, double h, PlainRows<Scalar>& out) const {
+    const LinearStep<Scalar> step = *this;
+    Motion<Scalar> now = motion;
+    Scalar angle = theta;
+    for (std::size_t j = 0; j < count; ++j) {
+      const auto e = voltage(j);
+      now.omega_before = now.omega;
+      now.i_a_before = now.i_a;
+      now.omega = step.omega_end(now.omega_before, now.i_a_before, e.start, e.end);
+      now.i_a = step.i_a_end(now.omega_before, now.i_a_before, e.start, e.end, now.omega);
+      angle += 0.5 * h * (now.omega_before + now.omega);
+      out.e_a[j] = at_terminals(now.i_a);
+      out.i_a[j] = now.i_a;
+      out.omega[j] = now.omega;
+      out.theta[j] = angle;
+    }
+    motion = now;
+    theta = angle;
   }
 
  private:

@@ -78,6 +78,7 @@ class MadeUp final : public Trials {
   std::map<Effects, double> lost;     // by its first fit: the error, in a valley that a later fit does not meet
   std::set<Effects> hidden;           // in such a valley from every fit but that from elsewhere
   std::map<Effects, Effects> pairs;   // what such a fit is given two effects for
+  std::map<Effects, int> asked;       // for whole orders, and for two at once, beside these
 
   static Effects held_by(const Model& model) {
     Effects held;
@@ -130,9 +131,13 @@ class MadeUp final : public Trials {
     for (const BrokenOff& b : begun) additions.push_back({b.score, trial(b.fit.model)});
     return additions;
   }
-  std::optional<Addition> refit_at_whole_orders(const Trial&) override { return std::nullopt; }
+  std::optional<Addition> refit_at_whole_orders(const Trial& fitted) override {
+    ++asked[held_by(fitted.model())];
+    return std::nullopt;
+  }
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>&,
                                    const std::vector<std::size_t>&) override {
+    ++asked[held_by(fitted.model())];
     const auto two = pairs.find(held_by(fitted.model()));
     if (two == pairs.end() || fitted.train == errors.at(two->first)) return std::nullopt;
     Model more = fitted.model();
@@ -189,6 +194,13 @@ TEST_F(SearchOnMadeUpFits, GoesOnWithWhatItsFirstStepsDidLittleForBeforeItCallsA
   trials.errors = {{{}, 9}, {{dry}, 3}, {{dry, air}, 1}};
   trials.slow = {air};
   EXPECT_THAT(found().effects, ElementsAre(dry, air));
+}
+
+TEST_F(SearchOnMadeUpFits, AsksOnceForWavesAndForTwoBesideTheSameEffects) {
+  trials.errors = {{{}, 9}, {{dry}, 3}, {{dry, air}, 2}};
+  EXPECT_THAT(found().effects, ElementsAre(dry, air));
+  const Effects both{dry, air};
+  EXPECT_EQ(trials.asked[both], 2) << "one of each, in however many passes";
 }
 
 TEST_F(SearchOnMadeUpFits, TriesAllInThePlaceOfAMemberThatLeavesARemainder) {
