@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "analysis/diagnose/loss.h"
 
 namespace emtb {
@@ -46,10 +48,13 @@ class Criterion {
   virtual bool anything_left(const Loss& loss) const = 0;
 };
 
-/// Judges by materiality.
+/// Judges by materiality. Where a measured torque only loads the shaft, as it was read, what a law of the load leaves
+/// of that reading bends nothing else, and asks for no more than was found: it counts in what is better or worse, and
+/// where nothing else is compared.
 class MaterialityCriterion final : public Criterion {
  public:
-  explicit MaterialityCriterion(const Materiality& rule) : rule_(rule) {}
+  explicit MaterialityCriterion(const Materiality& rule, bool torque_only_loads = false)
+      : rule_(rule), torque_only_loads_(torque_only_loads) {}
 
   bool material(const Loss& without, const Loss& with) const override;
   bool worth_a_step(const Loss& without, const Loss& with) const override;
@@ -64,31 +69,10 @@ class MaterialityCriterion final : public Criterion {
   bool anything_left(const Loss& loss) const override;
 
  private:
+  std::vector<Signal> asking_for_more(const Loss& loss) const;
+
   Materiality rule_;
-};
-
-/// Another criterion, where a measured torque loads the shaft as it was read: what a law of the load leaves of that
-/// reading bends nothing else, and asks for no more than was found. It counts in what is better or worse, and where
-/// nothing else is compared.
-class CriterionOfTheMotion final : public Criterion {
- public:
-  /// @param criterion borrowed
-  explicit CriterionOfTheMotion(const Criterion& criterion) : criterion_(criterion) {}
-
-  bool material(const Loss& without, const Loss& with) const override;
-  bool worth_a_step(const Loss& without, const Loss& with) const override;
-  bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with) const override;
-  bool material_beside_same_edges(const Loss& before, const Loss& without, const Loss& with) const override;
-  bool tied(const Loss& best, const Loss& other) const override;
-  bool remainder(const Loss& loss) const override;
-  bool remainder_in(const Loss& loss, Signal signal) const override;
-  bool worth_a_wide_search(const Loss& loss) const override;
-  bool far_off(const Loss& loss) const override;
-  bool worth_trying_all(const Loss& loss) const override;
-  bool anything_left(const Loss& loss) const override;
-
- private:
-  const Criterion& criterion_;
+  bool torque_only_loads_;
 };
 
 }  // namespace emtb

@@ -159,11 +159,9 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   };
   const auto prepared = std::make_shared<Dataset>(prepare(train, held_out, model));
   const Dataset& data = *prepared;
-  const MaterialityCriterion by_materiality(options.materiality);
-  const Criterion& of_all = options.criterion ? *options.criterion : by_materiality;
-  const CriterionOfTheMotion of_the_motion(of_all);
   const bool only_loads = !options.explain_torque && torque_only_loads(data, model);
-  const Criterion& criterion = only_loads ? static_cast<const Criterion&>(of_the_motion) : of_all;
+  const MaterialityCriterion by_materiality(options.materiality, only_loads);
+  const Criterion& criterion = options.criterion ? *options.criterion : by_materiality;
   Diagnosis d;
   d.data = prepared;
   say_what_judges(d, train, held_out);

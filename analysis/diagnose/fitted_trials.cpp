@@ -231,33 +231,33 @@ Refits FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, 
     gains[i] = drops[i] > 0 ? gain(before, quality_in_training(begun[i])) : 0;
   });
   const double most_gained = std::ranges::max(gains), most_dropped = std::ranges::max(drops);
-  std::vector<BrokenOff> going;
+  std::vector<Begun> going;
   Refits refits;
   for (std::size_t i = 0; i < best.size(); ++i) {
     const bool near_the_best = drops[i] >= far_less * most_dropped || gains[i] >= far_less * most_gained;
-    std::vector<BrokenOff>& these = drops[i] > 0 && near_the_best ? going : refits.broken_off;
+    std::vector<Begun>& these = drops[i] > 0 && near_the_best ? going : refits.broken_off;
     these.push_back({best[i], std::move(begun[i])});
   }
   refits.done = ended(fitted, going);
   return refits;
 }
 
-std::vector<Addition> FittedTrials::go_on(const Trial& fitted, const std::vector<BrokenOff>& begun) {
+std::vector<Addition> FittedTrials::go_on(const Trial& fitted, const std::vector<Begun>& begun) {
   constexpr double anything = 1e-3;  // of the cost; by hand
   if (begun.empty()) return {};
   std::vector<Score> scores;
-  for (const BrokenOff& b : begun) scores.push_back(b.score);
+  for (const Begun& b : begun) scores.push_back(b.score);
   // From the base as given half of them are left behind on the way: now the others have gone.
   std::vector<Fit> anew = begun_anew(fitted, std::move(scores));
-  std::vector<BrokenOff> going = begun;
+  std::vector<Begun> going = begun;
   for (std::size_t i = 0; i < going.size(); ++i) {
     if (anew[i].cost < going[i].fit.cost) going[i].fit = std::move(anew[i]);
   }
-  std::erase_if(going, [&](const BrokenOff& b) { return fitted.fit.cost - b.fit.cost <= anything * fitted.fit.cost; });
+  std::erase_if(going, [&](const Begun& b) { return fitted.fit.cost - b.fit.cost <= anything * fitted.fit.cost; });
   return ended(fitted, going);
 }
 
-std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const BrokenOff> begun) {
+std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const Begun> begun) {
   std::vector<std::optional<Trial>> trials(begun.size());
   each_on_a_core(begun.size(), [&](std::size_t i) {
     const Model& model = begun[i].fit.model;

@@ -31,7 +31,7 @@ class FittedTrials final : public Trials {
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override;
   std::vector<Score> scores(const Model& fitted) override;
   Refits refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) override;
-  std::vector<Addition> go_on(const Trial& fitted, const std::vector<BrokenOff>& begun) override;
+  std::vector<Addition> go_on(const Trial& fitted, const std::vector<Begun>& begun) override;
   std::optional<Addition> refit_at_whole_orders(const Trial& fitted) override;
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                    const std::vector<std::size_t>& added) override;
@@ -67,7 +67,7 @@ class FittedTrials final : public Trials {
  private:
   std::string pushed_to_a_bound(const Fit& judged) const;
   std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
-  std::vector<Addition> ended(const Trial& fitted, std::span<const BrokenOff> begun);
+  std::vector<Addition> ended(const Trial& fitted, std::span<const Begun> begun);
   Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const;

@@ -41,12 +41,6 @@ std::vector<Signal> Loss::signals() const {
   return all;
 }
 
-Loss Loss::without(Signal signal) const {
-  Loss others = *this;
-  others.signals_.erase(signal);
-  return others;
-}
-
 double Loss::mean_square(Signal signal) const {
   const Readings& readings = signals_.at(signal);
   return readings.squared / std::max(1.0, static_cast<double>(readings.residual.size()));
@@ -150,9 +144,11 @@ bool tied(const Loss& best, const Loss& other, const Materiality& rule) {
   });
 }
 
-double largest_excess(const Loss& loss) {
+double largest_excess(const Loss& loss) { return largest_excess(loss, loss.signals()); }
+
+double largest_excess(const Loss& loss, std::span<const Signal> signals) {
   double largest = 0;
-  for (const auto& [signal, mean_square] : loss.mean_squares()) largest = std::max(largest, mean_square - 1);
+  for (const Signal signal : signals) largest = std::max(largest, loss.mean_square(signal) - 1);
   return largest;
 }
 

@@ -35,8 +35,6 @@ class Loss {
   double share_left(Signal signal) const;
 
   std::vector<Signal> signals() const;
-  /// The same without the readings of one signal; squares() and quality stay those of all.
-  Loss without(Signal signal) const;
   const Squares& squares() const { return squares_; }  ///< for the model's quality
 
   /// Is the floor of a signal known only to be no higher?
@@ -128,6 +126,7 @@ bool tied(const Loss& best, const Loss& other, const Materiality& rule = {});
 
 /// By how much the largest mean square of a signal is above the floor; 0 where none is.
 double largest_excess(const Loss& loss);
+double largest_excess(const Loss& loss, std::span<const Signal> signals);
 
 /// Is half of that gone? Two amplitudes can do a little of anything.
 bool removes_most(const Loss& without, const Loss& with);

@@ -47,8 +47,8 @@ enum class Breadth {
   all,        ///< each that makes sense: a score is linear, and says little of a model that is far off
 };
 
-/// A refit with one effect more that was begun and did not go on.
-struct BrokenOff {
+/// A refit with one effect more that was begun.
+struct Begun {
   Score score;
   Fit fit;
 };
@@ -56,7 +56,7 @@ struct BrokenOff {
 /// Those that went on, and those that did not.
 struct Refits {
   std::vector<Addition> done;
-  std::vector<BrokenOff> broken_off;
+  std::vector<Begun> broken_off;
 };
 
 /// What a search asks of the data. Made-up answers test a search without a simulation.
@@ -84,7 +84,7 @@ class Trials {
   virtual Refits refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) = 0;
 
   /// Goes on with those of them that do anything: along a bent valley the first steps do little.
-  virtual std::vector<Addition> go_on(const Trial& fitted, const std::vector<BrokenOff>& begun) = 0;
+  virtual std::vector<Addition> go_on(const Trial& fitted, const std::vector<Begun>& begun) = 0;
 
   /// The refit of a wave that no spectrum shows: a torque shows where the shaft starts and stops, and runs may be
   /// shorter than a turn. Whole orders are tried one by one, on the shortest runs.

@@ -51,11 +51,9 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
 bool WholeSearch::spoils_the_motion(const Trial& with_law, const Trial& without) const {
   constexpr double most_of_it = 0.5;  // by hand
   const auto left = [](const Trial& trial) {
-    double most = 0;
-    for (const Signal signal : trial.held_out.signals()) {
-      if (!is_torque(signal)) most = std::max(most, trial.held_out.mean_square(signal) - 1);
-    }
-    return most;
+    std::vector<Signal> motion = trial.held_out.signals();
+    std::erase_if(motion, is_torque);
+    return largest_excess(trial.held_out, motion);
   };
   return criterion_.remainder(with_law.held_out) &&
          (!criterion_.remainder(without.held_out) || left(without) <= (1 - most_of_it) * left(with_law));

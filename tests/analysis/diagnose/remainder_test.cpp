@@ -57,9 +57,8 @@ Loss left(double speed, double torque) {
   return loss;
 }
 
-TEST(CriterionOfTheMotion, AsksNoMoreOfATorqueThatOnlyLoads) {
-  const MaterialityCriterion of_all({});
-  const CriterionOfTheMotion of_the_motion(of_all);
+TEST(MaterialityCriterion, AsksNoMoreOfATorqueThatOnlyLoads) {
+  const MaterialityCriterion of_all({}), of_the_motion({}, true);
   const Loss explained = left(1, 5), lacking = left(5, 1), alone = left(0, 5);
   for (const auto asked : {&Criterion::remainder, &Criterion::worth_a_wide_search, &Criterion::far_off,
                            &Criterion::worth_trying_all, &Criterion::anything_left}) {

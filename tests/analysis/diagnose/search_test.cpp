@@ -126,9 +126,9 @@ class MadeUp final : public Trials {
     }
     return refits;
   }
-  std::vector<Addition> go_on(const Trial&, const std::vector<BrokenOff>& begun) override {
+  std::vector<Addition> go_on(const Trial&, const std::vector<Begun>& begun) override {
     std::vector<Addition> additions;
-    for (const BrokenOff& b : begun) additions.push_back({b.score, trial(b.fit.model)});
+    for (const Begun& b : begun) additions.push_back({b.score, trial(b.fit.model)});
     return additions;
   }
   std::optional<Addition> refit_at_whole_orders(const Trial& fitted) override {
