@@ -117,7 +117,7 @@ struct FittedMachine {
 
 /// Values of all parameters of one effect from which a search starts. (The library needs three, a user's formula may
 /// have more.)
-using StartValues = std::array<double, 8>;
+using StartValues = std::array<double, 20>;
 
 /// How a running machine is watched for an effect that its model lacks, by the first parameter. Such an effect states
 /// beside `apply`, in a function `size_at(share, seen)`, how large it is where it makes up that share of what the

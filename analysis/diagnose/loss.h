@@ -95,6 +95,7 @@ struct Materiality {
   double remainder_errors = 3;    ///< standard errors of a mean square under noise alone, for the same
   double remainder_share = 0.02;  ///< of how much the signal varies, for the same: no machine is known better
   double disturbance_share = 0.05;  ///< of how much the signal varies: what may be left without coming again
+  double again = 0.15;  ///< of what is left beyond the floor: what has to come again, to be a law that has no name
   double far_off =
       0.1;  ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little
   double mostly_model = 4;  ///< of a mean square: three quarters of it are the model's

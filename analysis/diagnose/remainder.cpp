@@ -26,7 +26,6 @@ bool leaves_a_share(const Loss& left, std::span<const Signal> inputs, const Mate
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, std::span<const Signal> inputs,
                   const Materiality& rule) {
   constexpr double coloured = 8;  // by so much differences underrate noise that keeps 0.97 from reading to reading
-  constexpr double clear = 0.15;  // of what is left beyond the floor; by hand
   constexpr double chance = 0.1;  // six runs tell no less than a thirtieth
   std::vector<Signal> unsure;
   for (const Signal signal : held_out.signals()) {
@@ -43,7 +42,7 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
   return std::ranges::any_of(unsure, [&](Signal signal) {
     const ComingAgain& found = again.at(signal);
     const double mean = held_out.mean_square(signal);
-    return found.share > clear * (mean - 1) / mean && found.chance <= chance;
+    return found.share > rule.again * (mean - 1) / mean && found.chance <= chance;
   });
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -31,11 +32,7 @@ std::string digits(double value) {
   return text.str();
 }
 
-/// The sign of a quantity, which turns within a small part of its range, as in the grammar's dry laws.
-std::string direction(const std::string& x, double range) {
-  constexpr double turns_within = 0.004;
-  return "tanh(" + x + "/" + digits(turns_within * range) + ")";
-}
+std::string unit_of(const std::string& x) { return x == "omega" ? "rad/s" : x == "i_a" ? "A" : "V"; }
 
 /// A curve of `pieces` straight pieces over |x|, odd in x.
 FormulaText odd_curve(TermPlace place, const std::string& x, double range, double largest, std::size_t pieces,
@@ -55,7 +52,8 @@ FormulaText odd_curve(TermPlace place, const std::string& x, double range, doubl
     const std::string off = k == 0 ? size : "abs(" + size + " - " + digits(static_cast<double>(k) * apart) + ")";
     sum += (sum.empty() ? "" : " + ") + c + "*max(0, 1 - " + off + "/" + digits(apart) + ")";
   }
-  law.formula = "-" + direction(x, range) + "*(" + sum + ")";
+  law.formula = "-tanh(" + x + "/s)*(" + sum + ")";
+  law.parameters.push_back(turning_width("s", unit_of(x), range));
   return law;
 }
 
@@ -71,14 +69,15 @@ void add_odd_curves(std::vector<FormulaText>& list, TermPlace place, const std::
   }
 }
 
-/// The first waves of a turn, together. @param against of a friction; empty: of a torque
-FormulaText curve_of_angle(std::size_t waves, double largest, const std::string& against) {
+/// The first waves of a turn, together.
+/// @param speeds [rad/s] range of those of a friction; absent: of a torque
+FormulaText curve_of_angle(std::size_t waves, double largest, std::optional<double> speeds) {
   FormulaText law;
   law.id =
-      "curve_of_" + std::to_string(waves) + (against.empty() ? "_waves_of_angle" : "_waves_of_friction_over_angle");
+      "curve_of_" + std::to_string(waves) + (speeds ? "_waves_of_friction_over_angle" : "_waves_of_angle");
   law.place = TermPlace::torque;
   law.of = {"theta"};
-  if (!against.empty()) law.of.emplace_back("omega");
+  if (speeds) law.of.emplace_back("omega");
   law.is_curve = true;
   std::string sum;
   for (std::size_t n = 1; n <= waves; ++n) {
@@ -88,7 +87,8 @@ FormulaText curve_of_angle(std::size_t waves, double largest, const std::string&
       law.parameters.push_back({symbol + order, "N m", 0, -largest, largest, true, false});
     }
   }
-  law.formula = against.empty() ? sum : "-" + against + "*(" + sum + ")";
+  law.formula = speeds ? "-tanh(omega/s)*(" + sum + ")" : sum;
+  if (speeds) law.parameters.push_back(turning_width("s", "rad/s", *speeds));
   return law;
 }
 
@@ -104,10 +104,10 @@ std::vector<FormulaText> curves(const Samples& samples, double torque_scale, dou
   add_odd_curves(list, TermPlace::torque, "omega", samples.omega, largest_law * torque_scale);
   add_odd_curves(list, TermPlace::torque, "i_a", samples.i_a, largest_law * torque_scale);
   add_odd_curves(list, TermPlace::torque, "u_ref", samples.u_ref, largest_law * torque_scale);
-  for (const std::size_t waves : {2, 4}) {
-    list.push_back(curve_of_angle(waves, largest_law * torque_scale, ""));
+  for (const std::size_t waves : {2, 4, 6, 8}) {
+    list.push_back(curve_of_angle(waves, largest_law * torque_scale, {}));
     if (turns_both_ways(samples)) {
-      list.push_back(curve_of_angle(waves, largest_law * torque_scale, direction("omega", range_of(samples.omega))));
+      list.push_back(curve_of_angle(waves, largest_law * torque_scale, range_of(samples.omega)));
     }
   }
   return list;

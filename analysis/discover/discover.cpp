@@ -25,6 +25,9 @@ Trial fitted_base(FittedTrials& trials, Dataset& data, const Model& given) {
   return first;
 }
 
+/// For a law that somebody asks for, what comes again is enough, however little of the motion it is.
+constexpr Materiality asked_for{.remainder_share = 0, .again = 0};
+
 /// A model on runs, before anything is looked for.
 class Fitted {
  public:
@@ -34,13 +37,12 @@ class Fitted {
         criterion_(Materiality{}),
         trials_(data_, given_, criterion_, score_, 8),
         base_(fitted_base(trials_, data_, given_)),
-        worth_a_name_(emtb::worth_a_name(data_, base_.model(), base_.held_out, {})),
-        all_(data_.train) {
-    all_.insert(all_.end(), data_.held_out.begin(), data_.held_out.end());
+        worth_a_name_(emtb::worth_a_name(data_, base_.model(), base_.held_out, {}, asked_for)),
+        all_(all_of(data_)) {
     if (data_.held_out.size() < 2) return;
     const auto shortest = std::ranges::min_element(data_.held_out, {}, &Record::length);
-    confirm_.push_back(std::move(*shortest));
-    data_.held_out.erase(shortest);
+    confirms_ = shortest - data_.held_out.begin();
+    set_aside();
     if (auto again = trials_.fit(base_.model(), nullptr)) base_ = std::move(*again);
   }
   Fitted(const Fitted&) = delete;
@@ -59,6 +61,19 @@ class Fitted {
     return squares;
   }
   bool worth_a_name() const { return worth_a_name_; }
+
+  /// Tells the states in which the runs begin by a model that lacks less: what is missing bends those, too.
+  /// @return whether any is another than before; then the model as given was fitted again
+  bool settles_starts(const Model& with_law) {
+    if (!confirm_.empty()) data_.held_out.insert(data_.held_out.begin() + confirms_, std::move(confirm_.front()));
+    confirm_.clear();
+    const bool others = settle_starts(data_, with_law);
+    all_ = all_of(data_);
+    if (data_.held_out.size() > 1) set_aside();
+    if (!others) return false;
+    if (auto again = trials_.fit(base_.model(), nullptr)) base_ = std::move(*again);
+    return true;
+  }
   bool judged_on_training() const { return data_.held_out.empty() && data_.train.size() == 1; }
 
   std::optional<Law> law(const WhatIsLeft& left, const Shares& torque, const Shares& voltage,
@@ -68,6 +83,17 @@ class Fitted {
   }
 
  private:
+  static std::vector<Record> all_of(const Dataset& data) {
+    const RecordRefs all = data.all();
+    return {all.begin(), all.end()};
+  }
+
+  /// The run that confirms.
+  void set_aside() {
+    confirm_.push_back(std::move(data_.held_out[static_cast<std::size_t>(confirms_)]));
+    data_.held_out.erase(data_.held_out.begin() + confirms_);
+  }
+
   Dataset data_;
   Model given_;
   MaterialityCriterion criterion_;
@@ -76,6 +102,7 @@ class Fitted {
   Trial base_;
   bool worth_a_name_ = false;
   std::vector<Record> all_, confirm_;
+  std::ptrdiff_t confirms_ = 0;  ///< its place among those held out
 };
 
 /// The model of one run of those that changed.
@@ -84,7 +111,7 @@ void set(Model& model, const Changed& c, std::size_t place_of_run) {
   change_to(model, c.parameter, c.how == ChangeOf::drift ? c.from + at * (c.to - c.from) : c.to);
 }
 
-void look(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
+void look_once(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
   d.worth_a_name = fitted.worth_a_name();
   d.confirmed_by = fitted.confirmed_by();
   d.judged_on_training = fitted.judged_on_training();
@@ -99,6 +126,13 @@ void look(const Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
   d.torque = shares_of(d.left, false);
   d.voltage = d.left.voltage_seen ? shares_of(d.left, true) : Shares{};
   d.law = fitted.law(d.left, d.torque, d.voltage, options.read);
+}
+
+void look(Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
+  look_once(fitted, d, options);
+  if (!d.law || !fitted.settles_starts(d.law->model)) return;
+  d.rmse.clear();
+  look_once(fitted, d, options);
 }
 
 /// The model of each run, with the values that runs of another machine have of their own: the model of all has bent to
@@ -140,7 +174,7 @@ std::optional<Undisturbed> without(std::span<const Disturbance> disturbances, st
   u.d.train_runs = without_disturbances(train, disturbances, model.input);
   u.d.held_out_runs = without_disturbances(held_out, disturbances, model.input);
   if (u.d.train_runs.empty() || u.d.held_out_runs.empty() != held_out.empty()) return {};
-  const Fitted fitted(u.d.train_runs, u.d.held_out_runs, model);
+  Fitted fitted(u.d.train_runs, u.d.held_out_runs, model);
   look(fitted, u.d, options);
   const Model best = u.d.law ? u.d.law->model : fitted.model();
   u.d.changed = changed_runs(fitted.all(), best);
@@ -168,7 +202,7 @@ Discovery discover(std::span<const Run> train, std::span<const Run> held_out, co
   d.train_runs.assign(train.begin(), train.end());
   d.held_out_runs.assign(held_out.begin(), held_out.end());
   progress(0.05, "fitting the model as given");
-  const Fitted fitted(train, held_out, model);
+  Fitted fitted(train, held_out, model);
   progress(0.3, "looking for a law in what is left");
   look(fitted, d, options);
   progress(0.5, "asking whether it is the same machine");

@@ -49,14 +49,14 @@ void add_odd(std::vector<FormulaText>& list, TermPlace place, const std::string&
     list.push_back({name + "_" + id + after, place, formula, {x}, std::move(p)});
   };
   add("power", "-a*tanh(" + x + "/s)*(" + size + "/r)^n",
-      {shape("n", "1", 0.2, 5), constant("r", unit, range), constant("s", unit, 0.2 * small)});
+      {shape("n", "1", 0.2, 5), constant("r", unit, range), turning_width("s", unit, range)});
   add("saturating", "-a*tanh(" + x + "/w)", {shape("w", unit, 0.5 * small, 2 * range)});
   add("decaying", "-a*tanh(" + x + "/s)*exp(-" + size + "/w)",
-      {shape("w", unit, small, 2 * range), constant("s", unit, 0.2 * small)});
+      {shape("w", unit, small, 2 * range), turning_width("s", unit, range)});
   add("hyperbolic", "-2*a*(" + x + "/w)/(1 + (" + x + "/w)^2)", {shape("w", unit, small, 2 * range)});
   add("dead_zone", "-a*sign(" + x + ")*max(0, " + size + "/w - 1)", {shape("w", unit, small, 0.9 * range)});
   add("bump", "-a*tanh(" + x + "/s)*exp(-((" + size + " - c)/w)^2)",
-      {shape("c", unit, small, range), shape("w", unit, 0.04 * range, range), constant("s", unit, 0.2 * small)});
+      {shape("c", unit, small, range), shape("w", unit, 0.04 * range, range), turning_width("s", unit, range)});
   add("wave", "-a*sin(" + x + "/w)", {shape("w", unit, 0.03 * range, 0.6 * range)});
 }
 
@@ -67,7 +67,7 @@ void add_sums(std::vector<FormulaText>& list, TermPlace place, const std::string
   const std::string side = "tanh(" + x + "/s)", share = "(" + x + "/r)";
   const double small = 0.02 * range;
   const auto a = amplitude("a", out, most), b = amplitude("b", out, most), c = amplitude("c", out, most);
-  const auto s = constant("s", unit, 0.2 * small), r = constant("r", unit, range);
+  const auto s = turning_width("s", unit, range), r = constant("r", unit, range);
   const auto add = [&](const std::string& name, const std::string& formula, std::vector<Place> p) {
     list.push_back({name + "_" + key_of(place) + "_of_" + x, place, formula, {x}, std::move(p)});
   };
@@ -107,7 +107,7 @@ void add_friction_over_angle(std::vector<FormulaText>& list, double omega, doubl
                     "-tanh(omega/s)*(a*cos(n*theta) + b*sin(n*theta))",
                     {"theta", "omega"},
                     {amplitude("a", "N m", most), amplitude("b", "N m", most), constant("n", "1", order),
-                     constant("s", "rad/s", 0.004 * omega)}});
+                     turning_width("s", "rad/s", omega)}});
   }
 }
 
@@ -117,7 +117,7 @@ void add_of_time(std::vector<FormulaText>& list, double longest, double omega, d
                   TermPlace::torque,
                   "-a*tanh(omega/s)*exp(-t/tau)",
                   {"t", "omega"},
-                  {amplitude("a", "N m", torque), tau, constant("s", "rad/s", 0.004 * omega)}});
+                  {amplitude("a", "N m", torque), tau, turning_width("s", "rad/s", omega)}});
   list.push_back({"constant_torque_fading_with_t",
                   TermPlace::torque,
                   "-a*exp(-t/tau)",
@@ -251,6 +251,11 @@ class Fitter {
 };
 
 }  // namespace
+
+FormulaText::Parameter turning_width(const std::string& symbol, const std::string& unit, double range) {
+  const double width = 0.004 * range;
+  return {symbol, unit, width, 0.1 * width, 5 * width, false, true};
+}
 
 std::string FormulaText::yaml() const {
   std::string text = id + ":\n  " + key_of(place) + ": \"" + formula + "\"\n  parameters:\n";

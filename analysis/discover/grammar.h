@@ -19,7 +19,7 @@ struct FormulaText {
     std::string symbol, unit;
     double value = 0, min = 0, max = 0;
     bool amplitude = false;  ///< 0 is where the law is absent; else a shape
-    bool fixed = false;
+    bool fixed = false;  ///< held; where it has bounds it may be freed once the law is found
   };
   std::string id;
   TermPlace place = TermPlace::torque;
@@ -31,6 +31,9 @@ struct FormulaText {
   /// The candidate as YAML, as `--candidates` reads it; ends with a newline.
   std::string yaml() const;
 };
+
+/// The part of a quantity's range within which a law turns with its sign, held where few readings tell it.
+FormulaText::Parameter turning_width(const std::string& symbol, const std::string& unit, double range);
 
 /// Reads a formula: that is the matter of who knows YAML. @throws ModelError or ConfigError
 using ReadFormula = std::function<AddedTerm(const FormulaText&)>;

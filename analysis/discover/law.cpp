@@ -225,9 +225,12 @@ std::optional<Trial> fitted_law(FittedTrials& trials, const Trial& base, const M
     if (trial && (!best || trial->squares < best->squares)) best = std::move(trial);
   };
   from(1, false);
-  from(less, false);
-  from(1, true);
-  if (text.is_curve) from(0, true);
+  if (text.is_curve) {
+    from(0, true);
+  } else {
+    from(less, false);
+    from(1, true);
+  }
   return best;
 }
 
@@ -309,6 +312,25 @@ bool same_curve(const FormulaText& a, const FormulaText& b) {
   return a.is_curve && b.is_curve && a.place == b.place && a.of == b.of;
 }
 
+/// A curve told by more values stands only where it removes something material beside each that is told by fewer.
+void put_shorter_curves_first(std::vector<Fitted>& good, const std::vector<FormulaText>& texts,
+                              const Criterion& criterion) {
+  for (std::size_t i = 0; i < good.size();) {
+    const auto is_as_good = [&](const Fitted& other) {
+      return same_curve(texts[other.text], texts[good[i].text]) &&
+             texts[other.text].parameters.size() < texts[good[i].text].parameters.size() &&
+             !criterion.material(other.trial.held_out, good[i].trial.held_out);
+    };
+    const auto begin = good.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto shorter = std::find_if(begin + 1, good.end(), is_as_good);
+    if (shorter == good.end()) {
+      ++i;
+    } else {
+      std::rotate(begin, shorter, shorter + 1);
+    }
+  }
+}
+
 /// The best of some formulas that is a law, with those that do as well.
 std::optional<Found> best_of(const Ground& g, const std::vector<FormulaText>& texts) {
   if (texts.empty()) return {};
@@ -324,6 +346,7 @@ std::optional<Found> best_of(const Ground& g, const std::vector<FormulaText>& te
     good.push_back({i, first + i, std::move(*trial)});
   }
   std::ranges::stable_sort(good, {}, [](const Fitted& f) { return f.trial.held_out.error(); });
+  put_shorter_curves_first(good, texts, g.criterion);
   for (const Fitted& best : good) {
     std::optional<Law> law = confirmed(g, best, texts[best.text], trials);
     if (!law) continue;
@@ -348,6 +371,42 @@ bool says_more(const Criterion& criterion, const Found& curve, const Found& form
   return !with.quality || !without.quality || gain(*without.quality, *with.quality) > nats;
 }
 
+/// The best formula, or the curve that does what it does not.
+std::optional<Found> best_law(const Ground& ground, const Shares& torque, const Shares& voltage) {
+  const Places places = places_of(ground.left, torque, voltage);
+  constexpr double something = 0.1;  // of what is left
+  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, something, best_few));
+  constexpr double at_the_floor = 1.05;
+  if (formula && formula->law.held_out_after < at_the_floor) return formula;
+  std::optional<Found> curve = best_of(ground, worth_a_fit(ground, places, curves, something, shortest_curves));
+  // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
+  // more: then only a fit of both together tells.
+  const bool bent = !places.torque && !places.voltage && ground.criterion.worth_trying_all(ground.base.held_out);
+  if (bent) curve = best_of(ground, worth_a_fit(ground, {.torque = true}, curves, -infinity, curve_of_each));
+  if (!curve) return formula;
+  if (!formula) return curve;
+  if (!says_more(ground.criterion, *curve, *formula)) return formula;
+  curve->law.nearest = formula->law.text;
+  curve->law.nearest_held_out = formula->law.held_out_after;
+  return curve;
+}
+
+/// The same law with what it holds set free, as far as that has bounds, where that says more.
+std::optional<Found> set_free(const Ground& ground, const Found& found) {
+  FormulaText free = found.law.text;
+  bool any = false;
+  for (FormulaText::Parameter& p : free.parameters) {
+    any = any || (p.fixed && p.min < p.max);
+    p.fixed = p.fixed && !(p.min < p.max);
+  }
+  if (!any) return {};
+  std::optional<Found> freed = best_of(ground, {free});
+  if (!freed || !says_more(ground.criterion, *freed, found)) return {};
+  freed->law.nearest = found.law.nearest;
+  freed->law.nearest_held_out = found.law.nearest_held_out;
+  return freed;
+}
+
 }  // namespace
 
 std::map<Signal, double> squares_on_held_out(const Dataset& data, std::span<const Record> confirm, const Model& model) {
@@ -360,22 +419,10 @@ std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model&
                             std::span<const Record> confirm, const WhatIsLeft& left, const Shares& torque,
                             const Shares& voltage, const ReadFormula& read) {
   const Ground ground{data, base, given, criterion, confirm, left, read};
-  const Places places = places_of(left, torque, voltage);
-  constexpr double something = 0.1;  // of what is left
-  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, something, best_few));
-  constexpr double at_the_floor = 1.05;
-  if (formula && formula->law.held_out_after < at_the_floor) return std::move(formula->law);
-  std::optional<Found> curve = best_of(ground, worth_a_fit(ground, places, curves, something, shortest_curves));
-  // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
-  // more: then only a fit of both together tells.
-  const bool bent = !places.torque && !places.voltage && criterion.worth_trying_all(base.held_out);
-  if (bent) curve = best_of(ground, worth_a_fit(ground, {.torque = true}, curves, -infinity, curve_of_each));
-  if (!curve) return formula ? std::optional(std::move(formula->law)) : std::nullopt;
-  if (!formula) return std::move(curve->law);
-  if (!says_more(criterion, *curve, *formula)) return std::move(formula->law);
-  curve->law.nearest = formula->law.text;
-  curve->law.nearest_held_out = formula->law.held_out_after;
-  return std::move(curve->law);
+  std::optional<Found> found = best_law(ground, torque, voltage);
+  if (!found) return {};
+  if (std::optional<Found> freed = set_free(ground, *found)) return std::move(freed->law);
+  return std::move(found->law);
 }
 
 }  // namespace emtb
