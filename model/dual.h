@@ -57,6 +57,10 @@ template <>
 struct VectorOf<12> {
   using type = Vectors<VectorOf<8>::type, VectorOf<4>::type, 8>;
 };
+template <>
+struct VectorOf<24> {
+  using type = Vectors<VectorOf<12>::type, VectorOf<12>::type, 12>;
+};
 
 /// A number that carries its derivatives with respect to N parameters: forward-mode automatic differentiation.
 ///

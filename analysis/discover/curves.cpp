@@ -73,8 +73,7 @@ void add_odd_curves(std::vector<FormulaText>& list, TermPlace place, const std::
 /// @param speeds [rad/s] range of those of a friction; absent: of a torque
 FormulaText curve_of_angle(std::size_t waves, double largest, std::optional<double> speeds) {
   FormulaText law;
-  law.id =
-      "curve_of_" + std::to_string(waves) + (speeds ? "_waves_of_friction_over_angle" : "_waves_of_angle");
+  law.id = "curve_of_" + std::to_string(waves) + (speeds ? "_waves_of_friction_over_angle" : "_waves_of_angle");
   law.place = TermPlace::torque;
   law.of = {"theta"};
   if (speeds) law.of.emplace_back("omega");

@@ -19,7 +19,7 @@ struct FormulaText {
     std::string symbol, unit;
     double value = 0, min = 0, max = 0;
     bool amplitude = false;  ///< 0 is where the law is absent; else a shape
-    bool fixed = false;  ///< held; where it has bounds it may be freed once the law is found
+    bool fixed = false;      ///< held; where it has bounds it may be freed once the law is found
   };
   std::string id;
   TermPlace place = TermPlace::torque;

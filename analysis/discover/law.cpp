@@ -312,25 +312,6 @@ bool same_curve(const FormulaText& a, const FormulaText& b) {
   return a.is_curve && b.is_curve && a.place == b.place && a.of == b.of;
 }
 
-/// A curve told by more values stands only where it removes something material beside each that is told by fewer.
-void put_shorter_curves_first(std::vector<Fitted>& good, const std::vector<FormulaText>& texts,
-                              const Criterion& criterion) {
-  for (std::size_t i = 0; i < good.size();) {
-    const auto is_as_good = [&](const Fitted& other) {
-      return same_curve(texts[other.text], texts[good[i].text]) &&
-             texts[other.text].parameters.size() < texts[good[i].text].parameters.size() &&
-             !criterion.material(other.trial.held_out, good[i].trial.held_out);
-    };
-    const auto begin = good.begin() + static_cast<std::ptrdiff_t>(i);
-    const auto shorter = std::find_if(begin + 1, good.end(), is_as_good);
-    if (shorter == good.end()) {
-      ++i;
-    } else {
-      std::rotate(begin, shorter, shorter + 1);
-    }
-  }
-}
-
 /// The best of some formulas that is a law, with those that do as well.
 std::optional<Found> best_of(const Ground& g, const std::vector<FormulaText>& texts) {
   if (texts.empty()) return {};
@@ -346,7 +327,6 @@ std::optional<Found> best_of(const Ground& g, const std::vector<FormulaText>& te
     good.push_back({i, first + i, std::move(*trial)});
   }
   std::ranges::stable_sort(good, {}, [](const Fitted& f) { return f.trial.held_out.error(); });
-  put_shorter_curves_first(good, texts, g.criterion);
   for (const Fitted& best : good) {
     std::optional<Law> law = confirmed(g, best, texts[best.text], trials);
     if (!law) continue;
@@ -362,12 +342,12 @@ std::optional<Found> best_of(const Ground& g, const std::vector<FormulaText>& te
   return {};
 }
 
-/// Does a curve do what the best formula does not?
-bool says_more(const Criterion& criterion, const Found& curve, const Found& formula) {
+/// Does one law do what the other does not?
+bool says_more(const Criterion& criterion, const Found& one, const Found& other) {
   constexpr double nats = 3;  // as of a name
-  const Loss &with = curve.trial.held_out, &without = formula.trial.held_out;
+  const Loss &with = one.trial.held_out, &without = other.trial.held_out;
   if (!criterion.material(without, with)) return false;
-  if (formula.law.confirm_after && !(*curve.law.confirm_after < *formula.law.confirm_after)) return false;
+  if (other.law.confirm_after && !(*one.law.confirm_after < *other.law.confirm_after)) return false;
   return !with.quality || !without.quality || gain(*without.quality, *with.quality) > nats;
 }
 

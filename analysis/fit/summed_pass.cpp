@@ -143,6 +143,8 @@ PassSums summed_pass_for<Processor::EMTB_PROCESSOR>(const Record& record, const 
   if (moved.empty()) return pass<double>(record, structure, values, moved, wanted);
   if (moved.size() <= derivatives_per_pass) return pass<Sensitive>(record, structure, values, moved, wanted);
   if (moved.size() <= 2 * derivatives_per_pass) return pass<WideSensitive>(record, structure, values, moved, wanted);
+  if (moved.size() <= 3 * derivatives_per_pass)
+    return pass<Dual<3 * derivatives_per_pass>>(record, structure, values, moved, wanted);
   return pass<Dual<PassSums::most>>(record, structure, values, moved, wanted);
 }
 

@@ -13,7 +13,7 @@ namespace emtb {
 /// What a descent needs of one record: sums over the readings of all its wanted observations, of the residuals
 /// r = (measured - simulated)/sigma and of their sensitivities s = d(simulated)/dp/sigma.
 struct PassSums {
-  static constexpr std::size_t most = 12;  ///< parameters
+  static constexpr std::size_t most = 24;  ///< parameters
 
   std::array<double, most * most> sts{};  ///< sum of s sᵀ, most numbers a row
   std::array<double, most> str{};         ///< sum of s r

@@ -15,6 +15,7 @@
 #include "analysis/discover/discover.h"
 #include "config/formula_effect.h"
 #include "hal/error.h"
+#include "model/catalogue.h"
 #include "tests/blind/curve_error.h"
 #include "tests/blind/draw.h"
 #include "tests/blind/recording.h"
@@ -72,6 +73,8 @@ class HiddenTurn {
     return (1 - s) * value_[k] + s * value_[(k + 1) % count];
   }
 
+  double least() const { return *std::ranges::min_element(value_); }
+
  private:
   static constexpr std::size_t count = 9;
   static constexpr double two_pi = 6.283185307179586;
@@ -85,6 +88,7 @@ struct HiddenLaw {
   std::function<double(double omega, double theta, double t)> braking;  ///< [N m]
   std::string over;
   std::function<double(double)> curve;  ///< as formulas have it: it accelerates
+  double beneath = 0;                   ///< [N m] of dry friction that the model knows: no friction drives a shaft
 };
 
 /// Some 4000 counts a turn, over the two thousand turns of the longest run.
@@ -107,7 +111,8 @@ HiddenLaw hidden_law(const std::string& kind, Draw& draw) {
   return {[turn, friction](double omega, double theta, double) {
             return friction ? std::tanh(omega) * turn(theta) : -turn(theta);
           },
-          "theta", [turn, friction](double theta) { return (friction ? -1 : 1) * turn(theta); }};
+          "theta", [turn, friction](double theta) { return (friction ? -1 : 1) * turn(theta); },
+          friction ? -turn.least() : 0};
 }
 
 void judge_laws(const std::string& kind, std::size_t first, std::size_t count, std::uint64_t seed) {
@@ -119,6 +124,12 @@ void judge_laws(const std::string& kind, std::size_t first, std::size_t count, s
     const HiddenLaw hidden = hidden_law(kind, draw);
     bench.plant.hidden_torque = hidden.braking;
     if (hidden.over == "theta") bench.channels.push_back(encoder());
+    if (hidden.beneath > 0) {
+      const std::size_t effect = effect_index("coulomb_friction");
+      bench.plant.friction.T_c = hidden.beneath;
+      bench.model.include(effect);
+      bench.model.parameters_of(effect).front().value = hidden.beneath;
+    }
     const Discovery d = asked(bench, record(bench, bench.train, seed + i), seed + i);
     double gone = 0, wrong = 1;
     if (d.law) {

@@ -165,10 +165,11 @@ TEST(SummedPass, SaysWhatTheResidualsAndTheirSensitivitiesSumUpTo) {
   const auto runs = records();
   Model model = servo_model();
   model.tie.clear();
-  for (const char* id : {"coulomb_friction", "brush_drop", "windage", "driver_gain_error"})
+  for (const char* id : {"coulomb_friction", "brush_drop", "windage", "driver_gain_error", "stribeck_friction"})
     model.include(effect_index(id));
-  const std::map<std::string, double> present{
-      {"coulomb_friction.T_c", 0.002}, {"brush_drop.V_b", 0.3}, {"brush_drop.i_lin", 0.1}, {"windage.c_w", 1e-7}};
+  const std::map<std::string, double> present{{"coulomb_friction.T_c", 0.002},  {"brush_drop.V_b", 0.3},
+                                              {"brush_drop.i_lin", 0.1},        {"windage.c_w", 1e-7},
+                                              {"stribeck_friction.T_s", 0.001}, {"stribeck_friction.omega_s", 20}};
   for (std::size_t i = 0; i < model.names().size(); ++i) {
     if (const auto known = present.find(model.names()[i]); known != present.end()) model.at(i).value = known->second;
   }
@@ -176,10 +177,11 @@ TEST(SummedPass, SaysWhatTheResidualsAndTheirSensitivitiesSumUpTo) {
   const std::vector<double> values = model.values();
   Places each_alone;
   for (std::size_t i = 0; i < values.size(); ++i) each_alone.push_back({i});
-  ASSERT_GT(each_alone.size(), 9U) << "more than eight fit into two registers";
+  ASSERT_GT(each_alone.size(), 12U) << "more than three registers hold";
   ASSERT_LE(each_alone.size(), PassSums::most);
+  const Places ten(each_alone.begin(), each_alone.begin() + 10);
   const Places four{{0}, {1, 2}, {3}, {4}}, five{{0}, {1}, {2}, {3}, {4}}, none{};
-  for (const Places& moved : {none, four, five, each_alone}) {
+  for (const Places& moved : {none, four, five, ten, each_alone}) {
     for (const bool all_wanted : {true, false}) {
       std::vector<char> wanted(runs[0].observations.size(), 1);
       if (!all_wanted) wanted.back() = 0;
