@@ -83,7 +83,7 @@ void print_discovery(const Discovery& d, const DiscoverArguments& o, const std::
   }
   std::cout << "\n";
   if (d.law) {
-    for (const std::string& line : law_in_words(*d.law)) std::cout << line << "\n";
+    for (const std::string& line : law_in_words(*d.law)) std::cout << fitted(line, width);
     if (const std::string next = next_for_discovery(d); !next.empty()) std::cout << fitted(next, width);
     if (!o.out.empty()) std::cout << "written: " << o.out << ", ready for --candidates\n";
     if (!o.svg.empty()) std::cout << "written: " << o.svg << "\n";

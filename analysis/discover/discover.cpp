@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "analysis/diagnose/remainder.h"
@@ -62,17 +63,35 @@ class Fitted {
   }
   bool worth_a_name() const { return worth_a_name_; }
 
+  /// How the runs begin, and the model as given fitted to them so.
+  struct Begun {
+    std::vector<InitialState> starts;  ///< of all()
+    Trial base;
+  };
+
   /// Tells the states in which the runs begin by a model that lacks less: what is missing bends those, too.
-  /// @return whether any is another than before; then the model as given was fitted again
-  bool settles_starts(const Model& with_law) {
-    if (!confirm_.empty()) data_.held_out.insert(data_.held_out.begin() + confirms_, std::move(confirm_.front()));
-    confirm_.clear();
+  /// @return how they began before, where any is another now
+  std::optional<Begun> settles_starts(const Model& with_law) {
+    Begun before{starts(), base_};
+    put_back();
     const bool others = settle_starts(data_, with_law);
     all_ = all_of(data_);
     if (data_.held_out.size() > 1) set_aside();
-    if (!others) return false;
+    if (!others) return {};
     if (auto again = trials_.fit(base_.model(), nullptr)) base_ = std::move(*again);
-    return true;
+    return before;
+  }
+
+  /// Takes back how they began.
+  void begin_at(Begun before) {
+    base_ = std::move(before.base);
+    put_back();
+    auto start = before.starts.begin();
+    for (std::vector<Record>* runs : {&data_.train, &data_.held_out}) {
+      for (Record& record : *runs) record.excitation.initial = *start++;
+    }
+    all_ = all_of(data_);
+    if (data_.held_out.size() > 1) set_aside();
   }
   bool judged_on_training() const { return data_.held_out.empty() && data_.train.size() == 1; }
 
@@ -88,10 +107,21 @@ class Fitted {
     return {all.begin(), all.end()};
   }
 
+  std::vector<InitialState> starts() const {
+    std::vector<InitialState> all;
+    for (const Record& record : all_) all.push_back(record.excitation.initial);
+    return all;
+  }
+
   /// The run that confirms.
   void set_aside() {
     confirm_.push_back(std::move(data_.held_out[static_cast<std::size_t>(confirms_)]));
     data_.held_out.erase(data_.held_out.begin() + confirms_);
+  }
+
+  void put_back() {
+    if (!confirm_.empty()) data_.held_out.insert(data_.held_out.begin() + confirms_, std::move(confirm_.front()));
+    confirm_.clear();
   }
 
   Dataset data_;
@@ -130,9 +160,18 @@ void look_once(const Fitted& fitted, Discovery& d, const DiscoverOptions& option
 
 void look(Fitted& fitted, Discovery& d, const DiscoverOptions& options) {
   look_once(fitted, d, options);
-  if (!d.law || !fitted.settles_starts(d.law->model)) return;
-  d.rmse.clear();
-  look_once(fitted, d, options);
+  if (!d.law) return;
+  std::optional<Fitted::Begun> before = fitted.settles_starts(d.law->model);
+  if (!before) return;
+  Discovery again;
+  look_once(fitted, again, options);
+  if (again.law && again.law->held_out_after < d.law->held_out_after) {
+    again.train_runs = std::move(d.train_runs);
+    again.held_out_runs = std::move(d.held_out_runs);
+    d = std::move(again);
+  } else {
+    fitted.begin_at(std::move(*before));
+  }
 }
 
 /// The model of each run, with the values that runs of another machine have of their own: the model of all has bent to
