@@ -234,21 +234,14 @@ std::optional<Trial> fitted_law(FittedTrials& trials, const Trial& base, const M
   return best;
 }
 
-/// Is a law beyond three standard errors: of a formula, with all that full ones count, some amplitude; of a curve, its
-/// values together? Where the base parameters may do instead what a curve does, each of its values is large and told by
-/// none.
+/// Is some amplitude beyond three standard errors, with all that full ones count?
 bool told_for_sure(const std::vector<Parameter>& fitted, const FormulaText& text) {
   constexpr double errors = 3;
-  double values = 0, variances = 0;
-  bool some = false;
-  for (const Parameter& p : fitted) {
+  return std::ranges::any_of(fitted, [&](const Parameter& p) {
     const auto known = std::ranges::find(text.parameters, p.symbol, &FormulaText::Parameter::symbol);
-    if (known == text.parameters.end() || !known->amplitude || !p.std_error) continue;
-    some = some || std::abs(p.value) > errors * *p.std_error;
-    values += p.value * p.value;
-    variances += *p.std_error * *p.std_error;
-  }
-  return some && (!text.is_curve || values > errors * errors * variances);
+    return known != text.parameters.end() && known->amplitude && p.std_error &&
+           std::abs(p.value) > errors * *p.std_error;
+  });
 }
 
 struct Fitted {
