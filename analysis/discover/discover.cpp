@@ -39,11 +39,9 @@ class Fitted {
         trials_(data_, given_, criterion_, score_, 8),
         base_(fitted_base(trials_, data_, given_)),
         worth_a_name_(emtb::worth_a_name(data_, base_.model(), base_.held_out, {}, asked_for)),
-        all_(all_of(data_)) {
-    if (data_.held_out.size() < 2) return;
-    const auto shortest = std::ranges::min_element(data_.held_out, {}, &Record::length);
-    confirms_ = shortest - data_.held_out.begin();
+        confirms_(std::ranges::min_element(data_.held_out, {}, &Record::length) - data_.held_out.begin()) {
     set_aside();
+    if (confirm_.empty()) return;
     if (auto again = trials_.fit(base_.model(), nullptr)) base_ = std::move(*again);
   }
   Fitted(const Fitted&) = delete;
@@ -75,8 +73,7 @@ class Fitted {
     Begun before{starts(), base_};
     put_back();
     const bool others = settle_starts(data_, with_law);
-    all_ = all_of(data_);
-    if (data_.held_out.size() > 1) set_aside();
+    set_aside();
     if (!others) return {};
     if (auto again = trials_.fit(base_.model(), nullptr)) base_ = std::move(*again);
     return before;
@@ -90,8 +87,7 @@ class Fitted {
     for (std::vector<Record>* runs : {&data_.train, &data_.held_out}) {
       for (Record& record : *runs) record.excitation.initial = *start++;
     }
-    all_ = all_of(data_);
-    if (data_.held_out.size() > 1) set_aside();
+    set_aside();
   }
   bool judged_on_training() const { return data_.held_out.empty() && data_.train.size() == 1; }
 
@@ -102,19 +98,17 @@ class Fitted {
   }
 
  private:
-  static std::vector<Record> all_of(const Dataset& data) {
-    const RecordRefs all = data.all();
-    return {all.begin(), all.end()};
-  }
-
   std::vector<InitialState> starts() const {
     std::vector<InitialState> all;
     for (const Record& record : all_) all.push_back(record.excitation.initial);
     return all;
   }
 
-  /// The run that confirms.
+  /// The run that confirms, where two or more judge; all of them as they are now.
   void set_aside() {
+    const RecordRefs all = data_.all();
+    all_.assign(all.begin(), all.end());
+    if (data_.held_out.size() < 2) return;
     confirm_.push_back(std::move(data_.held_out[static_cast<std::size_t>(confirms_)]));
     data_.held_out.erase(data_.held_out.begin() + confirms_);
   }
@@ -132,7 +126,7 @@ class Fitted {
   Trial base_;
   bool worth_a_name_ = false;
   std::vector<Record> all_, confirm_;
-  std::ptrdiff_t confirms_ = 0;  ///< its place among those held out
+  std::ptrdiff_t confirms_;  ///< place of the shortest among those held out
 };
 
 /// The model of one run of those that changed.

@@ -47,9 +47,9 @@ struct DiscoverOptions {
 /// Fits a model, and looks for a law in what it leaves, for runs of another machine and for disturbances.
 ///
 /// Where two held-out runs or more are named, the shortest of them confirms: neither the choice nor the fit sees it. A
-/// law is offered only where the remainder is worth a name (diagnose/remainder.h), a smooth function of the measured
-/// states explains a fifth of it on runs left out, and the library's own criterion calls the law material and
-/// determined.
+/// law is offered only where the remainder comes again, however little of the motion it is (diagnose/remainder.h), a
+/// smooth function of the measured states explains a fifth of it on runs left out, and the library's own criterion
+/// calls the law material and determined.
 ///
 /// Disturbances are searched in all runs first. Where there are any, the runs are cut there, and all else is asked of
 /// what remains; the answer of the runs as they are stands beside it. Whether it is the same machine is asked of all
