@@ -16,7 +16,15 @@ namespace {
 
 using Place = Expression::Place;
 
-constexpr std::array<const char*, Expression::quantities> quantity_names{"omega", "i_a", "theta", "u_ref", "t"};
+constexpr std::array quantity_names{"omega", "i_a", "theta", "u_ref", "t"};
+constexpr std::size_t memory_place = quantity_names.size();
+static_assert(Expression::quantities == memory_place + 1);
+
+/// What a formula may name beside the quantities.
+struct Names {
+  std::string memory;  ///< empty: it remembers nothing
+  std::span<const std::string> parameters;
+};
 
 /// A function as formulas call it: of one argument, two, or any number from two on.
 struct Function {
@@ -56,8 +64,8 @@ double plus_sign(double) { return 0; }
 /// muParser with the language of formulas, and a variable for each quantity and parameter.
 class FormulaReader {
  public:
-  FormulaReader(const std::string& text, std::span<const std::string> parameters)
-      : variables_(Expression::quantities + parameters.size()) {
+  FormulaReader(const std::string& text, const Names& names)
+      : variables_(Expression::quantities + names.parameters.size()) {
     parser_.EnableOptimizer(false);  // Expression does what can be done ahead; a plain list is easier to follow
     parser_.ClearFun();
     parser_.ClearConst();
@@ -72,8 +80,9 @@ class FormulaReader {
       if (f.takes == Function::Takes::several) parser_.DefineFunUserData(f.name, of_several, row, false);
     }
     for (std::size_t i = 0; i < quantity_names.size(); ++i) parser_.DefineVar(quantity_names[i], &variables_[i]);
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-      parser_.DefineVar(parameters[i], &variables_[Expression::quantities + i]);
+    if (!names.memory.empty()) parser_.DefineVar(names.memory, &variables_[memory_place]);
+    for (std::size_t i = 0; i < names.parameters.size(); ++i) {
+      parser_.DefineVar(names.parameters[i], &variables_[Expression::quantities + i]);
     }
     const auto control = [](char c) {
       return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' && c != '\r') || c == 0x7f;
@@ -201,15 +210,16 @@ class Translation {
   std::vector<Place> stack_, conditions_;
 };
 
-std::string known_names(std::span<const std::string> parameters) {
+std::string known_names(const Names& known) {
   std::string names;
   for (const char* name : quantity_names) names += (names.empty() ? "" : ", ") + std::string(name);
-  for (const std::string& name : parameters) names += ", " + name;
+  if (!known.memory.empty()) names += ", " + known.memory;
+  for (const std::string& name : known.parameters) names += ", " + name;
   return names;
 }
 
 /// What muParser complains of, in the words of a person who wrote a formula.
-std::string complaint_of(const mu::ParserError& e, const std::string& text, std::span<const std::string> parameters) {
+std::string complaint_of(const mu::ParserError& e, const std::string& text, const Names& names) {
   const auto end = static_cast<int>(text.size());
   const int place = e.GetPos() < 0 || e.GetPos() > end ? end : e.GetPos();
   const std::string column = " at column " + std::to_string(place + 1) + " of `" + text + "`";
@@ -220,7 +230,7 @@ std::string complaint_of(const mu::ParserError& e, const std::string& text, std:
       const auto length = rest.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_");
       const std::string name = rest.substr(0, length);
       if (name.empty()) return "cannot be read from `" + rest + "`" + column;
-      return "uses `" + name + "`" + column + ", which is not known. Known: " + known_names(parameters) +
+      return "uses `" + name + "`" + column + ", which is not known. Known: " + known_names(names) +
              ", pi, and the functions " + formula_functions() + ". Anything else goes under `parameters`";
     }
     case mu::ecUNEXPECTED_EOF:
@@ -241,21 +251,29 @@ std::string complaint_of(const mu::ParserError& e, const std::string& text, std:
 
 }  // namespace
 
-std::shared_ptr<const Term> parse_formula(const std::string& text, std::span<const std::string> parameters) {
+ParsedFormula parse_formula_with(const std::string& memory, const std::string& text,
+                                 std::span<const std::string> parameters) {
+  const Names names{memory, parameters};
   try {
-    const FormulaReader reader(text, parameters);
+    const FormulaReader reader(text, names);
     if (!reader.one_result()) throw ModelError("has several results, parted by commas. A formula has one");
     Translation translation(parameters.size());
     translation.follow(reader, Expression::quantities + parameters.size());
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-      if (!translation.used[Expression::quantities + i]) {
-        throw ModelError("does not use its parameter " + parameters[i] + ". Use it, or leave it away");
-      }
-    }
-    return translation.expression;
+    const std::vector<bool>& used = translation.used;
+    return {translation.expression, used[memory_place], {used.begin() + Expression::quantities, used.end()}};
   } catch (const mu::ParserError& e) {
-    throw ModelError(in_one_line(complaint_of(e, text, parameters)));
+    throw ModelError(in_one_line(complaint_of(e, text, names)));
   }
+}
+
+std::shared_ptr<const Term> parse_formula(const std::string& text, std::span<const std::string> parameters) {
+  ParsedFormula formula = parse_formula_with("", text, parameters);
+  const auto unused = std::ranges::find(formula.uses, false) - formula.uses.begin();
+  if (static_cast<std::size_t>(unused) < parameters.size()) {
+    throw ModelError("does not use its parameter " + parameters[static_cast<std::size_t>(unused)] +
+                     ". Use it, or leave it away");
+  }
+  return formula.term;
 }
 
 std::string formula_functions() {

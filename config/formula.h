@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "model/term.h"
 
@@ -19,6 +20,19 @@ namespace emtb {
 /// @throws ModelError where it cannot be read, names what is not known, or leaves a parameter unused: what is wrong
 /// with it and where, to stand behind the formula's key.
 std::shared_ptr<const Term> parse_formula(const std::string& text, std::span<const std::string> parameters);
+
+/// One of the formulas of a term that remembers something.
+struct ParsedFormula {
+  std::shared_ptr<const Term> term;
+  bool uses_memory = false;
+  std::vector<bool> uses;  ///< each parameter
+};
+
+/// The same for a formula that may use what the term remembers, and not all parameters.
+/// @param memory the name of what is remembered
+/// @throws ModelError where it cannot be read, or names what is not known.
+ParsedFormula parse_formula_with(const std::string& memory, const std::string& text,
+                                 std::span<const std::string> parameters);
 
 /// `sin, cos, ...`
 std::string formula_functions();

@@ -90,6 +90,7 @@ std::shared_ptr<const EffectInfo> describe(const AddedTerm& term, std::span<cons
   const auto made = std::make_shared<FormulaInfo>();
   made->term = term;
   made->equation = described(term.place).equation + term.formula;
+  if (term.rate) made->equation += ", d" + term.memory + "/dt = " + term.rate_formula;
   EffectInfo& info = made->info;
   info.id = info.name = made->term.name;
   info.stage = described(term.place).stage;
@@ -115,11 +116,11 @@ std::shared_ptr<const EffectInfo> describe(const AddedTerm& term, std::span<cons
   return {made, &made->info};
 }
 
-/// The formula's value at one speed and current.
-double value_at(const AddedTerm& term, std::span<const double> p, const TermInput& x) {
+/// A formula's value at one speed and current.
+double value_at(const Term& formula, std::span<const double> p, const TermInput& x) {
   TermInput by_input;
   std::vector<double> by_parameter(p.size());
-  return term.term->evaluate(x, p, by_input, by_parameter);
+  return formula.evaluate(x, p, by_input, by_parameter);
 }
 
 void check_values(const YamlMap& yaml, const AddedTerm& term) {
@@ -132,14 +133,18 @@ void check_values(const YamlMap& yaml, const AddedTerm& term) {
     nulls.push_back(about.null);
     any_null = any_null || !about.is_shape();
   }
-  if (const double rest = value_at(term, values, {}); !std::isfinite(rest)) {
-    yaml.fail(key,
-              "is " + yaml_number(rest) + " at rest (omega, i_a, theta, u_ref and t 0). Write it so that it is finite");
-  }
+  const auto check_at_rest = [&](const Term& formula, const YamlMap& map, std::string_view under) {
+    const double rest = value_at(formula, values, {});
+    if (std::isfinite(rest)) return;
+    map.fail(under,
+             "is " + yaml_number(rest) + " at rest (omega, i_a, theta, u_ref and t 0). Write it so that it is finite");
+  };
+  check_at_rest(*term.term, yaml, key);
+  if (term.rate) check_at_rest(*term.rate, yaml.map("memory"), term.memory);
   if (!any_null) return;
   const double absent = term.place == TermPlace::flux ? 1 : 0;
-  for (const TermInput& x : {TermInput{}, TermInput{10, 1, 1, 1, 1}, TermInput{-10, -1, 2, -1, 2}}) {
-    const double value = value_at(term, nulls, x);
+  for (const TermInput& x : {TermInput{}, TermInput{10, 1, 1, 1, 1, 1}, TermInput{-10, -1, 2, -1, 2, -1}}) {
+    const double value = value_at(*term.term, nulls, x);
     if (std::abs(value - absent) <= 1e-9) continue;
     if (!std::isfinite(value)) {
       yaml.fail(key, "is not finite at omega " + yaml_number(x.omega) + ", i_a " + yaml_number(x.i_a) +
@@ -148,6 +153,49 @@ void check_values(const YamlMap& yaml, const AddedTerm& term) {
     yaml.fail(key, "is " + yaml_number(value) + " where its parameters have their null, but must be " +
                        yaml_number(absent) + ": there the effect is absent. State each `null`");
   }
+}
+
+/// What a formula remembers: `memory: {z: "(omega - z)/tau"}`.
+void read_memory(const YamlMap& yaml, std::span<const std::string> parameters, AddedTerm& term) {
+  const auto memory = yaml.map_if("memory");
+  if (!memory) return;
+  const std::vector<std::string> names = memory->keys();
+  if (names.size() != 1) {
+    yaml.fail("memory", "names " + std::to_string(names.size()) +
+                            " quantities, but a formula remembers one, e.g. memory: {z: \"(omega - z)/tau\"}");
+  }
+  check_symbol(*memory, names.front());
+  if (std::ranges::find(parameters, names.front()) != parameters.end()) {
+    memory->fail(names.front(), "is a parameter, too. Give one of them another name");
+  }
+  term.memory = names.front();
+  term.rate_formula = memory->text(term.memory);
+}
+
+/// Reads what a term's formulas say. @param key of its own one
+void parse(const YamlMap& yaml, const char* key, std::span<const std::string> parameters, AddedTerm& term) {
+  const auto parsed = [&](const YamlMap& map, std::string_view under, const std::string& formula) {
+    try {
+      return parse_formula_with(term.memory, formula, parameters);
+    } catch (const ModelError& e) {
+      map.fail(under, e.what());
+    }
+  };
+  ParsedFormula value = parsed(yaml, key, term.formula);
+  term.term = value.term;
+  if (!term.memory.empty()) {
+    if (!value.uses_memory) yaml.fail(key, "does not use " + term.memory + ", which stands under `memory`. Use it");
+    const ParsedFormula rate = parsed(yaml.map("memory"), term.memory, term.rate_formula);
+    term.rate = rate.term;
+    for (std::size_t i = 0; i < value.uses.size(); ++i) value.uses[i] = value.uses[i] || rate.uses[i];
+  }
+  for (std::size_t i = 0; i < value.uses.size(); ++i) {
+    if (!value.uses[i]) yaml.fail(key, "does not use its parameter " + parameters[i] + ". Use it, or leave it away");
+  }
+}
+
+bool is_same_formula(const AddedTerm& a, const AddedTerm& b) {
+  return a.formula == b.formula && a.place == b.place && a.memory == b.memory && a.rate_formula == b.rate_formula;
 }
 
 }  // namespace
@@ -160,7 +208,7 @@ bool is_formula(const YamlMap& effects, std::string_view id) {
 AddedTerm read_formula(const YamlMap& effects, const std::string& id) {
   check_id(effects, id);
   const YamlMap yaml = effects.map(id);
-  yaml.only({"torque", "voltage", "flux", "parameters"});
+  yaml.only({"torque", "voltage", "flux", "parameters", "memory"});
   const PlaceKey* place = nullptr;
   for (const PlaceKey& candidate : place_keys) {
     if (!yaml.has(candidate.key)) continue;
@@ -189,11 +237,8 @@ AddedTerm read_formula(const YamlMap& effects, const std::string& id) {
     term.parameters.push_back(p.parameter);
     symbols.push_back(p.parameter.symbol);
   }
-  try {
-    term.term = parse_formula(term.formula, symbols);
-  } catch (const ModelError& e) {
-    yaml.fail(place->key, e.what());
-  }
+  read_memory(yaml, symbols, term);
+  parse(yaml, place->key, symbols, term);
   term.info = describe(term, parameters);
   check_values(yaml, term);
   return term;
@@ -202,6 +247,10 @@ AddedTerm read_formula(const YamlMap& effects, const std::string& id) {
 void write_formula(YAML::Emitter& out, const AddedTerm& term) {
   out << YAML::Key << term.name << YAML::Value << YAML::BeginMap;
   out << YAML::Key << described(term.place).key << YAML::Value << YAML::DoubleQuoted << term.formula;
+  if (term.rate) {
+    out << YAML::Key << "memory" << YAML::Value << YAML::Flow << YAML::BeginMap << YAML::Key << term.memory
+        << YAML::Value << YAML::DoubleQuoted << term.rate_formula << YAML::EndMap;
+  }
   if (!term.parameters.empty()) {
     out << YAML::Key << "parameters" << YAML::Value << YAML::BeginMap;
     for (std::size_t i = 0; i < term.parameters.size(); ++i) {
@@ -226,7 +275,7 @@ void offer(Model& model, const std::filesystem::path& candidates) {
   model.offered = read_candidates(candidates);
   for (const AddedTerm& formula : model.offered) {
     const auto same = std::ranges::find(model.terms, formula.name, &AddedTerm::name);
-    if (same == model.terms.end() || (same->formula == formula.formula && same->place == formula.place)) continue;
+    if (same == model.terms.end() || is_same_formula(*same, formula)) continue;
     throw ConfigError(candidates.string() + ": " + formula.name +
                       " stands in the model with another formula. Give one of them another name");
   }

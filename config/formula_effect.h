@@ -16,6 +16,8 @@ namespace emtb {
 ///                                         # voltage; or flux: [1] factor on K_b and K_m, such as "1 - k*abs(i_a)"
 ///       parameters:
 ///         c3: {value: 0, min: 0, max: 1.0e-6, null: 0, unit: N m s3/rad3}
+///       memory: {z: "(omega - z)/tau"}    # optional: what the formula remembers, z, and dz/dt [1/s]; it starts where
+///                                         # it would last. A parameter may stand here alone
 ///
 /// What a formula may hold: config/formula.h. `null` is where the parameter makes the effect vanish, and a search
 /// starts; left away, it is 0. A parameter that cannot be 0 and states no null is a shape (the speed at which something

@@ -186,13 +186,14 @@ double Expression::evaluate(const TermInput& x, std::span<const double> p, TermI
   value[2] = x.theta;
   value[3] = x.u_ref;
   value[4] = x.t;
+  value[5] = x.memory;
   std::ranges::copy(p, value.begin() + quantities);
   compute(value.data());
 
   std::array<double, most_values> by;
   std::fill_n(by.begin(), first_ + steps_.size(), 0.0);
   differentiate(value.data(), by.data());
-  by_input = {by[0], by[1], by[2], by[3], by[4]};
+  by_input = {by[0], by[1], by[2], by[3], by[4], by[5]};
   std::copy_n(by.begin() + quantities, by_parameter.size(), by_parameter.begin());
   return value[result_];
 }

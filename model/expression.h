@@ -56,7 +56,7 @@ class Expression final : public Term {
  public:
   /// Which of the values that are there: the quantities, the parameters, then what has been computed.
   using Place = std::uint16_t;
-  static constexpr std::size_t quantities = 5;  ///< omega, i_a, theta, u_ref, t: in this order
+  static constexpr std::size_t quantities = 6;  ///< omega, i_a, theta, u_ref, t, memory: in this order
   static constexpr std::size_t most_values = 256;
 
   /// @throws ModelError where there are too many parameters.

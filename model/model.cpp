@@ -13,7 +13,7 @@ ModelStructure Model::structure() const {
   s.input = input;
   if (driver) s.driver = *driver;
   for (const IncludedEffect& e : effects) s.effects.push_back(e.effect);
-  for (const AddedTerm& t : terms) s.terms.push_back({t.place, t.term, t.parameters.size()});
+  for (const AddedTerm& t : terms) s.terms.push_back(t.placed());
   return s;
 }
 

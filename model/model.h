@@ -47,7 +47,12 @@ struct AddedTerm {
   std::shared_ptr<const Term> term;
   std::vector<Parameter> parameters;
   std::string formula;                     ///< as the user wrote it; empty: no formula
+  std::string memory;                      ///< name of what it remembers; empty: nothing
+  std::string rate_formula;                ///< of that, as the user wrote it
+  std::shared_ptr<const Term> rate;        ///< the same, see PlacedTerm
   std::shared_ptr<const EffectInfo> info;  ///< of a formula: the same as is known of the catalogue's effects
+
+  PlacedTerm placed() const { return {place, term, parameters.size(), rate}; }
 };
 
 /// What was done to the model, and what it brought.

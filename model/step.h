@@ -90,6 +90,7 @@ class Machine : public Motion<Scalar> {
     e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
     equations_.middle = {
         .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
+    user_.start(equations_);
     if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
     if (initial.omega != 0)

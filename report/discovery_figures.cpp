@@ -64,7 +64,7 @@ std::optional<NamedFigure> law_figure(const Discovery& d) {
   }
   panel.band("law, 95 %", law.at, low, high, {Ink::sky}).line("law", law.at, law.value, {Ink::blue});
   return NamedFigure{"law", figure,
-                     "`" + law.text.formula +
+                     "`" + law.text.in_words() +
                          "` over what the fitted model lacks. Straight lines in speed, current and "
                          "acceleration are the base parameters' own: the points lack what those took."};
 }

@@ -22,8 +22,9 @@ json law_json(const Law& law) {
                             {"unit", p.unit}};
   }
   json tied = json::array();
-  for (const FormulaText& t : law.tied_with) tied.push_back(t.formula);
+  for (const FormulaText& t : law.tied_with) tied.push_back(t.in_words());
   json one{{"place", name_of(law.text.place)}, {"of", law.text.of}, {"formula", law.text.formula}};
+  if (!law.text.rate.empty()) one["memory"] = {{"z", law.text.rate}};
   one["id"] = law.text.id;
   one["parameters"] = parameters;
   one["error"] = {
@@ -35,7 +36,7 @@ json law_json(const Law& law) {
   one["resembles"] = law.resembles;
   one["likeness"] = number_json(law.likeness);
   one["tied_with"] = tied;
-  one["nearest"] = law.nearest ? json(law.nearest->formula) : json(nullptr);
+  one["nearest"] = law.nearest ? json(law.nearest->in_words()) : json(nullptr);
   one["may_be"] = may_be(law.text);
   one["most_uncertain_at"] = law.most_uncertain_at;
   return one;

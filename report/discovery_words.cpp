@@ -120,8 +120,14 @@ std::string no_law_in_words(const Discovery& d) {
 }
 
 std::string may_be(const FormulaText& law) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kinds{
-      {{"friction_over_angle", "a bearing, a seal or a belt that is not alike all around the turn"},
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kinds{
+      {{"lagging_voltage", "brushes or cells that charge with the current"},
+       {"lagging_torque_of_i_a", "currents in solid iron, which hold the field back"},
+       {"lagging", "friction that needs time: a film of oil that builds up, rubber or a belt that creeps"},
+       {"warming", "grease or a seal that the motion itself warms"},
+       {"giving", "dry friction that gives before it slips: a belt, rubber, gears"},
+       {"flux_heated", "a field that the current weakens by and by"},
+       {"friction_over_angle", "a bearing, a seal or a belt that is not alike all around the turn"},
        {"wave_of_angle", "slots, poles, gear teeth or a shaft that is not round"},
        {"wave", "a resonance of what the motor stands on"},
        {"bump", "a resonance, or a critical speed of the shaft"},
@@ -145,7 +151,7 @@ std::string may_be(const FormulaText& law) {
 
 std::vector<std::string> law_in_words(const Law& law) {
   std::vector<std::string> lines{std::string(law.text.is_curve ? "A curve: " : "A law: ") + name_of(law.text.place) +
-                                 " = " + law.text.formula};
+                                 " = " + law.text.in_words()};
   for (const Parameter& p : law.parameters) {
     lines.push_back("  " + p.symbol + " = " +
                     (p.fixed       ? pretty(p.value, 4) + with_space(p.unit) + ", held"
@@ -160,7 +166,7 @@ std::vector<std::string> law_in_words(const Law& law) {
                             " -> " + pretty(*law.confirm_after, 3)
                       : "not confirmed: name two sessions or more with --held-out, and the shortest confirms");
   if (law.text.is_curve) {
-    lines.push_back(law.nearest ? "no short formula follows it: the nearest, " + law.nearest->formula + ", leaves " +
+    lines.push_back(law.nearest ? "no short formula follows it: the nearest, " + law.nearest->in_words() + ", leaves " +
                                       pretty(law.nearest_held_out, 3) + " held out"
                                 : "no short formula follows it");
   }
@@ -169,7 +175,7 @@ std::vector<std::string> law_in_words(const Law& law) {
     lines.push_back("like " + law.resembles + ": the cosine of what both do to the readings is " +
                     pretty(law.likeness, 2) + ". emtb diagnose tries that one first");
   }
-  for (const FormulaText& t : law.tied_with) lines.push_back("tied with " + name_of(t.place) + " = " + t.formula);
+  for (const FormulaText& t : law.tied_with) lines.push_back("tied with " + name_of(t.place) + " = " + t.in_words());
   return lines;
 }
 
@@ -186,7 +192,7 @@ std::vector<std::string> machine_in_words(const Discovery& d) {
 std::string with_and_without(const Discovery& d) {
   if (!d.with_disturbances) return "";
   const auto law = [](const std::optional<Law>& one) {
-    return one ? "the law " + one->text.formula : std::string("no law");
+    return one ? "the law " + one->text.in_words() : std::string("no law");
   };
   return "cut there. Error (1 = noise floor) with it: training " + pretty(d.with_disturbances->train, 3) +
          ", held-out " + pretty(d.with_disturbances->held_out, 3) + ", " + law(d.with_disturbances->law) +

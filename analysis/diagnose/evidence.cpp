@@ -83,8 +83,7 @@ Extended extend(const NullFit& fitted, const Record& record, const Batch& batch)
   x.values.insert(x.values.end(), given.begin() + static_cast<std::ptrdiff_t>(place), given.end());
   for (const Part& part : formulas) {
     append(part);
-    const AddedTerm& formula = fitted.model.offered[part.effect - effect_count];
-    x.structure.terms.push_back({formula.place, formula.term, formula.parameters.size()});
+    x.structure.terms.push_back(fitted.model.offered[part.effect - effect_count].placed());
   }
   return x;
 }

@@ -9,6 +9,7 @@
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
 #include "hal/error.h"
+#include "model/machine/memory.h"
 
 namespace emtb {
 namespace {
@@ -125,18 +126,45 @@ void add_of_time(std::vector<FormulaText>& list, double longest, double omega, d
                   {amplitude("a", "N m", torque), tau}});
 }
 
+constexpr double largest_weakening = 0.5;  // of the flux
+
 void add_flux(std::vector<FormulaText>& list, double current, double longest) {
-  constexpr double most = 0.5;
   list.push_back({"flux_bent_by_current",
                   TermPlace::flux,
                   "1 - a*tanh(abs(i_a)/w)",
                   {"i_a"},
-                  {amplitude("a", "1", most), shape("w", "A", 0.05 * current, 3 * current)}});
+                  {amplitude("a", "1", largest_weakening), shape("w", "A", 0.05 * current, 3 * current)}});
   list.push_back({"flux_of_time",
                   TermPlace::flux,
                   "1 - a*(1 - exp(-t/tau))",
                   {"t"},
-                  {amplitude("a", "1", most), shape("tau", "s", 0.03 * longest, 3 * longest)}});
+                  {amplitude("a", "1", largest_weakening), shape("tau", "s", 0.03 * longest, 3 * longest)}});
+}
+
+/// What a formula gives to a rate over a time: the law itself, a lag behind.
+std::string follows(const std::string& law) { return "(" + law + " - z)/tau"; }
+
+void add_remembered_friction(std::vector<FormulaText>& list, const Place& tau, double omega, double path, double most) {
+  const double small = 0.02 * omega;
+  const auto s = turning_width("s", "rad/s", omega), r = constant("r", "rad/s", omega),
+             w = shape("w", "rad/s", small, 2 * omega);
+  const auto add = [&](const std::string& id, const std::string& formula, const std::string& rate,
+                       std::vector<Place> p) {
+    p.insert(p.begin(), amplitude("a", "N m", most));
+    list.push_back({.id = id,
+                    .place = TermPlace::torque,
+                    .formula = formula,
+                    .of = {"omega"},
+                    .parameters = std::move(p),
+                    .rate = rate});
+  };
+  add("lagging_power_of_omega", "-a*z", follows("tanh(omega/s)*(abs(omega)/r)^n"),
+      {tau, shape("n", "1", 0.05, 5), r, s});
+  add("lagging_saturation_of_omega", "-a*z", follows("tanh(omega/w)"), {tau, w});
+  add("lagging_decay_of_omega", "-a*z", follows("tanh(omega/s)*exp(-abs(omega)/w)"), {tau, w, s});
+  add("lagging_hyperbola_of_omega", "-a*z", follows("2*(omega/w)/(1 + (omega/w)^2)"), {tau, w});
+  add("warming_friction_of_omega", "-a*tanh(omega/s)*z", follows("abs(omega)/r"), {tau, r, s});
+  add("giving_friction_of_omega", "-a*z", "(omega - abs(omega)*z)/w", {shape("w", "rad", 0.02 * path, 20 * path)});
 }
 
 /// The values of a shape that are tried: even by ratio.
@@ -188,25 +216,44 @@ class Fitter {
     }
   }
 
-  double value_at(std::size_t row, std::size_t which) const {
-    std::vector<double> p(order_.size()), by(order_.size());
+  /// The shapes as they are, and one amplitude.
+  std::vector<double> values_with(std::size_t which) const {
+    std::vector<double> p(order_.size());
     for (std::size_t k = 0; k < order_.size(); ++k) {
       const Place& from = law_.parameters[order_[k]];
       p[k] = from.amplitude ? (order_[k] == which ? 1.0 : 0.0) : from.value;
     }
+    return p;
+  }
+
+  double value_at(std::size_t row, std::span<const double> p, std::span<double> by) const {
     TermInput by_input;
-    const double v =
-        term_.term->evaluate({s_.omega[row], s_.i_a[row], s_.theta[row], s_.u_ref[row], s_.t[row]}, p, by_input, by);
+    const TermInput at{s_.omega[row], s_.i_a[row], s_.theta[row], s_.u_ref[row], s_.t[row], remembered_[row]};
+    const double v = term_.term->evaluate(at, p, by_input, by);
     return law_.place == TermPlace::flux ? (v - 1) * torque_per_ampere_ * s_.i_a[row] : v;
   }
 
+  /// What the law remembers at each sample, with the shapes as they are.
+  void remember() {
+    remembered_.assign(s_.size(), 0.0);
+    if (!term_.rate) return;
+    const std::vector<double> p = values_with(amplitudes_.front());
+    std::vector<std::vector<double>> along;
+    for (const MissingTorque& run : s_.paths) along.push_back(memory_along(term_, p, run));
+    for (std::size_t row = 0; row < s_.size(); ++row) remembered_[row] = along[s_.path[row]][s_.place[row]];
+  }
+
   void judge(EquationError& found) {
+    remember();
     const auto n = static_cast<Eigen::Index>(s_.size()), m = static_cast<Eigen::Index>(amplitudes_.size());
     Eigen::MatrixXd x(n, 4 + m);
+    std::vector<double> by(order_.size());
+    std::vector<std::vector<double>> values;
+    for (const std::size_t a : amplitudes_) values.push_back(values_with(a));
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto row = static_cast<std::size_t>(i);
       x.row(i).head(4) << s_.value[row], s_.omega[row], s_.i_a[row], s_.acceleration[row];
-      for (Eigen::Index a = 0; a < m; ++a) x(i, 4 + a) = value_at(row, amplitudes_[static_cast<std::size_t>(a)]);
+      for (Eigen::Index a = 0; a < m; ++a) x(i, 4 + a) = value_at(row, values[static_cast<std::size_t>(a)], by);
     }
     if (!x.allFinite()) return;
     std::vector<Eigen::MatrixXd> of(s_.groups, Eigen::MatrixXd::Zero(4 + m, 4 + m));
@@ -248,6 +295,7 @@ class Fitter {
   const AddedTerm& term_;
   double torque_per_ampere_;
   std::vector<std::size_t> amplitudes_, order_;
+  std::vector<double> remembered_;  ///< at each sample
 };
 
 }  // namespace
@@ -258,7 +306,9 @@ FormulaText::Parameter turning_width(const std::string& symbol, const std::strin
 }
 
 std::string FormulaText::yaml() const {
-  std::string text = id + ":\n  " + key_of(place) + ": \"" + formula + "\"\n  parameters:\n";
+  std::string text = id + ":\n  " + key_of(place) + ": \"" + formula + "\"\n";
+  if (!rate.empty()) text += "  memory: {z: \"" + rate + "\"}\n";
+  text += "  parameters:\n";
   for (const Parameter& p : parameters) {
     text += "    " + p.symbol + ": {value: " + digits(p.value);
     text += p.fixed ? ", fixed: true" : ", min: " + digits(p.min) + ", max: " + digits(p.max);
@@ -288,6 +338,65 @@ std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, 
   add_of_time(list, longest, omega, torque);
   add_flux(list, current, longest);
   return list;
+}
+
+std::vector<FormulaText> remembering_sentences(const Samples& samples, double torque_scale, double voltage_scale,
+                                               bool voltage) {
+  std::vector<FormulaText> list;
+  double interval = 0, longest = 0;
+  for (const MissingTorque& run : samples.paths) {
+    if (run.t.size() < 2) continue;
+    interval = std::max(interval, run.t[1] - run.t[0]);
+    longest = std::max(longest, run.t.back() - run.t.front());
+  }
+  if (!(interval > 0)) return list;
+  constexpr double part = 0.3;  // of an interval, in which a memory can still be seen, and of a run
+  const Place tau = shape("tau", "s", part * interval, part * longest);
+  const double omega = range_of(samples.omega), current = range_of(samples.i_a);
+  const Place r = constant("r", "A", current);
+  if (voltage) {
+    list.push_back({.id = "lagging_voltage_of_i_a",
+                    .place = TermPlace::voltage,
+                    .formula = "-a*z",
+                    .of = {"i_a"},
+                    .parameters = {amplitude("a", "V", largest_law * voltage_scale), tau, r},
+                    .rate = follows("i_a/r")});
+    return list;
+  }
+  const double torque = largest_law * torque_scale;
+  add_remembered_friction(list, tau, omega, omega * interval, torque);
+  list.push_back({.id = "lagging_torque_of_i_a",
+                  .place = TermPlace::torque,
+                  .formula = "-a*z",
+                  .of = {"i_a"},
+                  .parameters = {amplitude("a", "N m", torque), tau, r},
+                  .rate = follows("i_a/r")});
+  list.push_back({.id = "flux_heated_by_i_a",
+                  .place = TermPlace::flux,
+                  .formula = "1 - a*z",
+                  .of = {"i_a"},
+                  .parameters = {amplitude("a", "1", largest_weakening), tau, r},
+                  .rate = follows("(i_a/r)^2")});
+  return list;
+}
+
+std::vector<double> memory_along(const AddedTerm& law, std::span<const double> p, const MissingTorque& run) {
+  std::vector<double> by(p.size()), along;
+  TermInput at{run.omega[0], run.i_a[0], run.theta[0], run.u_ref[0], run.t[0]};
+  const auto rate = [&](double z, double& slope) {
+    TermInput by_input;
+    at.memory = z;
+    const double v = law.rate->evaluate(at, p, by_input, by);
+    slope = by_input.memory;
+    return v;
+  };
+  along.push_back(lasting_memory<double>(rate));
+  for (std::size_t k = 0; k + 1 < run.t.size(); ++k) {
+    const auto between = [k](const std::vector<double>& x) { return 0.5 * (x[k] + x[k + 1]); };
+    at = {between(run.omega), between(run.i_a), between(run.theta), between(run.u_ref), between(run.t)};
+    along.push_back(remembered_after(along.back(), run.t[k + 1] - run.t[k], rate).end);
+  }
+  return along;
 }
 
 std::vector<EquationError> by_equation_error(const Samples& samples, const std::vector<FormulaText>& laws,

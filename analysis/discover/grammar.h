@@ -27,6 +27,10 @@ struct FormulaText {
   std::vector<std::string> of;  ///< the quantities that it holds, the first that its curve is drawn over
   std::vector<Parameter> parameters;
   bool is_curve = false;  ///< values of a curve, as many as it takes, instead of a short formula
+  std::string rate = {};  ///< dz/dt of what the formula remembers, z; empty: nothing
+
+  /// `-a*z, dz/dt = (omega - z)/tau`
+  std::string in_words() const { return rate.empty() ? formula : formula + ", dz/dt = " + rate; }
 
   /// The candidate as YAML, as `--candidates` reads it; ends with a newline.
   std::string yaml() const;
@@ -43,6 +47,14 @@ using ReadFormula = std::function<AddedTerm(const FormulaText&)>;
 /// At most three free parameters; the argument of each exp, tanh and sin is divided by a parameter of its own unit.
 /// Bounds and first values come from the ranges that the data span.
 std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, double voltage_scale, bool voltage);
+
+/// Laws that remember: those in the speed that follow within a time, friction that gives before it slips, grease that
+/// the motion itself warms, torques and voltages that lag behind the current. None without paths.
+std::vector<FormulaText> remembering_sentences(const Samples& samples, double torque_scale, double voltage_scale,
+                                               bool voltage);
+
+/// What a law remembers along a run. @param p its parameters, in its order
+std::vector<double> memory_along(const AddedTerm& law, std::span<const double> p, const MissingTorque& run);
 
 /// A law fitted to what is left, without a simulation.
 struct EquationError {

@@ -9,6 +9,7 @@
 #include "analysis/numerics/parallel.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "model/machine/memory.h"
 
 namespace emtb {
 namespace {
@@ -46,13 +47,16 @@ std::vector<EquationError> curve_of_each(std::vector<EquationError> curves) {
   return best;
 }
 
+constexpr double ceiling = 0.2;    ///< of what is left: of less there is no law
+constexpr double something = 0.1;  ///< of what is left, that one of several explains
+
 /// Where something is left that a smooth function explains.
 struct Places {
   bool torque = false, voltage = false;
 };
 
 Places places_of(const WhatIsLeft& left, const Shares& torque, const Shares& voltage) {
-  constexpr double ceiling = 0.2, far_less = 0.25;  // of what drives the motor
+  constexpr double far_less = 0.25;  // of what drives the motor
   const double torque_share = left.torque_scale > 0 ? torque.rms / left.torque_scale : 0;
   const double voltage_share = left.voltage_seen && left.voltage_scale > 0 ? voltage.rms / left.voltage_scale : 0;
   return {torque.ceiling >= ceiling && torque_share > far_less * voltage_share,
@@ -129,15 +133,33 @@ double& quantity(TermInput& at, const std::string& name) {
                            : at.theta;
 }
 
-/// A formula over places of one quantity, the others as they are. @param error by the standard errors; may be null
+/// What a formula remembers where a state lasts, and how that changes with its parameters.
+double lasting(const AddedTerm& term, TermInput at, std::span<const double> p, std::vector<double>& by) {
+  double slope = 0;
+  const auto rate = [&](double z, double& by_z) {
+    TermInput by_input;
+    at.memory = z;
+    const double v = term.rate->evaluate(at, p, by_input, by);
+    slope = by_z = by_input.memory;
+    return v;
+  };
+  const double z = lasting_memory<double>(rate);
+  for (double& one : by) one = slope < 0 ? -one / slope : 0;
+  return z;
+}
+
+/// A formula over places of one quantity, the others as they are, which last. @param error by the standard errors; may
+/// be null
 std::vector<double> curve(const AddedTerm& term, TermInput at, const std::string& over, std::span<const double> places,
                           std::vector<double>* error) {
-  std::vector<double> p, by(term.parameters.size()), values;
+  std::vector<double> p, by(term.parameters.size()), memory_by(by.size()), values;
   for (const Parameter& one : term.parameters) p.push_back(one.value);
   for (const double place : places) {
     quantity(at, over) = place;
+    if (term.rate) at.memory = lasting(term, at, p, memory_by);
     TermInput by_input;
     values.push_back(term.term->evaluate(at, p, by_input, by));
+    for (std::size_t k = 0; k < by.size(); ++k) by[k] += by_input.memory * memory_by[k];
     if (error == nullptr) continue;
     double variance = 0;
     for (std::size_t k = 0; k < by.size(); ++k) {
@@ -351,13 +373,35 @@ bool says_more(const Criterion& criterion, const Found& one, const Found& other)
   return !with.quality || !without.quality || gain(*without.quality, *with.quality) > nats;
 }
 
+/// The best formula that remembers, of those that explain more of what is left than one without a memory. Where no
+/// smooth function of the states explains much, a memory of them may.
+std::optional<Found> law_with_memory(const Ground& ground, const Places& places, double explained) {
+  constexpr std::size_t most = 4;
+  const bool any = places.torque || places.voltage;
+  const auto best = [](std::vector<EquationError> tried) {
+    if (tried.size() > most) tried.resize(most);
+    return tried;
+  };
+  return best_of(ground, worth_a_fit(ground, any ? places : Places{.torque = true}, remembering_sentences,
+                                     any ? explained : ceiling, best));
+}
+
 /// The best formula, or the curve that does what it does not.
 std::optional<Found> best_law(const Ground& ground, const Shares& torque, const Shares& voltage) {
   const Places places = places_of(ground.left, torque, voltage);
-  constexpr double something = 0.1;  // of what is left
-  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, something, best_few));
+  double explained = something;  // by the best formula that remembers nothing
+  const auto best_few_of_all = [&](std::vector<EquationError> tried) {
+    if (!tried.empty()) explained = std::max(explained, tried.front().share);
+    return best_few(std::move(tried));
+  };
+  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, something, best_few_of_all));
   constexpr double at_the_floor = 1.05;
   if (formula && formula->law.held_out_after < at_the_floor) return formula;
+  if (std::optional<Found> remembers = law_with_memory(ground, places, explained);
+      remembers && (!formula || says_more(ground.criterion, *remembers, *formula))) {
+    formula = std::move(remembers);
+    if (formula->law.held_out_after < at_the_floor) return formula;
+  }
   std::optional<Found> curve = best_of(ground, worth_a_fit(ground, places, curves, something, shortest_curves));
   // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
   // more: then only a fit of both together tells.

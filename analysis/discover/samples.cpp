@@ -29,11 +29,14 @@ Samples samples_of(const WhatIsLeft& left, bool voltage) {
   const std::size_t every = std::max<std::size_t>(1, (all + most - 1) / most);
   const bool alone = left.runs.size() == 1;
   constexpr std::size_t fifths = 5;
+  s.paths = left.runs;
   s.groups = alone ? fifths : left.runs.size();
   for (std::size_t r = 0; r < left.runs.size(); ++r) {
     const MissingTorque& run = left.runs[r];
     for (std::size_t k = 0; k < run.t.size(); k += every) {
       if (std::abs(run.omega[k]) < moves * fastest) continue;
+      s.path.push_back(r);
+      s.place.push_back(k);
       s.group.push_back(alone ? k * fifths / run.t.size() : r);
       s.t.push_back(run.t[k]);
       s.omega.push_back(run.omega[k]);

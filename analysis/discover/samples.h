@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct Samples {
   std::vector<std::size_t> group;                                 ///< of each sample
   std::vector<double> t, omega, i_a, theta, u_ref, acceleration;  ///< SI
   std::vector<double> value;                                      ///< [N m] or [V]
+  std::span<const MissingTorque> paths;  ///< the runs as a whole, which a memory is followed along; outlive the samples
+  std::vector<std::size_t> path, place;  ///< of each sample: its run, and where in it; none without paths
 
   std::size_t size() const { return value.size(); }
 };

@@ -7,6 +7,7 @@
 #include "model/dual.h"
 #include "model/machine/armature.h"
 #include "model/machine/equations.h"
+#include "model/machine/memory.h"
 #include "model/term.h"
 
 namespace emtb {
@@ -20,13 +21,27 @@ class UserTerms {
     (term.place == TermPlace::voltage ? voltages_ : others_).push_back({&term, parameter});
   }
 
+  /// What they remember where a run begins: what lasts there. @param equations with the state that it begins in
+  void start(const Equations<Scalar>& equations) {
+    for (std::vector<Placed>* terms : {&others_, &voltages_}) {
+      for (Placed& term : *terms) {
+        if (term.placed->rate) term.remembered.end = lasting_memory<Scalar>(rate_of(term, equations));
+      }
+    }
+  }
+
   bool any_voltage() const { return !voltages_.empty(); }
 
-  /// Torques and factors on the flux act in the middle of the step.
+  /// Torques and factors on the flux act in the middle of the step. What is remembered goes on by the step.
   void apply(Equations<Scalar>& equations) {
+    for (std::vector<Placed>* terms : {&others_, &voltages_}) {
+      for (Placed& term : *terms) {
+        if (!term.placed->rate) continue;
+        term.remembered = remembered_after(term.remembered.end, equations.middle.h, rate_of(term, equations));
+      }
+    }
     for (const Placed& term : others_) {
-      double by_current = 0;
-      const Scalar value = value_at(term, equations.middle, equations.p, by_current);
+      const Scalar value = value_at(term, equations.middle, equations.p);
       if (term.placed->place == TermPlace::torque) {
         equations.terms.braking_torque -= value;
       } else {
@@ -55,7 +70,10 @@ class UserTerms {
       x.i_a = (stopping + v) / resistance;
       sum = Scalar(0.0);
       double by_current = 0;
-      for (const Placed& term : voltages_) sum += value_at(term, x, equations.p, by_current);
+      for (const Placed& term : voltages_) {
+        sum += value_at(term, x, equations.p);
+        by_current += by_.i_a;
+      }
       slope = 1 - by_current / value_of(resistance);
       const double gap = v - value_of(sum);
       if (!(slope > 0) || !std::isfinite(gap)) {  // a source that outgrows its own current: explicit
@@ -77,30 +95,46 @@ class UserTerms {
   struct Placed {
     const PlacedTerm* placed;
     std::size_t parameter;
+    Remembered<Scalar> remembered{};
   };
 
-  /// A term at a state, with all derivatives; by_current: by the current alone.
-  Scalar value_at(const Placed& term, const State<Scalar>& x, std::span<const Scalar> p, double& by_current) {
-    const TermInput at{value_of(x.omega), value_of(x.i_a), value_of(x.theta), x.u_ref, x.t};
+  /// dz/dt of what a term remembers in the middle of the step, over z.
+  auto rate_of(const Placed& term, const Equations<Scalar>& equations) {
+    return [this, &term, &equations](double z, double& slope) {
+      const Scalar rate = evaluated(*term.placed->rate, term, equations.middle, Scalar(z), equations.p);
+      slope = by_.memory;
+      return rate;
+    };
+  }
+
+  Scalar value_at(const Placed& term, const State<Scalar>& x, std::span<const Scalar> p) {
+    return evaluated(*term.placed->term, term, x, term.remembered.in_middle, p);
+  }
+
+  /// One of a term's formulas at a state, with all derivatives; by_: those with respect to the state.
+  Scalar evaluated(const Term& formula, const Placed& term, const State<Scalar>& x, const Scalar& memory,
+                   std::span<const Scalar> p) {
+    const TermInput at{value_of(x.omega), value_of(x.i_a), value_of(x.theta), x.u_ref, x.t, value_of(memory)};
     const std::size_t count = term.placed->parameter_count;
     values_.resize(count);
     by_parameter_.resize(count);
     for (std::size_t i = 0; i < count; ++i) values_[i] = value_of(p[term.parameter + i]);
-    TermInput by{};
-    const double value = term.placed->term->evaluate(at, values_, by, by_parameter_);
+    by_ = {};
+    const double value = formula.evaluate(at, values_, by_, by_parameter_);
     Scalar sum(value);
-    if (by.omega != 0) sum += by.omega * (x.omega - at.omega);
-    if (by.i_a != 0) sum += by.i_a * (x.i_a - at.i_a);
-    if (by.theta != 0) sum += by.theta * (x.theta - at.theta);
+    if (by_.omega != 0) sum += by_.omega * (x.omega - at.omega);
+    if (by_.i_a != 0) sum += by_.i_a * (x.i_a - at.i_a);
+    if (by_.theta != 0) sum += by_.theta * (x.theta - at.theta);
+    if (by_.memory != 0) sum += by_.memory * (memory - at.memory);
     for (std::size_t i = 0; i < count; ++i) {
       if (by_parameter_[i] != 0) sum += by_parameter_[i] * (p[term.parameter + i] - values_[i]);
     }
-    by_current += by.i_a;
     return sum;
   }
 
   std::vector<Placed> others_, voltages_;
   Scalar voltage_{};
+  TermInput by_;
   std::vector<double> values_, by_parameter_;  ///< kept, to spare allocations
 };
 

@@ -1,7 +1,7 @@
 /// Hides laws that the grammar does not hold exactly on the simulated servo, splines over the speed and tables over
 /// the angle, and counts what `discover` makes of them; then runs of one machine, of a machine that changed, and
-/// disturbed ones: docs/discover.md. Arguments: what (law, law_of_angle, friction_over_angle, healthy, lacking,
-/// changed, from_then, drift, disturbed, all), how many, seed, the first.
+/// disturbed ones: docs/discover.md. Arguments: what (law, law_of_angle, friction_over_angle, law_with_memory, healthy,
+/// lacking, changed, from_then, drift, disturbed, all), how many, seed, the first.
 
 #include <algorithm>
 #include <array>
@@ -81,6 +81,70 @@ class HiddenTurn {
   std::array<double, count> value_{};
 };
 
+/// A curve of the speed that comes late, or dry friction in elements that give before they slip, each over an angle of
+/// its own (Prandtl and Ishlinskii). It remembers what was before: a copy of its own for each run.
+class HiddenMemory {
+ public:
+  HiddenMemory(Draw draw, double range, double size)
+      : curve_(draw, range, size), late_(draw.within(0, 1) < 0.5), tau_(draw.log_within(0.05, 1)) {
+    double sum = 0;
+    for (Element& e : elements_) {
+      e.angle = draw.log_within(2, 60);
+      e.torque = draw.within(0.2, 1);
+      sum += e.torque;
+    }
+    for (Element& e : elements_) e.torque *= size / sum;
+  }
+
+  double operator()(double omega, double theta, double t) {
+    if (t < t_ || t == 0) begin(omega, theta);
+    const double h = t - t_, turned = theta - theta_;
+    t_ = t;
+    theta_ = theta;
+    late_by_ += (1 - std::exp(-h / tau_)) * (curve_(omega) - late_by_);
+    double torque = 0;
+    for (Element& e : elements_) {
+      e.bent = std::clamp(e.bent + turned / e.angle, -1.0, 1.0);
+      torque += e.torque * e.bent;
+    }
+    return late_ ? late_by_ : torque;
+  }
+
+ private:
+  void begin(double omega, double theta) {
+    t_ = 0;
+    theta_ = theta;
+    late_by_ = curve_(omega);
+    for (Element& e : elements_) e.bent = 0;
+  }
+
+  struct Element {
+    double angle = 1, torque = 0;  ///< [rad, N m]
+    double bent = 0;               ///< of its angle
+  };
+  HiddenCurve curve_;
+  bool late_;
+  double tau_;
+  std::array<Element, 4> elements_;
+  double t_ = 0, theta_ = 0, late_by_ = 0;
+};
+
+/// What it does along a run, as formulas have it; the states between two of the run are straight lines.
+std::vector<double> along(HiddenMemory hidden, const MissingTorque& run) {
+  constexpr int parts = 20;
+  std::vector<double> torque{-hidden(run.omega[0], run.theta[0], 0)};
+  for (std::size_t k = 0; k + 1 < run.t.size(); ++k) {
+    const double h = run.t[k + 1] - run.t[k];
+    for (int i = 1; i <= parts; ++i) {
+      const double share = static_cast<double>(i) / parts;
+      const auto at = [&](const std::vector<double>& x) { return (1 - share) * x[k] + share * x[k + 1]; };
+      const double braking = hidden(at(run.omega), at(run.theta), run.t[k] - run.t[0] + share * h);
+      if (i == parts) torque.push_back(-braking);
+    }
+  }
+  return torque;
+}
+
 double excess(double error) { return std::max(0.0, error * error - 1); }
 
 /// What is hidden in one case: on a bench, and as the curve that a law is held against.
@@ -89,6 +153,8 @@ struct HiddenLaw {
   std::string over;
   std::function<double(double)> curve;  ///< as formulas have it: it accelerates
   double beneath = 0;                   ///< [N m] of dry friction that the model knows: no friction drives a shaft
+  std::function<std::vector<double>(const MissingTorque&)> along =
+      nullptr;  ///< in place of a curve, where it remembers
 };
 
 /// Some 4000 counts a turn, over the two thousand turns of the longest run.
@@ -99,12 +165,18 @@ simulated::DaqChannel encoder() {
 
 HiddenLaw hidden_law(const std::string& kind, Draw& draw) {
   constexpr double fastest = 450;
-  const double size =
-      (kind == "law" ? 1 : 5) * draw.log_within(0.01, 0.04);  // inertia smooths what turns with the angle
+  const bool turns = kind == "law_of_angle" || kind == "friction_over_angle";
+  const double size = (turns ? 5 : 1) * draw.log_within(0.01, 0.04);  // inertia smooths what turns with the angle
   if (kind == "law") {
     const HiddenCurve curve(draw, fastest, size);
     return {[curve](double omega, double, double) { return curve(omega); }, "omega",
             [curve](double omega) { return -curve(omega); }};
+  }
+  if (kind == "law_with_memory") {
+    const HiddenMemory memory(draw, fastest, size);
+    return {.braking = memory, .over = "omega", .curve = {}, .along = [memory](const MissingTorque& run) {
+              return along(memory, run);
+            }};
   }
   const HiddenTurn turn(draw, size);
   const bool friction = kind == "friction_over_angle";
@@ -135,12 +207,13 @@ void judge_laws(const std::string& kind, std::size_t first, std::size_t count, s
     if (d.law) {
       ++offered;
       gone = 1 - excess(d.law->held_out_after) / excess(d.law->held_out_before);
-      wrong = curve_error(*d.law, hidden.over, hidden.curve, kind == "law");
+      wrong = hidden.along ? error_along(*d.law, d.left, hidden.along)
+                           : curve_error(*d.law, hidden.over, hidden.curve, kind == "law");
       shaped += wrong < 0.1 ? 1 : 0;
     }
     removed.push_back(gone);
     std::cout << kind << " " << i << ": held-out " << d.held_out << (d.law ? " -> " : "")
-              << (d.law ? std::to_string(d.law->held_out_after) + " by " + d.law->text.formula : " no law")
+              << (d.law ? std::to_string(d.law->held_out_after) + " by " + d.law->text.in_words() : " no law")
               << ", ceiling " << d.torque.ceiling << ", removed " << gone << ", curve off by " << wrong << "\n"
               << std::flush;
   }
@@ -189,7 +262,7 @@ int main(int argc, char** argv) {
   const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
   const std::size_t first = argc > 4 ? std::strtoul(argv[4], nullptr, 10) : 0;
   try {
-    for (const std::string one : {"law", "law_of_angle", "friction_over_angle"}) {
+    for (const std::string one : {"law", "law_of_angle", "friction_over_angle", "law_with_memory"}) {
       if (kind == one || kind == "all") emtb::blind::judge_laws(one, first, count, seed);
     }
     for (const MachineKind one : {MachineKind::healthy, MachineKind::lacking, MachineKind::changed,

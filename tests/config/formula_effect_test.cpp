@@ -85,6 +85,49 @@ TEST(FormulaEffect, StatesWhatASearchMustKnow) {
   EXPECT_TRUE(field.parameter_list[1].is_shape()) << "a current that cannot be 0";
 }
 
+constexpr const char* with_memory =
+    "  creeping:\n"
+    "    torque: \"-a*z\"\n"
+    "    memory: {z: (omega/r - z)/tau}\n"
+    "    parameters: {tau: {value: 0.2, min: 0.05, max: 2, unit: s}, r: {value: 100, fixed: true}, a: {value: 0, min: "
+    "-1, "
+    "max: 1, unit: N m}}\n";
+
+TEST(FormulaEffect, MayRemember) {
+  const Model m = model_with(std::string(with_formulas) + with_memory);
+  const AddedTerm& creeping = m.terms.back();
+  EXPECT_EQ(creeping.memory, "z");
+  EXPECT_EQ(creeping.rate_formula, "(omega/r - z)/tau");
+  EXPECT_EQ(creeping.info->equation, "T = -a*z, dz/dt = (omega/r - z)/tau");
+  EXPECT_TRUE(m.structure().terms.back().rate);
+  EXPECT_FALSE(m.structure().terms.front().rate) << "the others do not";
+  TermInput by;
+  std::vector<double> by_parameter(3);
+  // The amplitude stands first: a, tau, r.
+  EXPECT_DOUBLE_EQ(creeping.rate->evaluate({50, 0, 0, 0, 0, 0.1}, std::vector{1.0, 0.2, 100.0}, by, by_parameter), 2);
+  EXPECT_DOUBLE_EQ(by.memory, -5);
+  EXPECT_DOUBLE_EQ(by_parameter[1], -10);
+  EXPECT_DOUBLE_EQ(creeping.term->evaluate({50, 0, 0, 0, 0, 0.1}, std::vector{1.0, 0.2, 100.0}, by, by_parameter),
+                   -0.1);
+  EXPECT_EQ(to_yaml(model_with(to_yaml(m))), to_yaml(m));
+}
+
+TEST(FormulaEffect, ComplaintsOfWhatItRemembersNameFileLineAndKey) {
+  const auto complaint_with = [](const std::string& from, const std::string& to) {
+    std::string text = std::string(with_formulas) + with_memory;
+    text.replace(text.find(from), from.size(), to);
+    return complaint([&] { model_with(text); });
+  };
+  EXPECT_THAT(complaint_with("-a*z", "-a*omega"), HasSubstr("creeping.torque does not use z, which stands under"));
+  EXPECT_THAT(complaint_with("omega/r", "speed/r"),
+              HasSubstr("own.yaml:15: effects.creeping.memory.z uses `speed` at column 2"));
+  EXPECT_THAT(complaint_with("omega/r - z", "omega - z"), HasSubstr("does not use its parameter r"));
+  EXPECT_THAT(complaint_with("omega/r - z", "1/omega - z/r"), HasSubstr("creeping.memory.z is inf at rest"));
+  EXPECT_THAT(complaint_with("{z: (", "{y: -y, z: ("), HasSubstr("creeping.memory names 2 quantities"));
+  EXPECT_THAT(complaint_with("{z: (", "{omega: ("), HasSubstr("memory.omega means something else in formulas"));
+  EXPECT_THAT(complaint_with("{z: (", "{tau: ("), HasSubstr("memory.tau is a parameter, too"));
+}
+
 TEST(FormulaEffect, ANullThatIsNotZeroIsKept) {
   const std::string text =
       std::string(with_formulas) + "  gain: {flux: g, parameters: {g: {value: 1.1, min: 0.5, max: 2, null: 1}}}\n";

@@ -31,7 +31,7 @@ TEST(Formula, ANulEndsNoFormulaEarly) {
 }
 
 TEST(Formula, SpeaksTheLanguageThatItPromises) {
-  const auto& [omega, i_a, theta, u_ref, t] = somewhere;
+  const auto& [omega, i_a, theta, u_ref, t, memory] = somewhere;
   EXPECT_DOUBLE_EQ(formula_value("omega + i_a*theta - u_ref/t"), omega + i_a * theta - u_ref / t);
   EXPECT_DOUBLE_EQ(formula_value("-omega^2"), -omega * omega) << "a power binds tighter than a sign";
   EXPECT_DOUBLE_EQ(formula_value("2^3^2"), 512);

@@ -283,6 +283,7 @@ Model Work::with_formula(const json& formula) const {
   json file = json::object();  // JSON is YAML, too
   file[id][place] = checked.text("formula");
   file[id]["parameters"] = parameters;
+  if (formula.contains("memory")) file[id]["memory"] = formula["memory"];
   const auto yaml = YamlMap::parse(file.dump(), "formula");
   Model model = now_.model;
   model.offered = {read_formula(yaml, id)};

@@ -103,7 +103,9 @@ json formula_of(const FormulaText& law) {
                             {"fixed", p.fixed}};
   }
   const std::string place = law.place == TermPlace::flux ? "flux" : name_of(law.place);
-  return {{"id", law.id}, {"place", place}, {"formula", law.formula}, {"parameters", parameters}};
+  json formula{{"id", law.id}, {"place", place}, {"formula", law.formula}, {"parameters", parameters}};
+  if (!law.rate.empty()) formula["memory"] = {{"z", law.rate}};
+  return formula;
 }
 
 /// What is left without a name: in words, and as a law to draw and to add.

@@ -1,3 +1,5 @@
+#include "config/formula_effect.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -64,6 +66,80 @@ TEST(FormulaInAModel, HasTheRightSensitivities) {
   }
 }
 
+/// A formula that remembers, as a file of candidates says it.
+AddedTerm remembering(const std::string& formula, const std::string& rate, const std::string& parameters) {
+  const std::string text = "own: {" + formula + ", memory: {z: \"" + rate + "\"}, parameters: " + parameters + "}";
+  return read_formula(YamlMap::parse(text, "own.yaml"), "own");
+}
+
+SensitivityCase case_with(const testing_benches::TestBench& bench, const AddedTerm& term) {
+  SensitivityCase c = case_with(bench, std::vector<UsersEffect>{});
+  c.structure.terms.push_back(term.placed());
+  for (const Parameter& p : term.parameters) c.parameters.push_back({p.symbol, p.value, p.value, p.min, p.max});
+  return c;
+}
+
+TEST(FormulaInAModel, HasTheRightSensitivitiesWhereItRemembers) {
+  for (const testing_benches::TestBench& bench : {testing_benches::slow_bench(), testing_benches::fast_bench()}) {
+    SCOPED_TRACE(bench.name);
+    const std::string torque = std::to_string(bench.typical.at("coulomb_friction.T_c"));
+    const std::string of_torque = "a: {value: " + torque + ", min: -10, max: 10}";
+    const AddedTerm late = remembering("torque: -a*z", "(tanh(omega/w) - z)/tau",
+                                       "{" + of_torque +
+                                           ", w: {value: 8, min: 1, max: 100}, tau: {value: 0.05, min: 0.01, "
+                                           "max: 2}}"),
+                    giving = remembering("torque: -a*z", "(omega - abs(omega)*z)/w",
+                                         "{" + of_torque + ", w: {value: 30, min: 1, max: 100}}"),
+                    heated = remembering("flux: 1 - k*z", "(i_a^2/(1 + i_a^2) - z)/tau",
+                                         "{k: {value: 0.1, min: 0, max: 0.5}, tau: {value: 0.4, min: 0.1, max: 2}}"),
+                    behind = remembering("voltage: -r*z", "(i_a - z)/tau",
+                                         "{r: {value: 0.1, min: 0, max: 1}, tau: {value: 0.03, min: 0.01, max: 2}}");
+    for (const AddedTerm& term : {late, giving, heated, behind}) {
+      EXPECT_TRUE(CheckSensitivities(case_with(bench, term))) << term.info->equation;
+    }
+  }
+}
+
+/// The speed of a bench with a term.
+std::vector<double> speed_with(const testing_benches::TestBench& bench, const AddedTerm& term, Excitation excitation) {
+  ModelStructure structure = bench.structure;
+  structure.terms = {term.placed()};
+  std::vector<double> values = bench.base;
+  for (const Parameter& p : term.parameters) values.push_back(p.value);
+  Trajectory<double> y;
+  simulate<double>(structure, values, excitation, y);
+  return y.omega;
+}
+
+TEST(FormulaInAModel, WhatIsForgottenWithinAStepIsAsGoodAsNotRemembered) {
+  const testing_benches::TestBench bench = testing_benches::fast_bench();
+  const AddedTerm at_once = remembering("torque: -a*z", "(tanh(omega/20) - z)/tau",
+                                        "{a: {value: 0.002, min: 0, max: 1}, tau: {value: 1.0e-9, min: 1.0e-12, max: "
+                                        "1}}");
+  const AddedTerm none = read_formula(
+      YamlMap::parse("own: {torque: -a*tanh(omega/20), parameters: {a: {value: 0.002, min: 0, max: 1}}}", "own.yaml"),
+      "own");
+  const auto y = speed_with(bench, at_once, bench.excitation), expected = speed_with(bench, none, bench.excitation);
+  ASSERT_GT(y.size(), 1000U);
+  for (std::size_t k = 0; k < y.size(); ++k) ASSERT_NEAR(y[k], expected[k], 1e-6) << bench.excitation.t[k] << " s";
+}
+
+TEST(FormulaInAModel, ARunThatBeginsInMotionRemembersWhatLastsThere) {
+  testing_benches::TestBench bench = testing_benches::fast_bench();
+  Excitation spinning = bench.excitation;
+  spinning.initial.omega = 200;
+  const AddedTerm slow = remembering("torque: -a*z", "(tanh(omega/5) - z)/tau",
+                                     "{a: {value: 0.002, min: 0, max: 1}, tau: {value: 1.0e6, min: 1, max: 1.0e7}}");
+  const AddedTerm constant = read_formula(
+      YamlMap::parse("own: {torque: -a, parameters: {a: {value: 0.002, min: 0, max: 1}}}", "own.yaml"), "own");
+  const auto y = speed_with(bench, slow, spinning), expected = speed_with(bench, constant, spinning);
+  for (std::size_t k = 0; k < 1000; ++k) ASSERT_NEAR(y[k], expected[k], 1e-4) << "it never forgets the first speed";
+  EXPECT_GT(
+      std::abs(speed_with(bench, slow, bench.excitation)[500] - speed_with(bench, constant, bench.excitation)[500]),
+      0.1)
+      << "from rest it remembers nothing";
+}
+
 TEST(FormulaInAModel, ADropThatIsSteepInTheCurrentDoesNotSwing) {
   const testing_benches::TestBench bench = testing_benches::fast_bench();
   const auto simulated_with = [&](const ModelStructure& structure, std::vector<double> more) {
@@ -109,6 +185,9 @@ Model with_windage_as_a_formula() {
                      .term = parse_formula("-c2*omega*abs(omega)", std::vector<std::string>{"c2"}),
                      .parameters = {c2},
                      .formula = "-c2*omega*abs(omega)",
+                     .memory = {},
+                     .rate_formula = {},
+                     .rate = {},
                      .info = {}});
   return m;
 }

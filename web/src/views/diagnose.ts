@@ -75,7 +75,7 @@ function remainder(rest: any, named: boolean, plot: Plot | null): HTMLElement {
   const machine: string[] = rest.machine ?? [];
   const panel = h("article", {class: "card", id: "discovered"}, h("header", {}, h("h2", {}, "What is left"), law ? h("span", {class: "tag good"}, "a law") : h("span", {class: "tag"}, "no law")));
   if (law) {
-    panel.append(...[h("p", {class: "mono"}, `${law.place} = ${law.formula}`), plot?.element ?? null,
+    panel.append(...[h("p", {class: "mono"}, `${law.place} = ${law.formula}${law.memory ? `, dz/dt = ${law.memory.z}` : ""}`), plot?.element ?? null,
       h("dl", {class: "facts small"},
         h("dt", {}, "Error held out"), h("dd", {}, `${floors(law.error?.before?.held_out)} → `, h("b", {}, floors(law.error?.after?.held_out))),
         ...Object.entries<any>(law.parameters ?? {}).flatMap(([name, p]) => [h("dt", {}, symbol(name)), h("dd", {}, p.std_error ? withError(p.value, p.std_error, p.unit) : quantity(p.value, p.unit ?? ""))]),
