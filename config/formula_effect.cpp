@@ -11,6 +11,7 @@
 #include "config/parameter.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
+#include "model/machine/memory.h"
 
 namespace emtb {
 namespace {
@@ -143,7 +144,9 @@ void check_values(const YamlMap& yaml, const AddedTerm& term) {
   if (term.rate) check_at_rest(*term.rate, yaml.map("memory"), term.memory);
   if (!any_null) return;
   const double absent = term.place == TermPlace::flux ? 1 : 0;
-  for (const TermInput& x : {TermInput{}, TermInput{10, 1, 1, 1, 1, 1}, TermInput{-10, -1, 2, -1, 2, -1}}) {
+  std::vector<double> by_parameter(nulls.size());
+  for (TermInput x : {TermInput{}, TermInput{10, 1, 1, 1, 1}, TermInput{-10, -1, 2, -1, 2}}) {
+    if (term.rate) x.memory = lasting_memory<double>(rate_over_memory(*term.rate, x, nulls, by_parameter));
     const double value = value_at(*term.term, nulls, x);
     if (std::abs(value - absent) <= 1e-9) continue;
     if (!std::isfinite(value)) {

@@ -93,6 +93,19 @@ FormulaText curve_of_angle(std::size_t waves, double largest, std::optional<doub
 
 }  // namespace
 
+std::vector<FormulaText> remembering_curves(const Samples& samples, double torque_scale, double, bool voltage) {
+  std::vector<FormulaText> list;
+  if (voltage || samples.paths.empty()) return list;
+  add_odd_curves(list, TermPlace::torque, "omega", samples.omega, largest_law * torque_scale);
+  for (FormulaText& law : list) {
+    law.id = "lagging_" + law.id;
+    law.rate = "(" + law.formula + " - z)/tau";
+    law.formula = "z";
+    law.parameters.push_back(time_to_follow(samples));
+  }
+  return list;
+}
+
 std::vector<FormulaText> curves(const Samples& samples, double torque_scale, double voltage_scale, bool voltage) {
   std::vector<FormulaText> list;
   if (voltage) {

@@ -141,6 +141,13 @@ void add_flux(std::vector<FormulaText>& list, double current, double longest) {
                   {amplitude("a", "1", largest_weakening), shape("tau", "s", 0.03 * longest, 3 * longest)}});
 }
 
+/// [s] Of two places of a run.
+double longest_interval(const Samples& samples) {
+  double longest = 0;
+  for (const MissingTorque& run : samples.paths) longest = std::max(longest, run.t[1] - run.t[0]);
+  return longest;
+}
+
 /// What a formula gives to a rate over a time: the law itself, a lag behind.
 std::string follows(const std::string& law) { return "(" + law + " - z)/tau"; }
 
@@ -164,7 +171,10 @@ void add_remembered_friction(std::vector<FormulaText>& list, const Place& tau, d
   add("lagging_decay_of_omega", "-a*z", follows("tanh(omega/s)*exp(-abs(omega)/w)"), {tau, w, s});
   add("lagging_hyperbola_of_omega", "-a*z", follows("2*(omega/w)/(1 + (omega/w)^2)"), {tau, w});
   add("warming_friction_of_omega", "-a*tanh(omega/s)*z", follows("abs(omega)/r"), {tau, r, s});
-  add("giving_friction_of_omega", "-a*z", "(omega - abs(omega)*z)/w", {shape("w", "rad", 0.02 * path, 20 * path)});
+  const auto way = shape("w", "rad", 0.02 * path, 20 * path);
+  add("giving_friction_of_omega", "-a*z", "(omega - abs(omega)*z)/w", {way});
+  add("giving_friction_by_a_power_of_omega", "-a*z", "omega/w*max(0, 1 - sign(omega)*z)^n",
+      {way, shape("n", "1", 0.2, 5)});
 }
 
 /// The values of a shape that are tried: even by ratio.
@@ -226,34 +236,37 @@ class Fitter {
     return p;
   }
 
-  double value_at(std::size_t row, std::span<const double> p, std::span<double> by) const {
+  double value_at(std::size_t row, double memory, std::span<const double> p, std::span<double> by) const {
     TermInput by_input;
-    const TermInput at{s_.omega[row], s_.i_a[row], s_.theta[row], s_.u_ref[row], s_.t[row], remembered_[row]};
+    const TermInput at{s_.omega[row], s_.i_a[row], s_.theta[row], s_.u_ref[row], s_.t[row], memory};
     const double v = term_.term->evaluate(at, p, by_input, by);
     return law_.place == TermPlace::flux ? (v - 1) * torque_per_ampere_ * s_.i_a[row] : v;
   }
 
-  /// What the law remembers at each sample, with the shapes as they are.
-  void remember() {
-    remembered_.assign(s_.size(), 0.0);
-    if (!term_.rate) return;
-    const std::vector<double> p = values_with(amplitudes_.front());
+  /// What the law remembers at each sample.
+  std::vector<double> remembered(std::span<const double> p) const {
+    std::vector<double> at_samples(s_.size(), 0.0);
+    if (!term_.rate) return at_samples;
     std::vector<std::vector<double>> along;
     for (const MissingTorque& run : s_.paths) along.push_back(memory_along(term_, p, run));
-    for (std::size_t row = 0; row < s_.size(); ++row) remembered_[row] = along[s_.path[row]][s_.place[row]];
+    for (std::size_t row = 0; row < s_.size(); ++row) at_samples[row] = along[s_.path[row]][s_.place[row]];
+    return at_samples;
   }
 
   void judge(EquationError& found) {
-    remember();
     const auto n = static_cast<Eigen::Index>(s_.size()), m = static_cast<Eigen::Index>(amplitudes_.size());
     Eigen::MatrixXd x(n, 4 + m);
-    std::vector<double> by(order_.size());
-    std::vector<std::vector<double>> values;
-    for (const std::size_t a : amplitudes_) values.push_back(values_with(a));
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto row = static_cast<std::size_t>(i);
       x.row(i).head(4) << s_.value[row], s_.omega[row], s_.i_a[row], s_.acceleration[row];
-      for (Eigen::Index a = 0; a < m; ++a) x(i, 4 + a) = value_at(row, values[static_cast<std::size_t>(a)], by);
+    }
+    std::vector<double> by(order_.size());
+    for (Eigen::Index a = 0; a < m; ++a) {
+      const std::vector<double> p = values_with(amplitudes_[static_cast<std::size_t>(a)]), memory = remembered(p);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const auto row = static_cast<std::size_t>(i);
+        x(i, 4 + a) = value_at(row, memory[row], p, by);
+      }
     }
     if (!x.allFinite()) return;
     std::vector<Eigen::MatrixXd> of(s_.groups, Eigen::MatrixXd::Zero(4 + m, 4 + m));
@@ -295,7 +308,6 @@ class Fitter {
   const AddedTerm& term_;
   double torque_per_ampere_;
   std::vector<std::size_t> amplitudes_, order_;
-  std::vector<double> remembered_;  ///< at each sample
 };
 
 }  // namespace
@@ -303,6 +315,13 @@ class Fitter {
 FormulaText::Parameter turning_width(const std::string& symbol, const std::string& unit, double range) {
   const double width = 0.004 * range;
   return {symbol, unit, width, 0.1 * width, 5 * width, false, true};
+}
+
+FormulaText::Parameter time_to_follow(const Samples& samples) {
+  constexpr double part = 0.3;  // of an interval, within which a memory can still be seen, and of a run
+  double longest = 0;
+  for (const MissingTorque& run : samples.paths) longest = std::max(longest, run.t.back() - run.t.front());
+  return shape("tau", "s", part * longest_interval(samples), part * longest);
 }
 
 std::string FormulaText::yaml() const {
@@ -343,17 +362,9 @@ std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, 
 std::vector<FormulaText> remembering_sentences(const Samples& samples, double torque_scale, double voltage_scale,
                                                bool voltage) {
   std::vector<FormulaText> list;
-  double interval = 0, longest = 0;
-  for (const MissingTorque& run : samples.paths) {
-    if (run.t.size() < 2) continue;
-    interval = std::max(interval, run.t[1] - run.t[0]);
-    longest = std::max(longest, run.t.back() - run.t.front());
-  }
-  if (!(interval > 0)) return list;
-  constexpr double part = 0.3;  // of an interval, in which a memory can still be seen, and of a run
-  const Place tau = shape("tau", "s", part * interval, part * longest);
+  if (samples.paths.empty()) return list;
   const double omega = range_of(samples.omega), current = range_of(samples.i_a);
-  const Place r = constant("r", "A", current);
+  const Place tau = time_to_follow(samples), r = constant("r", "A", current);
   if (voltage) {
     list.push_back({.id = "lagging_voltage_of_i_a",
                     .place = TermPlace::voltage,
@@ -364,7 +375,7 @@ std::vector<FormulaText> remembering_sentences(const Samples& samples, double to
     return list;
   }
   const double torque = largest_law * torque_scale;
-  add_remembered_friction(list, tau, omega, omega * interval, torque);
+  add_remembered_friction(list, tau, omega, omega * longest_interval(samples), torque);
   list.push_back({.id = "lagging_torque_of_i_a",
                   .place = TermPlace::torque,
                   .formula = "-a*z",
@@ -382,14 +393,9 @@ std::vector<FormulaText> remembering_sentences(const Samples& samples, double to
 
 std::vector<double> memory_along(const AddedTerm& law, std::span<const double> p, const MissingTorque& run) {
   std::vector<double> by(p.size()), along;
-  TermInput at{run.omega[0], run.i_a[0], run.theta[0], run.u_ref[0], run.t[0]};
-  const auto rate = [&](double z, double& slope) {
-    TermInput by_input;
-    at.memory = z;
-    const double v = law.rate->evaluate(at, p, by_input, by);
-    slope = by_input.memory;
-    return v;
-  };
+  const bool rests = std::abs(run.omega[0]) < moves * range_of(run.omega);
+  TermInput at{rests ? 0 : run.omega[0], run.i_a[0], run.theta[0], run.u_ref[0], run.t[0]};
+  const auto rate = rate_over_memory(*law.rate, at, p, by);
   along.push_back(lasting_memory<double>(rate));
   for (std::size_t k = 0; k + 1 < run.t.size(); ++k) {
     const auto between = [k](const std::vector<double>& x) { return 0.5 * (x[k] + x[k + 1]); };

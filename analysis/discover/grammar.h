@@ -39,6 +39,9 @@ struct FormulaText {
 /// The part of a quantity's range within which a law turns with its sign, held where few readings tell it.
 FormulaText::Parameter turning_width(const std::string& symbol, const std::string& unit, double range);
 
+/// [s] within which what a law remembers follows: as far as the samples show it. Bounds of nothing without paths.
+FormulaText::Parameter time_to_follow(const Samples& samples);
+
 /// Reads a formula: that is the matter of who knows YAML. @throws ModelError or ConfigError
 using ReadFormula = std::function<AddedTerm(const FormulaText&)>;
 

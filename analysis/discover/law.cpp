@@ -25,6 +25,12 @@ std::vector<EquationError> best_few(std::vector<EquationError> formulas) {
   return formulas;
 }
 
+std::vector<EquationError> best_few_that_remember(std::vector<EquationError> formulas) {
+  constexpr std::size_t most = 4;
+  if (formulas.size() > most) formulas.resize(most);
+  return formulas;
+}
+
 /// Of the curves that explain as much as the best, those of the fewest values.
 std::vector<EquationError> shortest_curves(std::vector<EquationError> curves) {
   constexpr double as_much = 0.03;
@@ -135,15 +141,10 @@ double& quantity(TermInput& at, const std::string& name) {
 
 /// What a formula remembers where a state lasts, and how that changes with its parameters.
 double lasting(const AddedTerm& term, TermInput at, std::span<const double> p, std::vector<double>& by) {
-  double slope = 0;
-  const auto rate = [&](double z, double& by_z) {
-    TermInput by_input;
-    at.memory = z;
-    const double v = term.rate->evaluate(at, p, by_input, by);
-    slope = by_z = by_input.memory;
-    return v;
-  };
+  const auto rate = rate_over_memory(*term.rate, at, p, by);
   const double z = lasting_memory<double>(rate);
+  double slope = 0;
+  rate(z, slope);
   for (double& one : by) one = slope < 0 ? -one / slope : 0;
   return z;
 }
@@ -331,7 +332,7 @@ struct Found {
 
 /// Is it one curve, told by more values and by fewer?
 bool same_curve(const FormulaText& a, const FormulaText& b) {
-  return a.is_curve && b.is_curve && a.place == b.place && a.of == b.of;
+  return a.is_curve && b.is_curve && a.place == b.place && a.of == b.of && a.rate.empty() == b.rate.empty();
 }
 
 /// The best of some formulas that is a law, with those that do as well.
@@ -373,47 +374,69 @@ bool says_more(const Criterion& criterion, const Found& one, const Found& other)
   return !with.quality || !without.quality || gain(*without.quality, *with.quality) > nats;
 }
 
-/// The best formula that remembers, of those that explain more of what is left than one without a memory. Where no
-/// smooth function of the states explains much, a memory of them may.
-std::optional<Found> law_with_memory(const Ground& ground, const Places& places, double explained) {
-  constexpr std::size_t most = 4;
-  const bool any = places.torque || places.voltage;
-  const auto best = [](std::vector<EquationError> tried) {
-    if (tried.size() > most) tried.resize(most);
-    return tried;
+/// Notes how much the best explains.
+template <class Choose>
+auto noting(double& explained, const Choose& choose) {
+  return [&explained, choose](std::vector<EquationError> tried) {
+    if (!tried.empty()) explained = std::max(explained, tried.front().share);
+    return choose(std::move(tried));
   };
-  return best_of(ground, worth_a_fit(ground, any ? places : Places{.torque = true}, remembering_sentences,
-                                     any ? explained : ceiling, best));
 }
 
-/// The best formula, or the curve that does what it does not.
-std::optional<Found> best_law(const Ground& ground, const Shares& torque, const Shares& voltage) {
-  const Places places = places_of(ground.left, torque, voltage);
-  double explained = something;  // by the best formula that remembers nothing
-  const auto best_few_of_all = [&](std::vector<EquationError> tried) {
-    if (!tried.empty()) explained = std::max(explained, tried.front().share);
-    return best_few(std::move(tried));
-  };
-  std::optional<Found> formula = best_of(ground, worth_a_fit(ground, places, sentences, something, best_few_of_all));
-  constexpr double at_the_floor = 1.05;
-  if (formula && formula->law.held_out_after < at_the_floor) return formula;
-  if (std::optional<Found> remembers = law_with_memory(ground, places, explained);
-      remembers && (!formula || says_more(ground.criterion, *remembers, *formula))) {
-    formula = std::move(remembers);
-    if (formula->law.held_out_after < at_the_floor) return formula;
+/// Laws of one kind after the other, from the shortest: one takes the place of those before where it does what they do
+/// not. What is at the floor asks for no more. One that remembers has to explain more of what is left than those that
+/// do not.
+class SearchForALaw {
+ public:
+  SearchForALaw(const Ground& ground, const Shares& torque, const Shares& voltage)
+      : ground_(ground), places_(places_of(ground.left, torque, voltage)) {}
+
+  std::optional<Found> run() {
+    double explained = something, by_curves = something;
+    offer([&] { return of(places_, sentences, something, noting(explained, best_few)); });
+    offer([&] { return of_what_remembers(remembering_sentences, explained, best_few_that_remember); });
+    offer([&] { return of(places_, curves, something, noting(by_curves, shortest_curves)); });
+    // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
+    // more: then only a fit of both together tells.
+    if (!any() && ground_.criterion.worth_trying_all(ground_.base.held_out)) {
+      offer([&] { return of({.torque = true}, curves, -infinity, curve_of_each); });
+    }
+    offer([&] { return of_what_remembers(remembering_curves, std::max(explained, by_curves), shortest_curves); });
+    return std::move(best_);
   }
-  std::optional<Found> curve = best_of(ground, worth_a_fit(ground, places, curves, something, shortest_curves));
-  // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
-  // more: then only a fit of both together tells.
-  const bool bent = !places.torque && !places.voltage && ground.criterion.worth_trying_all(ground.base.held_out);
-  if (bent) curve = best_of(ground, worth_a_fit(ground, {.torque = true}, curves, -infinity, curve_of_each));
-  if (!curve) return formula;
-  if (!formula) return curve;
-  if (!says_more(ground.criterion, *curve, *formula)) return formula;
-  curve->law.nearest = formula->law.text;
-  curve->law.nearest_held_out = formula->law.held_out_after;
-  return curve;
-}
+
+ private:
+  bool any() const { return places_.torque || places_.voltage; }
+
+  template <class Propose, class Choose>
+  std::optional<Found> of(const Places& places, const Propose& propose, double least, const Choose& choose) const {
+    return best_of(ground_, worth_a_fit(ground_, places, propose, least, choose));
+  }
+
+  /// Where no smooth function of the states explains much, a memory of them may.
+  template <class Propose, class Choose>
+  std::optional<Found> of_what_remembers(const Propose& propose, double explained, const Choose& choose) const {
+    return any() ? of(places_, propose, explained, choose) : of({.torque = true}, propose, ceiling, choose);
+  }
+
+  template <class Search>
+  void offer(const Search& search) {
+    constexpr double at_the_floor = 1.05;
+    if (best_ && best_->law.held_out_after < at_the_floor) return;
+    std::optional<Found> found = search();
+    if (!found || (best_ && !says_more(ground_.criterion, *found, *best_))) return;
+    if (best_ && found->law.text.is_curve) {
+      Law& before = best_->law;
+      found->law.nearest = before.text.is_curve ? before.nearest : before.text;
+      found->law.nearest_held_out = before.text.is_curve ? before.nearest_held_out : before.held_out_after;
+    }
+    best_ = std::move(found);
+  }
+
+  const Ground& ground_;
+  Places places_;
+  std::optional<Found> best_;
+};
 
 /// The same law with what it holds set free, as far as that has bounds, where that says more.
 std::optional<Found> set_free(const Ground& ground, const Found& found) {
@@ -443,7 +466,7 @@ std::optional<Law> find_law(const Dataset& data, const Trial& base, const Model&
                             std::span<const Record> confirm, const WhatIsLeft& left, const Shares& torque,
                             const Shares& voltage, const ReadFormula& read) {
   const Ground ground{data, base, given, criterion, confirm, left, read};
-  std::optional<Found> found = best_law(ground, torque, voltage);
+  std::optional<Found> found = SearchForALaw(ground, torque, voltage).run();
   if (!found) return {};
   if (std::optional<Found> freed = set_free(ground, *found)) return std::move(freed->law);
   return std::move(found->law);

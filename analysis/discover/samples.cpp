@@ -18,7 +18,6 @@ bool turns_both_ways(const Samples& samples) {
 
 Samples samples_of(const WhatIsLeft& left, bool voltage) {
   constexpr std::size_t most = 3000;
-  constexpr double moves = 0.02;  // of the largest speed: below it friction holds
   Samples s;
   double fastest = 0;
   std::size_t all = 0;

@@ -31,6 +31,9 @@ const std::vector<double>& states_over(const States& s, std::string_view quantit
                                : s.theta;
 }
 
+/// Of the largest speed: below it friction holds.
+inline constexpr double moves = 0.02;
+
 /// The largest size of a quantity in the samples.
 double range_of(const std::vector<double>& x);
 

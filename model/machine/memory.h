@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 
 #include "model/dual.h"
+#include "model/term.h"
 
 namespace emtb {
 
@@ -58,6 +60,17 @@ Scalar lasting_memory(const Rate& rate) {
     z = next;
   }
   return Scalar(0.0);
+}
+
+/// The rate of a term at a state, over z, in plain numbers. @param x its memory is set @param by out: derivatives by p
+inline auto rate_over_memory(const Term& rate, TermInput& x, std::span<const double> p, std::span<double> by) {
+  return [&rate, &x, p, by](double z, double& slope) {
+    TermInput by_input;
+    x.memory = z;
+    const double value = rate.evaluate(x, p, by_input, by);
+    slope = by_input.memory;
+    return value;
+  };
 }
 
 }  // namespace emtb
