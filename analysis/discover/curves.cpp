@@ -34,19 +34,24 @@ std::string digits(double value) {
 
 std::string unit_of(const std::string& x) { return x == "omega" ? "rad/s" : x == "i_a" ? "A" : "V"; }
 
+/// Which values at the ends of a curve over |x| are told.
+struct Ends {
+  bool at_zero = false, far = false;
+};
+
 /// A curve of `pieces` straight pieces over |x|, odd in x.
 FormulaText odd_curve(TermPlace place, const std::string& x, double range, double largest, std::size_t pieces,
-                      bool from_zero) {
+                      Ends told) {
   const std::string out = place == TermPlace::torque ? "N m" : "V";
   FormulaText law;
-  law.id = std::string(from_zero ? "curve_from_zero_of_" : "curve_of_") + std::to_string(pieces) +
+  law.id = std::string(told.at_zero ? "curve_of_" : "curve_from_zero_of_") + std::to_string(pieces) +
            (place == TermPlace::torque ? "_torque_of_" : "_voltage_of_") + x;
   law.place = place;
   law.of = {x};
   law.is_curve = true;
   const double apart = range / static_cast<double>(pieces);
   std::string sum;
-  for (std::size_t k = from_zero ? 1 : 0; k < pieces; ++k) {
+  for (std::size_t k = told.at_zero ? 0 : 1; k < pieces + (told.far ? 1 : 0); ++k) {
     const std::string c = "c" + std::to_string(k), size = "abs(" + x + ")";
     law.parameters.push_back({c, out, 0, -largest, largest, true, false});
     const std::string off = k == 0 ? size : "abs(" + size + " - " + digits(static_cast<double>(k) * apart) + ")";
@@ -58,13 +63,13 @@ FormulaText odd_curve(TermPlace place, const std::string& x, double range, doubl
 }
 
 void add_odd_curves(std::vector<FormulaText>& list, TermPlace place, const std::string& x,
-                    const std::vector<double>& values, double largest) {
+                    const std::vector<double>& values, double largest, bool far = false) {
   const double range = range_of(values);
   if (!(range > 0) || values.empty()) return;
   for (const std::size_t pieces : {4, 6, 8}) {
     if (!reached(values, range, pieces)) continue;
-    for (const bool from_zero : {true, false}) {
-      list.push_back(odd_curve(place, x, range, largest, pieces, from_zero));
+    for (const bool at_zero : {false, true}) {
+      list.push_back(odd_curve(place, x, range, largest, pieces, {at_zero, far}));
     }
   }
 }
@@ -96,7 +101,7 @@ FormulaText curve_of_angle(std::size_t waves, double largest, std::optional<doub
 std::vector<FormulaText> remembering_curves(const Samples& samples, double torque_scale, double, bool voltage) {
   std::vector<FormulaText> list;
   if (voltage || samples.paths.empty()) return list;
-  add_odd_curves(list, TermPlace::torque, "omega", samples.omega, largest_law * torque_scale);
+  add_odd_curves(list, TermPlace::torque, "omega", samples.omega, largest_law * torque_scale, true);
   for (FormulaText& law : list) {
     law.id = "lagging_" + law.id;
     law.rate = "(" + law.formula + " - z)/tau";

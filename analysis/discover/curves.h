@@ -15,7 +15,8 @@ namespace emtb {
 /// motion alike is Coulomb friction's, where a model has it. Only as many values as the samples reach.
 std::vector<FormulaText> curves(const Samples& samples, double torque_scale, double voltage_scale, bool voltage);
 
-/// Curves over the speed that follow within a time. None without paths, none of a voltage.
+/// Curves over the speed that follow within a time: with their value at the far end, too, since a line that lags is no
+/// base parameter's. None without paths, none of a voltage.
 std::vector<FormulaText> remembering_curves(const Samples& samples, double torque_scale, double voltage_scale,
                                             bool voltage);
 
