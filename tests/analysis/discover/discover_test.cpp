@@ -9,19 +9,11 @@
 #include <vector>
 
 #include "analysis/discover/curves.h"
-#include "config/formula_effect.h"
+#include "tests/analysis/discover/on_bench.h"
 #include "tests/blind/curve_error.h"
-#include "tests/blind/recording.h"
 
 namespace emtb {
 namespace {
-
-AddedTerm read(const FormulaText& text) { return read_formula(YamlMap::parse(text.yaml(), "a law"), text.id); }
-
-Discovery discover_on(const blind::Bench& bench, std::uint64_t seed = 1) {
-  return discover(record(bench, bench.train, seed), record(bench, bench.held_out, 100 + seed), bench.model,
-                  {.read = read, .progress = {}});
-}
 
 /// A bump of friction at one speed: the library has nothing like it.
 blind::Bench bench_with_a_bump() {
