@@ -2,8 +2,10 @@
 
 #include "analysis/record/dataset.h"
 #include "figures/number.h"
+#include "report/discovery_words.h"
 #include "report/figures_of_diagnosis.h"
 #include "report/text.h"
+#include "report/words.h"
 
 namespace emtb {
 namespace {
@@ -21,6 +23,13 @@ std::string proposed(const PlannedRuns& plan) {
   return plan.proposal->what + " (" + volts(plan) + ", " + seconds(plan.proposal->profile.duration()) + ")";
 }
 
+/// `omega = 120 and 300 rad/s`
+std::string places_of(const LawExperiment& e) {
+  std::vector<std::string> at;
+  for (const double x : e.at) at.push_back(pretty(x, 3));
+  return e.over + " = " + joined(at) + " " + unit_over(e.over);
+}
+
 /// What was run after a round, and why.
 std::string then_in_words(const PlannedRuns& plan) {
   switch (plan.why) {
@@ -29,6 +38,8 @@ std::string then_in_words(const PlannedRuns& plan) {
       return "six experiments to begin with";
     case PlannedRuns::Why::unnamed:
       return longer_runs(plan);
+    case PlannedRuns::Why::unsure_law:
+      return "runs at " + places_of(*plan.law) + ", where the law " + plan.law->formula + " was least sure";
     case PlannedRuns::Why::tied:
       return "`" + plan.proposal->profile.name() + "`: " + proposed(plan) +
              ", twice, which was to bring the predictions " + pretty(plan.proposal->separation, 2) +
@@ -83,6 +94,10 @@ std::string question(const PlannedRuns& plan) {
              " Six experiments: " + volts(plan) + ", " + seconds(plan.seconds()) + " in all?";
     case PlannedRuns::Why::unnamed:
       return "What is left has no name yet. Run " + longer_runs(plan) + "?";
+    case PlannedRuns::Why::unsure_law:
+      return "What is left follows a law, " + plan.law->formula + ". It is least sure at " + places_of(*plan.law) +
+             ". Run there, to fit to and once more to judge by (" + volts(plan) + ", " + seconds(plan.seconds()) +
+             " in all)?";
     case PlannedRuns::Why::tied:
       return "Run, to fit to and once more to judge by: " + proposed(plan) + "?";
     case PlannedRuns::Why::to_be_foretold:

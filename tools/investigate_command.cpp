@@ -159,7 +159,8 @@ void write(const Investigation& found, const InvestigateWords& o, const Model& g
     for (const Recording& r : recordings(sessions)) std::ranges::move(r.runs, std::back_inserter(runs));
     return split_at_gaps(runs, given.input);
   };
-  const std::unique_ptr<Discovery> rest = discover_rest(d, runs_of(found.train), runs_of(found.held_out));
+  const std::shared_ptr<const Discovery> rest =
+      found.rest ? found.rest : discover_rest(d, runs_of(found.train), runs_of(found.held_out));
   if (rest) std::cout << "\n" << discovery_text(*rest);
   const std::string model = (std::filesystem::path(o.folder) / "found.yaml").string();
   write_model(model, d.final);
@@ -201,8 +202,11 @@ int investigate_command(const InvestigateWords& o) {
   DaemonBench bench(o);
   std::cout << "bench " << bench.name() << ", model " << o.model << "\n";
   std::filesystem::create_directories(o.folder);
-  const InvestigateOptions options{
-      .rounds = o.rounds, .settle = o.settle, .foretell = !o.no_confirm, .seed = static_cast<std::uint64_t>(o.seed)};
+  const InvestigateOptions options{.rounds = o.rounds,
+                                   .settle = o.settle,
+                                   .foretell = !o.no_confirm,
+                                   .seed = static_cast<std::uint64_t>(o.seed),
+                                   .discover = discover_rest};
   const Investigation found = [&] {
     Terminal terminal(o.folder, bench.rate());
     return investigate(bench, given, train, held_out, options, terminal);

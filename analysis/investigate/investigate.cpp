@@ -89,17 +89,36 @@ class ClosedLoop {
     found_.held_out = names_of(held_out_);
     for (const Step& s : d.steps) d.final.history.push_back({s.action, s.train, s.held_out, found_.train});
     found_.rounds.push_back(round_of(d, train_.size()));
+    found_.rest.reset();
     found_.diagnosis = std::move(d);
     listener_.diagnosed(round, found_.rounds.back(), *found_.diagnosis);
   }
 
   /// What would tell more; nothing where the verdict stands, or where nothing would that has not been run.
-  std::optional<PlannedRuns> next_runs(const Diagnosis& d) const {
+  std::optional<PlannedRuns> next_runs(const Diagnosis& d) {
     if (d.verdict == Verdict::unknown_effect || d.verdict == Verdict::cannot_tell) {
       if (!recorded_first_) return first_runs(PlannedRuns::Why::undecided);
       if (!recorded_more_) return more_runs(d);
     }
+    if (d.verdict == Verdict::unknown_effect && options_.discover && !recorded_law_) {
+      if (auto plan = law_runs(d)) return plan;
+    }
     return separating_runs(d);
+  }
+
+  /// Where a law of what is left is least sure.
+  std::optional<PlannedRuns> law_runs(const Diagnosis& d) {
+    constexpr double part = 0.3;  // of the time to settle: a staircase of nine levels
+    listener_.diagnosing(0.99, "looking for a law in what is left");
+    found_.rest = options_.discover(d, runs_of(train_), runs_of(held_out_));
+    if (!found_.rest || !found_.rest->law) return std::nullopt;
+    PlannedRuns plan;
+    plan.why = PlannedRuns::Why::unsure_law;
+    plan.law = law_experiment(*found_.rest->law, bench_.reach(), part * options_.settle);
+    if (!plan.law) return std::nullopt;
+    plan.train = {plan.law->fit};
+    plan.held_out = {plan.law->judge};
+    return plan;
   }
 
   PlannedRuns first_runs(PlannedRuns::Why why) const {
@@ -150,6 +169,9 @@ class ClosedLoop {
       case PlannedRuns::Why::unnamed:
         recorded_more_ = true;
         return make_as_planned(plan, "investigate: what is left has no name yet", "; to judge by");
+      case PlannedRuns::Why::unsure_law:
+        recorded_law_ = true;
+        return make_as_planned(plan, "investigate: to show the law of what is left", "; to judge by");
       case PlannedRuns::Why::tied:
         separated_by_.insert(plan.proposal->profile.name());
         return make_as_planned(plan, "investigate: to tell tied effects apart", "");
@@ -217,7 +239,7 @@ class ClosedLoop {
   const InvestigateOptions& options_;
   InvestigationListener& listener_;
   Investigation& found_;
-  bool recorded_first_ = false, recorded_more_ = false;
+  bool recorded_first_ = false, recorded_more_ = false, recorded_law_ = false;
   std::set<std::string> separated_by_;  // profiles that were to tell tied effects apart
 };
 

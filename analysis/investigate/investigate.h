@@ -1,23 +1,32 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/diagnose.h"
+#include "analysis/discover/discover.h"
 #include "analysis/investigate/experiment_bench.h"
 #include "analysis/investigate/planned_runs.h"
 #include "model/model.h"
 
 namespace emtb {
 
+/// What is left of a diagnosis, looked into for a law; null where nothing is, or nothing can be said.
+using Discover = std::function<std::unique_ptr<Discovery>(const Diagnosis&, std::span<const Run> train,
+                                                          std::span<const Run> held_out)>;
+
 struct InvestigateOptions {
   int rounds = 4;          ///< diagnoses at most
   double settle = 10;      ///< [s] the motor takes to settle, and a slow meter for some readings
   bool foretell = true;    ///< ends with a run that is predicted before it is made
   std::uint64_t seed = 7;  ///< of that run
+  Discover discover;       ///< empty: no law is asked for
 };
 
 /// One diagnosis, and what was run after it.
@@ -46,6 +55,7 @@ struct ForetoldRun {
 struct Investigation {
   std::vector<InvestigationRound> rounds;
   std::optional<Diagnosis> diagnosis;        ///< the last; none: it did not come so far
+  std::shared_ptr<const Discovery> rest;     ///< of what it leaves; null: nothing was asked of it
   std::vector<std::string> train, held_out;  ///< the recordings that it is of
   std::optional<ForetoldRun> foretold;
   std::string broken_off;  ///< why it ended before its time: a bench at fault, a stop; empty: it did not
@@ -70,9 +80,10 @@ class InvestigationListener {
   virtual std::string foretold(const Model& /*model*/, const Profile& /*profile*/) { return {}; }
 };
 
-/// Lets a bench find out what a model is missing. Diagnoses; where the verdict is open or effects are tied, runs what
-/// tells more, and diagnoses again, until the verdict stands, nothing that the bench can run would tell more, somebody
-/// does not agree, or the rounds are used up. Then predicts a run that is yet to be made, makes it, and compares.
+/// Lets a bench find out what a model is missing. Diagnoses; where the verdict is open, effects are tied, or a law
+/// of what has no name is not sure, runs what tells more, and diagnoses again, until the verdict stands, nothing that
+/// the bench can run would tell more, somebody does not agree, or the rounds are used up. Then predicts a run that is
+/// yet to be made, makes it, and compares.
 ///
 /// No run is made without ExperimentBench::agrees(), none that the model foresees to come near a limit, and none after
 /// ExperimentBench::stop_wanted().

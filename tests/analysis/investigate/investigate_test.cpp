@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <span>
 
 #include "hal/error.h"
+#include "model/catalogue.h"
 #include "tests/blind/recording.h"
 
 namespace emtb {
@@ -207,6 +210,57 @@ TEST_F(Investigate, MakesRunsSmallerThatWouldComeNearALimit) {
   EXPECT_THAT(notes.smaller, Contains("step_high"));
   EXPECT_LT(bench.levels[1], 12 * 1.2 / 4);
   EXPECT_TRUE(found.decided());
+}
+
+/// A friction of one speed that the library lacks, and somebody who finds a law for it.
+class InvestigateALaw : public Investigate {
+ protected:
+  InvestigateALaw() {
+    bench.plant.plant.friction = {};
+    bench.plant.plant.hidden_torque = [](double omega, double, double) {
+      return std::copysign(0.02 * std::exp(-std::pow((std::abs(omega) - 250) / 40, 2)), omega);
+    };
+    for (std::size_t effect = 0; effect < effect_count; ++effect) {  // a short search: none of them would explain it
+      if (effect_catalogue()[effect].id != "coulomb_friction") bench.plant.model.withheld.push_back(effect);
+    }
+    options.foretell = false;
+    options.discover = [](const Diagnosis& d, std::span<const emtb::Run>, std::span<const emtb::Run>) {
+      auto found = std::make_unique<Discovery>();
+      Law& law = found->law.emplace();
+      law.text = {"bump_torque_of_omega", TermPlace::torque, "-a*tanh(omega/s)", {"omega"}, {}};
+      law.at = {-450, 450};
+      law.most_uncertain_at = {-300, 180};
+      law.model = d.final;
+      return found;
+    };
+  }
+};
+
+TEST_F(InvestigateALaw, RunsWhereItIsLeastSure) {
+  const Investigation found = investigated();
+  EXPECT_EQ(found.broken_off, "");
+  ASSERT_THAT(bench.asked, Contains(PlannedRuns::Why::unsure_law));
+  EXPECT_THAT(bench.made, Contains("law-fit"));
+  EXPECT_THAT(bench.made, Contains("law-judge"));
+  EXPECT_THAT(found.train, Contains("law-fit.h5"));
+  EXPECT_THAT(found.held_out, Contains("law-judge.h5")) << "it judges, and takes no part in the fit";
+  const auto round =
+      std::ranges::find_if(found.rounds, [](const InvestigationRound& r) { return r.then && r.then->law; });
+  ASSERT_NE(round, found.rounds.end());
+  EXPECT_EQ(round->verdict, Verdict::unknown_effect);
+  EXPECT_EQ(round->then->law->over, "omega");
+  EXPECT_THAT(round->then->law->at, ElementsAre(-300, 180));
+  EXPECT_LE(round->then->high(), bench.high);
+  EXPECT_GE(round->then->low(), bench.low);
+}
+
+TEST_F(InvestigateALaw, RunsNothingForItThatNobodyAgreedTo) {
+  bench.agree_to = 2;  // the first runs, and longer ones
+  const Investigation found = investigated();
+  ASSERT_THAT(bench.asked, Contains(PlannedRuns::Why::unsure_law));
+  EXPECT_THAT(bench.made, testing::Not(Contains("law-fit")));
+  ASSERT_TRUE(found.rest);
+  EXPECT_TRUE(found.rest->law) << "what was found stands";
 }
 
 }  // namespace
