@@ -28,7 +28,10 @@ std::string quantity(const std::string& name) {
   for (const auto& [key, word] : names) {
     if (key == name) return std::string(word);
   }
-  return name;
+  const std::string between = " and ";
+  const std::size_t at = name.find(between);
+  if (at == std::string::npos) return name;
+  return quantity(name.substr(0, at)) + " with " + quantity(name.substr(at + between.size()));
 }
 
 void add_shares(std::vector<std::string>& lines, const Shares& s, const std::string& what, const std::string& unit) {
@@ -120,12 +123,14 @@ std::string no_law_in_words(const Discovery& d) {
 }
 
 std::string may_be(const FormulaText& law) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kinds{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kinds{
       {{"lagging_voltage", "brushes or cells that charge with the current"},
        {"lagging_torque_of_i_a", "currents in solid iron, which hold the field back"},
        {"lagging", "friction that needs time: a film of oil that builds up, rubber or a belt that creeps"},
        {"warming", "grease or a seal that the motion itself warms"},
        {"giving", "dry friction that gives before it slips: a belt, rubber, gears"},
+       {"friction_of_speed_and_current", "friction that the torque itself presses on: gears, a belt, a loaded bearing"},
+       {"flux_bent_by_speed", "iron in which the turning itself makes currents"},
        {"flux_heated", "a field that the current weakens by and by"},
        {"friction_over_angle", "a bearing, a seal or a belt that is not alike all around the turn"},
        {"wave_of_angle", "slots, poles, gear teeth or a shaft that is not round"},

@@ -112,6 +112,16 @@ void add_friction_over_angle(std::vector<FormulaText>& list, double omega, doubl
   }
 }
 
+/// Friction that grows with speed and current, or either.
+void add_of_speed_and_current(std::vector<FormulaText>& list, double omega, double current, double most) {
+  list.push_back({"friction_of_speed_and_current",
+                  TermPlace::torque,
+                  "-a*tanh(omega/s)*(abs(omega)/r)^n*(abs(i_a)/q)^m",
+                  {"omega", "i_a"},
+                  {amplitude("a", "N m", most), shape("n", "1", 0.05, 4), shape("m", "1", 0.05, 4),
+                   constant("r", "rad/s", omega), constant("q", "A", current), turning_width("s", "rad/s", omega)}});
+}
+
 void add_of_time(std::vector<FormulaText>& list, double longest, double omega, double torque) {
   const auto tau = shape("tau", "s", 0.03 * longest, 3 * longest);
   list.push_back({"fading_torque_of_t",
@@ -128,12 +138,17 @@ void add_of_time(std::vector<FormulaText>& list, double longest, double omega, d
 
 constexpr double largest_weakening = 0.5;  // of the flux
 
-void add_flux(std::vector<FormulaText>& list, double current, double longest) {
+void add_flux(std::vector<FormulaText>& list, double omega, double current, double longest) {
   list.push_back({"flux_bent_by_current",
                   TermPlace::flux,
                   "1 - a*tanh(abs(i_a)/w)",
                   {"i_a"},
                   {amplitude("a", "1", largest_weakening), shape("w", "A", 0.05 * current, 3 * current)}});
+  list.push_back({"flux_bent_by_speed",
+                  TermPlace::flux,
+                  "1 - a*(abs(omega)/r)^n",
+                  {"omega"},
+                  {amplitude("a", "1", largest_weakening), shape("n", "1", 0.2, 5), constant("r", "rad/s", omega)}});
   list.push_back({"flux_of_time",
                   TermPlace::flux,
                   "1 - a*(1 - exp(-t/tau))",
@@ -355,7 +370,8 @@ std::vector<FormulaText> sentences(const Samples& samples, double torque_scale, 
   add_waves_of_angle(list, torque);
   if (turns_both_ways(samples)) add_friction_over_angle(list, omega, torque);
   add_of_time(list, longest, omega, torque);
-  add_flux(list, current, longest);
+  if (current > 0) add_of_speed_and_current(list, omega, current, torque);
+  add_flux(list, omega, current, longest);
   return list;
 }
 

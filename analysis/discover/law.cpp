@@ -401,6 +401,8 @@ class SearchForALaw {
     if (!any() && ground_.criterion.worth_trying_all(ground_.base.held_out)) {
       offer([&] { return of({.torque = true}, curves, -infinity, curve_of_each); });
     }
+    // A curve that lags bends to any path that is run a second time: another run has to confirm it.
+    if (ground_.confirm.empty()) return std::move(best_);
     offer([&] { return of_what_remembers(remembering_curves, std::max(explained, by_curves), shortest_curves); });
     return std::move(best_);
   }

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <string>
+#include <string_view>
 
 #include "analysis/discover/samples.h"
 #include "analysis/numerics/linear_algebra.h"
@@ -11,7 +14,7 @@
 namespace emtb {
 namespace {
 
-constexpr std::size_t knot_count = 12;
+constexpr std::size_t knots_of_one = 12, knots_of_two = 6;
 constexpr int orders = 12;
 
 /// The columns of one quantity's curve, and how strongly each difference of neighbours is held.
@@ -43,7 +46,7 @@ Basis angle_friction_basis(const std::vector<double>& theta, const std::vector<d
 }
 
 /// Hats over knots at even quantiles and second differences.
-Basis curve_basis(const std::vector<double>& x) {
+Basis curve_basis(const std::vector<double>& x, std::size_t knot_count = knots_of_one) {
   std::vector<double> sorted = x, knots;
   std::ranges::sort(sorted);
   for (std::size_t k = 0; k < knot_count; ++k) {
@@ -82,6 +85,20 @@ Basis direction_basis(const std::vector<double>& omega) {
   for (Eigen::Index i = 0; i < n; ++i) {
     basis.columns(i, 0) = omega[static_cast<std::size_t>(i)] > 0 ? 1 : 0;
     basis.columns(i, 1) = 1 - basis.columns(i, 0);
+  }
+  return basis;
+}
+
+/// Products of the columns of two curves, each differences held along both.
+Basis product_basis(const Basis& a, const Basis& b) {
+  const Eigen::Index m = a.columns.cols(), k = b.columns.cols();
+  Basis basis{Eigen::MatrixXd(a.columns.rows(), m * k), Eigen::MatrixXd::Zero(m * k, m * k)};
+  for (Eigen::Index i = 0; i < m; ++i) {
+    for (Eigen::Index j = 0; j < k; ++j) {
+      basis.columns.col(i * k + j) = a.columns.col(i).cwiseProduct(b.columns.col(j));
+      for (Eigen::Index l = 0; l < m; ++l) basis.penalty(i * k + j, l * k + j) += a.penalty(i, l);
+      for (Eigen::Index l = 0; l < k; ++l) basis.penalty(i * k + j, i * k + l) += b.penalty(j, l);
+    }
   }
   return basis;
 }
@@ -174,6 +191,28 @@ class Judge {
   std::vector<double> without_;
 };
 
+const std::vector<double>& states_of(const Samples& s, std::string_view quantity) {
+  return quantity == "acceleration" ? s.acceleration : states_over(s, quantity);
+}
+
+/// What speed and another quantity explain together that a curve of each does not.
+void add_pairs(Shares& shares, const Samples& s, const Judge& judge, const std::map<std::string, Basis>& bases) {
+  constexpr double notable = 0.05, errors = 2;
+  const std::string first = "omega";
+  for (const char* second : {"i_a", "acceleration", "t", "u_ref"}) {
+    const Basis both =
+        product_basis(curve_basis(states_of(s, first), knots_of_two), curve_basis(states_of(s, second), knots_of_two));
+    const std::array<const Basis*, 1> one{&both};
+    const std::array<const Basis*, 2> two{&bases.at(first), &bases.at(second)};
+    const Judged alone = judge.of(one);
+    const double apart = std::max({judge.of(two).share, shares.of[first].alone, shares.of[second].alone}),
+                 more = alone.share - apart;
+    if (more < std::max(notable, errors * alone.std_error)) continue;
+    shares.of[first + " and " + second] = {alone.share, more, alone.std_error};
+    shares.ceiling = std::max(shares.ceiling, alone.share);
+  }
+}
+
 }  // namespace
 
 Shares shares_of(const WhatIsLeft& left, bool voltage) {
@@ -208,6 +247,7 @@ Shares shares_of(const WhatIsLeft& left, bool voltage) {
     shares.of[name] = {alone.share, shares.together - judge.of(others).share, alone.std_error};
     shares.ceiling = std::max(shares.ceiling, alone.share);
   }
+  add_pairs(shares, s, judge, bases);
   return shares;
 }
 

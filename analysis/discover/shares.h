@@ -19,7 +19,8 @@ struct Share {
 /// The shares of what is left, of the torque or of the voltage.
 struct Shares {
   double rms = 0;                   ///< N m or V
-  std::map<std::string, Share> of;  ///< omega, i_a, acceleration, theta, t, u_ref, direction
+  std::map<std::string, Share> of;  ///< omega, i_a, acceleration, theta, t, u_ref, direction; `omega and i_a`, where
+                                    ///< the two together say more than two curves do
   double together = 0;              ///< a sum of smooth functions of all
   double ceiling = 0;               ///< the best of any one and of all together: what no law can exceed
 };
@@ -30,7 +31,9 @@ struct Shares {
 /// 12, each fitted jointly with straight lines in speed, current and acceleration, which belong to the parameters of
 /// the base model and explain nothing. Each run (of a single one each fifth) is left out in turn, and the share is
 /// counted on it alone: what agrees with nothing but its own run explains nothing. Readings at rest are left out, where
-/// friction is an inequality. The strength of the penalty is the best of four on the runs left out.
+/// friction is an inequality. The speed is asked together with current, acceleration, time and reference as well, by a
+/// surface through six knots of each; `only` is then what it explains beyond a curve of either. The strength of the
+/// penalty is the best of four on the runs left out.
 Shares shares_of(const WhatIsLeft& left, bool voltage);
 
 }  // namespace emtb

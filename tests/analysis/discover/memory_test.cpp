@@ -79,6 +79,36 @@ TEST(DiscoverMemory, FindsAFrictionThatGivesBeforeItSlips) {
   EXPECT_LT(d.law->held_out_after, 0.2 * d.law->held_out_before);
 }
 
+/// The same film under a friction that rises, falls and rises again.
+class LateHumps {
+ public:
+  double operator()(double omega, double, double t) {
+    if (t < t_) late_ = t_ = 0;
+    const double size = std::abs(omega), first = (size - 110) / 45, second = (size - 300) / 60;
+    const double lasting = std::copysign(0.02 * std::exp(-first * first) + 0.03 * std::exp(-second * second), omega);
+    late_ += (1 - std::exp(-(t - t_) / LateFriction::tau)) * (lasting - late_);
+    t_ = t;
+    return late_;
+  }
+
+ private:
+  double t_ = 0, late_ = 0;
+};
+
+TEST(DiscoverMemory, ACurveThatComesLateIsToldWhereAnotherRunConfirmsIt) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.hidden_torque = LateHumps();
+  const auto is_late_curve = [](const Discovery& d) {
+    return d.law && d.law->text.is_curve && !d.law->text.rate.empty();
+  };
+  const Discovery confirmed = discover_on(bench);
+  ASSERT_TRUE(is_late_curve(confirmed));
+  EXPECT_NEAR(value_of(*confirmed.law, "tau"), LateFriction::tau, 0.05);
+  EXPECT_LT(*confirmed.law->confirm_after, 0.3 * *confirmed.law->confirm_before);
+  bench.held_out.resize(1);
+  EXPECT_FALSE(is_late_curve(discover_on(bench)));
+}
+
 TEST(DiscoverMemory, IsNotAskedForWhereAFormulaWithoutItIsAtTheFloor) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.hidden_torque = [](double omega, double, double) { return 0.01 * std::tanh(omega / 100); };
