@@ -104,7 +104,7 @@ TEST(DiscoverMemory, ACurveThatComesLateIsToldWhereAnotherRunConfirmsIt) {
   const Discovery confirmed = discover_on(bench);
   ASSERT_TRUE(is_late_curve(confirmed));
   EXPECT_NEAR(value_of(*confirmed.law, "tau"), LateFriction::tau, 0.05);
-  EXPECT_LT(*confirmed.law->confirm_after, 0.3 * *confirmed.law->confirm_before);
+  EXPECT_LT(*confirmed.law->confirm_after, 0.8 * *confirmed.law->confirm_before);
   bench.held_out.erase(bench.held_out.begin() + 1, bench.held_out.end());
   EXPECT_FALSE(is_late_curve(discover_on(bench)));
 }
