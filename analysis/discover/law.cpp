@@ -398,7 +398,7 @@ class SearchForALaw {
     offer([&] { return of(places_, curves, something, noting(by_curves, shortest_curves)); });
     // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
     // more: then only a fit of both together tells.
-    if (!any() && ground_.criterion.worth_trying_all(ground_.base.held_out)) {
+    if (!best_ && ground_.criterion.worth_trying_all(ground_.base.held_out)) {
       offer([&] { return of({.torque = true}, curves, -infinity, curve_of_each); });
     }
     // A curve that lags bends to any path that is run a second time: another run has to confirm it.

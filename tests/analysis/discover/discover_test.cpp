@@ -76,7 +76,7 @@ TEST(Discover, TellsACurveThatTheBaseParametersHaveBentTo) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.hidden_torque = [](double omega, double, double) { return friction_that_bends_the_base(omega); };
   const Discovery d = discover_on(bench);
-  EXPECT_LT(d.torque.ceiling, 0.2) << "or it says nothing of such a case";
+  EXPECT_LT(d.torque.of.at("omega").alone, 0.2) << "or it says nothing of such a case";
   ASSERT_TRUE(d.law);
   EXPECT_TRUE(d.law->text.is_curve);
   EXPECT_LT(d.law->held_out_after, 0.2 * d.law->held_out_before);
