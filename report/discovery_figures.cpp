@@ -62,11 +62,16 @@ std::optional<NamedFigure> law_figure(const Discovery& d) {
     low.push_back(law.value[k] - half);
     high.push_back(law.value[k] + half);
   }
-  panel.band("law, 95 %", law.at, low, high, {Ink::sky}).line("law", law.at, law.value, {Ink::blue});
+  const bool remembers = !law.text.rate.empty();
+  const std::string line = remembers ? "law, once it lasts" : "law";
+  panel.band(line + ", 95 %", law.at, low, high, {Ink::sky}).line(line, law.at, law.value, {Ink::blue});
   return NamedFigure{"law", figure,
                      "`" + law.text.in_words() +
                          "` over what the fitted model lacks. Straight lines in speed, current and "
-                         "acceleration are the base parameters' own: the points lack what those took."};
+                         "acceleration are the base parameters' own: the points lack what those took." +
+                         (remembers ? " The law remembers: the line is what it comes to where a state lasts, and the "
+                                      "points, in motion, are not there yet."
+                                    : "")};
 }
 
 Figure trend_figure(const std::vector<Trend>& trends) {

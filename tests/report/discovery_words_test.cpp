@@ -128,6 +128,7 @@ TEST(DiscoveryFigures, DrawTheLawOverWhatIsMissing) {
   const std::string svg = to_svg(figure->figure);
   EXPECT_THAT(svg, HasSubstr("<svg"));
   EXPECT_THAT(svg, HasSubstr("missing, mean and scatter"));
+  EXPECT_THAT(figure->caption, testing::Not(HasSubstr("remembers")));
   EXPECT_FALSE(law_figure(Discovery{}));
 }
 
@@ -152,6 +153,26 @@ TEST(DiscoveryFigures, AReportTellsThereIsNoLawAndWhy) {
   tell(page, Discovery{});
   EXPECT_THAT(page.html(), HasSubstr("There is no law: what is left is no remainder worth a name"));
   EXPECT_THAT(page.html(), HasSubstr("No run is of another machine"));
+}
+
+TEST(DiscoveryWords, SayWhatALawRemembers) {
+  Discovery d = with_a_law();
+  d.law->text.id = "lagging_saturation_of_omega";
+  d.law->text.formula = "-a*z";
+  d.law->text.rate = "(tanh(omega/w) - z)/tau";
+  const std::vector<std::string> lines = law_in_words(*d.law);
+  EXPECT_EQ(lines.front(), "A law: torque = -a*z, dz/dt = (tanh(omega/w) - z)/tau");
+  EXPECT_THAT(lines, testing::Contains(HasSubstr("friction that needs time")));
+  EXPECT_THAT(law_figure(d)->caption, HasSubstr("what it comes to where a state lasts"));
+  const auto json = to_json(d);
+  EXPECT_EQ(json["laws"][0]["formula"], "-a*z");
+  EXPECT_EQ(json["laws"][0]["memory"]["z"], "(tanh(omega/w) - z)/tau");
+}
+
+TEST(DiscoveryWords, NameTwoQuantitiesThatSaySomethingTogether) {
+  Discovery d = with_a_law();
+  d.torque.of["omega and i_a"] = {.alone = 0.9, .only = 0.3, .std_error = 0.02};
+  EXPECT_THAT(shares_in_words(d).front(), HasSubstr("the speed with the current alone explains 86 % to 94 %"));
 }
 
 }  // namespace
