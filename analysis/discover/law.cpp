@@ -424,7 +424,7 @@ class SearchForALaw {
   template <class Search>
   void offer(const Search& search) {
     constexpr double at_the_floor = 1.05;
-    if (best_ && best_->law.held_out_after < at_the_floor) return;
+    if (left_ < at_the_floor) return;
     std::optional<Found> found = search();
     if (!found || (best_ && !says_more(ground_.criterion, *found, *best_))) return;
     if (best_ && found->law.text.is_curve) {
@@ -432,12 +432,14 @@ class SearchForALaw {
       found->law.nearest = before.text.is_curve ? before.nearest : before.text;
       found->law.nearest_held_out = before.text.is_curve ? before.nearest_held_out : before.held_out_after;
     }
+    left_ = found->law.held_out_after;
     best_ = std::move(found);
   }
 
   const Ground& ground_;
   Places places_;
   std::optional<Found> best_;
+  double left_ = infinity;  ///< by the best, held out [noise floors]
 };
 
 /// The same law with what it holds set free, as far as that has bounds, where that says more.
