@@ -88,6 +88,11 @@ std::string in_words(const Changed& c) {
          tied_in_words(c);
 }
 
+bool rests_on_a_bound(const Parameter& p) {
+  const double near = 1e-6 * (p.max - p.min);
+  return !p.fixed && p.min < p.max && (p.value < p.min + near || p.value > p.max - near);
+}
+
 }  // namespace
 
 std::string name_of(TermPlace place) {
@@ -161,7 +166,8 @@ std::vector<std::string> law_in_words(const Law& law) {
     lines.push_back("  " + p.symbol + " = " +
                     (p.fixed       ? pretty(p.value, 4) + with_space(p.unit) + ", held"
                      : p.std_error ? pretty(p.value, *p.std_error, p.unit)
-                                   : pretty(p.value, 3) + with_space(p.unit)));
+                                   : pretty(p.value, 3) + with_space(p.unit)) +
+                    (rests_on_a_bound(p) ? ", at its bound" : ""));
   }
   lines.push_back("error (1 = noise floor): training " + pretty(law.train_before, 3) + " -> " +
                   pretty(law.train_after, 3) + ", held-out " + pretty(law.held_out_before, 3) + " -> " +

@@ -155,6 +155,16 @@ TEST(DiscoveryFigures, AReportTellsThereIsNoLawAndWhy) {
   EXPECT_THAT(page.html(), HasSubstr("No run is of another machine"));
 }
 
+TEST(DiscoveryWords, SayThatAValueRestsOnItsBound) {
+  Discovery d = with_a_law();
+  Parameter& a = d.law->parameters.front();
+  a.min = -1;
+  a.max = 0.5;
+  EXPECT_THAT(law_in_words(*d.law), testing::Not(testing::Contains(HasSubstr("at its bound"))));
+  a.value = a.max;
+  EXPECT_THAT(law_in_words(*d.law), testing::Contains(testing::EndsWith("N m, at its bound")));
+}
+
 TEST(DiscoveryWords, SayWhatALawRemembers) {
   Discovery d = with_a_law();
   d.law->text.id = "lagging_saturation_of_omega";
