@@ -266,6 +266,14 @@ TEST_F(PageCommand, ScoresAndAddsAFormula) {
   json wrong = formula;
   wrong["formula"] = "system(1";
   EXPECT_TRUE(page->ask("formula", wrong).contains("error"));
+
+  json late = formula;  // it may remember
+  late["id"] = "late";
+  late["formula"] = "-T*z";
+  late["memory"] = {{"z", "(tanh(omega/w) - z)/0.1"}};
+  EXPECT_TRUE(result(*page, "formula", late).contains("train"));
+  late["memory"] = {{"z", "(tanh(speed/w) - z)/0.1"}};
+  EXPECT_TRUE(page->ask("formula", late).contains("error"));
 }
 
 TEST_F(PageCommand, ReadsTheFoldersThatWereNamedAndNoOther) {
