@@ -266,13 +266,15 @@ ParsedFormula parse_formula_with(const std::string& memory, const std::string& t
   }
 }
 
+void check_all_used(std::span<const std::string> parameters, const std::vector<bool>& uses) {
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (!uses[i]) throw ModelError("does not use its parameter " + parameters[i] + ". Use it, or leave it away");
+  }
+}
+
 std::shared_ptr<const Term> parse_formula(const std::string& text, std::span<const std::string> parameters) {
   ParsedFormula formula = parse_formula_with("", text, parameters);
-  const auto unused = std::ranges::find(formula.uses, false) - formula.uses.begin();
-  if (static_cast<std::size_t>(unused) < parameters.size()) {
-    throw ModelError("does not use its parameter " + parameters[static_cast<std::size_t>(unused)] +
-                     ". Use it, or leave it away");
-  }
+  check_all_used(parameters, formula.uses);
   return formula.term;
 }
 

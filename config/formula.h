@@ -34,6 +34,9 @@ struct ParsedFormula {
 ParsedFormula parse_formula_with(const std::string& memory, const std::string& text,
                                  std::span<const std::string> parameters);
 
+/// @param uses which of the parameters formulas use @throws ModelError naming the first that they do not.
+void check_all_used(std::span<const std::string> parameters, const std::vector<bool>& uses);
+
 /// `sin, cos, ...`
 std::string formula_functions();
 

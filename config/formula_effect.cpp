@@ -175,26 +175,28 @@ void read_memory(const YamlMap& yaml, std::span<const std::string> parameters, A
   term.rate_formula = memory->text(term.memory);
 }
 
+/// Work on a formula, of which a complaint names the key. @param work throws ModelError
+template <class Work>
+auto told_at(const YamlMap& map, std::string_view key, const Work& work) {
+  try {
+    return work();
+  } catch (const ModelError& e) {
+    map.fail(key, e.what());
+  }
+}
+
 /// Reads what a term's formulas say. @param key of its own one
 void parse(const YamlMap& yaml, const char* key, std::span<const std::string> parameters, AddedTerm& term) {
-  const auto parsed = [&](const YamlMap& map, std::string_view under, const std::string& formula) {
-    try {
-      return parse_formula_with(term.memory, formula, parameters);
-    } catch (const ModelError& e) {
-      map.fail(under, e.what());
-    }
-  };
-  ParsedFormula value = parsed(yaml, key, term.formula);
+  ParsedFormula value = told_at(yaml, key, [&] { return parse_formula_with(term.memory, term.formula, parameters); });
   term.term = value.term;
   if (!term.memory.empty()) {
     if (!value.uses_memory) yaml.fail(key, "does not use " + term.memory + ", which stands under `memory`. Use it");
-    const ParsedFormula rate = parsed(yaml.map("memory"), term.memory, term.rate_formula);
+    const ParsedFormula rate = told_at(yaml.map("memory"), term.memory,
+                                       [&] { return parse_formula_with(term.memory, term.rate_formula, parameters); });
     term.rate = rate.term;
     for (std::size_t i = 0; i < value.uses.size(); ++i) value.uses[i] = value.uses[i] || rate.uses[i];
   }
-  for (std::size_t i = 0; i < value.uses.size(); ++i) {
-    if (!value.uses[i]) yaml.fail(key, "does not use its parameter " + parameters[i] + ". Use it, or leave it away");
-  }
+  told_at(yaml, key, [&] { check_all_used(parameters, value.uses); });
 }
 
 bool is_same_formula(const AddedTerm& a, const AddedTerm& b) {

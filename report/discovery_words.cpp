@@ -88,9 +88,8 @@ std::string in_words(const Changed& c) {
          tied_in_words(c);
 }
 
-bool rests_on_a_bound(const Parameter& p) {
-  const double near = 1e-6 * (p.max - p.min);
-  return !p.fixed && p.min < p.max && (p.value < p.min + near || p.value > p.max - near);
+bool rests_on_a_bound(const Law& law, const Parameter& p) {
+  return std::ranges::find(law.at_bound, law.text.id + "." + p.symbol) != law.at_bound.end();
 }
 
 }  // namespace
@@ -167,7 +166,7 @@ std::vector<std::string> law_in_words(const Law& law) {
                     (p.fixed       ? pretty(p.value, 4) + with_space(p.unit) + ", held"
                      : p.std_error ? pretty(p.value, *p.std_error, p.unit)
                                    : pretty(p.value, 3) + with_space(p.unit)) +
-                    (rests_on_a_bound(p) ? ", at its bound" : ""));
+                    (rests_on_a_bound(law, p) ? ", at its bound" : ""));
   }
   lines.push_back("error (1 = noise floor): training " + pretty(law.train_before, 3) + " -> " +
                   pretty(law.train_after, 3) + ", held-out " + pretty(law.held_out_before, 3) + " -> " +

@@ -166,6 +166,12 @@ double longest_interval(const Samples& samples) {
 /// What a formula gives to a rate over a time: the law itself, a lag behind.
 std::string follows(const std::string& law) { return "(" + law + " - z)/tau"; }
 
+/// A law of one quantity that remembers.
+void add_remembering(std::vector<FormulaText>& list, const std::string& id, TermPlace place, const std::string& of,
+                     const std::string& formula, const std::string& rate, std::vector<Place> p) {
+  list.push_back({.id = id, .place = place, .formula = formula, .of = {of}, .parameters = std::move(p), .rate = rate});
+}
+
 void add_remembered_friction(std::vector<FormulaText>& list, const Place& tau, double omega, double path, double most) {
   const double small = 0.02 * omega;
   const auto s = turning_width("s", "rad/s", omega), r = constant("r", "rad/s", omega),
@@ -173,12 +179,7 @@ void add_remembered_friction(std::vector<FormulaText>& list, const Place& tau, d
   const auto add = [&](const std::string& id, const std::string& formula, const std::string& rate,
                        std::vector<Place> p) {
     p.insert(p.begin(), amplitude("a", "N m", most));
-    list.push_back({.id = id,
-                    .place = TermPlace::torque,
-                    .formula = formula,
-                    .of = {"omega"},
-                    .parameters = std::move(p),
-                    .rate = rate});
+    add_remembering(list, id, TermPlace::torque, "omega", formula, rate, std::move(p));
   };
   add("lagging_power_of_omega", "-a*z", follows("tanh(omega/s)*(abs(omega)/r)^n"),
       {tau, shape("n", "1", 0.05, 5), r, s});
@@ -382,28 +383,16 @@ std::vector<FormulaText> remembering_sentences(const Samples& samples, double to
   const double omega = range_of(samples.omega), current = range_of(samples.i_a);
   const Place tau = time_to_follow(samples), r = constant("r", "A", current);
   if (voltage) {
-    list.push_back({.id = "lagging_voltage_of_i_a",
-                    .place = TermPlace::voltage,
-                    .formula = "-a*z",
-                    .of = {"i_a"},
-                    .parameters = {amplitude("a", "V", largest_law * voltage_scale), tau, r},
-                    .rate = follows("i_a/r")});
+    add_remembering(list, "lagging_voltage_of_i_a", TermPlace::voltage, "i_a", "-a*z", follows("i_a/r"),
+                    {amplitude("a", "V", largest_law * voltage_scale), tau, r});
     return list;
   }
   const double torque = largest_law * torque_scale;
   add_remembered_friction(list, tau, omega, omega * longest_interval(samples), torque);
-  list.push_back({.id = "lagging_torque_of_i_a",
-                  .place = TermPlace::torque,
-                  .formula = "-a*z",
-                  .of = {"i_a"},
-                  .parameters = {amplitude("a", "N m", torque), tau, r},
-                  .rate = follows("i_a/r")});
-  list.push_back({.id = "flux_heated_by_i_a",
-                  .place = TermPlace::flux,
-                  .formula = "1 - a*z",
-                  .of = {"i_a"},
-                  .parameters = {amplitude("a", "1", largest_weakening), tau, r},
-                  .rate = follows("(i_a/r)^2")});
+  add_remembering(list, "lagging_torque_of_i_a", TermPlace::torque, "i_a", "-a*z", follows("i_a/r"),
+                  {amplitude("a", "N m", torque), tau, r});
+  add_remembering(list, "flux_heated_by_i_a", TermPlace::flux, "i_a", "1 - a*z", follows("(i_a/r)^2"),
+                  {amplitude("a", "1", largest_weakening), tau, r});
   return list;
 }
 

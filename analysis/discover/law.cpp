@@ -18,17 +18,12 @@ double error_on(std::span<const Record> runs, const Model& model) {
   return error_of(mean_squares(residuals(runs, model, model.values(), {})));
 }
 
-/// Of the formulas that explain most, some.
-std::vector<EquationError> best_few(std::vector<EquationError> formulas) {
-  constexpr std::size_t most = 8;
-  if (formulas.size() > most) formulas.resize(most);
-  return formulas;
-}
-
-std::vector<EquationError> best_few_that_remember(std::vector<EquationError> formulas) {
-  constexpr std::size_t most = 4;
-  if (formulas.size() > most) formulas.resize(most);
-  return formulas;
+/// Of the formulas that explain most, so many.
+auto best(std::size_t most) {
+  return [most](std::vector<EquationError> formulas) {
+    if (formulas.size() > most) formulas.resize(most);
+    return formulas;
+  };
 }
 
 /// Of the curves that explain as much as the best, those of the fewest values.
@@ -287,7 +282,9 @@ struct Ground {
 std::optional<Law> confirmed(const Ground& g, const Fitted& best, const FormulaText& text, FittedTrials& trials) {
   if (!trials.determined(best.trial.model(), best.effect)) return {};
   Law law;
-  law.model = with_standard_errors(g.data.train, best.trial.model()).model;
+  Fit told = with_standard_errors(g.data.train, best.trial.model());
+  law.model = std::move(told.model);
+  law.at_bound = std::move(told.at_bound);
   law.parameters = law.model.terms.back().parameters;
   if (!told_for_sure(law.parameters, text)) return {};
   law.text = with_values(text, law.parameters);
@@ -393,8 +390,8 @@ class SearchForALaw {
 
   std::optional<Found> run() {
     double explained = something, by_curves = something;
-    offer([&] { return of(places_, sentences, something, noting(explained, best_few)); });
-    offer([&] { return of_what_remembers(remembering_sentences, explained, best_few_that_remember); });
+    offer([&] { return of(places_, sentences, something, noting(explained, best(8))); });
+    offer([&] { return of_what_remembers(remembering_sentences, explained, best(4)); });
     offer([&] { return of(places_, curves, something, noting(by_curves, shortest_curves)); });
     // The base parameters of a model that lacks much may have bent until what is left is no function of the states any
     // more: then only a fit of both together tells.

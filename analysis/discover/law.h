@@ -18,6 +18,7 @@ namespace emtb {
 struct Law {
   FormulaText text;                                                                   ///< with the fitted values
   std::vector<Parameter> parameters;                                                  ///< with standard errors
+  std::vector<std::string> at_bound;                                                  ///< names of those at a bound
   double train_before = 0, train_after = 0, held_out_before = 0, held_out_after = 0;  ///< in noise floors, on all runs
   std::optional<double> confirm_before, confirm_after;  ///< the same, on runs that neither choice nor fit saw
   double nats = 0;                                      ///< by which Q rises

@@ -21,14 +21,16 @@ struct Samples {
   std::size_t size() const { return value.size(); }
 };
 
-/// The states over which a law is drawn, of samples or of a run. @param quantity omega, i_a, t, u_ref or theta
+/// The states over which a law is drawn, of samples or of a run. @param quantity omega, i_a, acceleration, t, u_ref or
+/// theta
 template <class States>
 const std::vector<double>& states_over(const States& s, std::string_view quantity) {
-  return quantity == "omega"   ? s.omega
-         : quantity == "i_a"   ? s.i_a
-         : quantity == "t"     ? s.t
-         : quantity == "u_ref" ? s.u_ref
-                               : s.theta;
+  return quantity == "omega"          ? s.omega
+         : quantity == "i_a"          ? s.i_a
+         : quantity == "acceleration" ? s.acceleration
+         : quantity == "t"            ? s.t
+         : quantity == "u_ref"        ? s.u_ref
+                                      : s.theta;
 }
 
 /// Of the largest speed: below it friction holds.

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <string>
-#include <string_view>
 
 #include "analysis/discover/samples.h"
 #include "analysis/numerics/linear_algebra.h"
@@ -191,17 +190,13 @@ class Judge {
   std::vector<double> without_;
 };
 
-const std::vector<double>& states_of(const Samples& s, std::string_view quantity) {
-  return quantity == "acceleration" ? s.acceleration : states_over(s, quantity);
-}
-
 /// What speed and another quantity explain together that a curve of each does not.
 void add_pairs(Shares& shares, const Samples& s, const Judge& judge, const std::map<std::string, Basis>& bases) {
   constexpr double notable = 0.05, errors = 2;
   const std::string first = "omega";
+  const Basis of_speed = curve_basis(states_over(s, first), knots_of_two);
   for (const char* second : {"i_a", "acceleration", "t", "u_ref"}) {
-    const Basis both =
-        product_basis(curve_basis(states_of(s, first), knots_of_two), curve_basis(states_of(s, second), knots_of_two));
+    const Basis both = product_basis(of_speed, curve_basis(states_over(s, second), knots_of_two));
     const std::array<const Basis*, 1> one{&both};
     const std::array<const Basis*, 2> two{&bases.at(first), &bases.at(second)};
     const Judged alone = judge.of(one);

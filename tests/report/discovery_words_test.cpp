@@ -157,11 +157,8 @@ TEST(DiscoveryFigures, AReportTellsThereIsNoLawAndWhy) {
 
 TEST(DiscoveryWords, SayThatAValueRestsOnItsBound) {
   Discovery d = with_a_law();
-  Parameter& a = d.law->parameters.front();
-  a.min = -1;
-  a.max = 0.5;
   EXPECT_THAT(law_in_words(*d.law), testing::Not(testing::Contains(HasSubstr("at its bound"))));
-  a.value = a.max;
+  d.law->at_bound = {d.law->text.id + "." + d.law->parameters.front().symbol};
   EXPECT_THAT(law_in_words(*d.law), testing::Contains(testing::EndsWith("N m, at its bound")));
 }
 

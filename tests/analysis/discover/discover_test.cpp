@@ -41,12 +41,6 @@ TEST(Discover, FindsALawOfTheSpeedThatTheLibraryLacks) {
   }
 }
 
-/// A friction that rises, falls and rises again: no formula of three parameters does.
-double friction_of_two_humps(double omega) {
-  const double size = std::abs(omega), first = (size - 110) / 45, second = (size - 300) / 60;
-  return std::copysign(0.02 * std::exp(-first * first) + 0.03 * std::exp(-second * second), omega);
-}
-
 TEST(Discover, TellsTheCurveWhereNoShortFormulaFollowsIt) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.hidden_torque = [](double omega, double, double) { return friction_of_two_humps(omega); };

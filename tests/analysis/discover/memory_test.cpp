@@ -19,16 +19,21 @@ class LateFriction {
  public:
   static constexpr double size = 0.02, width = 120, tau = 0.3;  // [N m, rad/s, s]
 
+  explicit LateFriction(double (*lasting)(double omega)) : lasting_(lasting) {}
+
   double operator()(double omega, double, double t) {
     if (t < t_) late_ = t_ = 0;
-    late_ += (1 - std::exp(-(t - t_) / tau)) * (std::tanh(omega / width) - late_);
+    late_ += (1 - std::exp(-(t - t_) / tau)) * (lasting_(omega) - late_);
     t_ = t;
-    return size * late_;
+    return late_;
   }
 
  private:
+  double (*lasting_)(double omega);
   double t_ = 0, late_ = 0;
 };
+
+double saturating_friction(double omega) { return LateFriction::size * std::tanh(omega / LateFriction::width); }
 
 /// Dry friction on something that gives before it slips.
 class GivingFriction {
@@ -53,7 +58,7 @@ double value_of(const Law& law, const std::string& symbol) {
 
 TEST(DiscoverMemory, FindsAFrictionThatComesLate) {
   blind::Bench bench = blind::fast_bench();
-  bench.plant.hidden_torque = LateFriction();
+  bench.plant.hidden_torque = LateFriction(saturating_friction);
   const Discovery d = discover_on(bench);
   ASSERT_TRUE(d.law);
   EXPECT_EQ(d.law->text.in_words(), "-a*z, dz/dt = (tanh(omega/w) - z)/tau");
@@ -63,7 +68,7 @@ TEST(DiscoverMemory, FindsAFrictionThatComesLate) {
   ASSERT_TRUE(d.law->confirm_after);
   EXPECT_LT(*d.law->confirm_after, 0.3 * *d.law->confirm_before);
   for (std::size_t k = 0; k < d.law->at.size(); ++k) {
-    const double lasting = -LateFriction::size * std::tanh(d.law->at[k] / LateFriction::width);
+    const double lasting = -saturating_friction(d.law->at[k]);
     EXPECT_NEAR(d.law->value[k], lasting, 0.1 * LateFriction::size) << "its curve is what lasts, at " << d.law->at[k];
     EXPECT_GE(d.law->value_error[k], 0);
   }
@@ -79,25 +84,9 @@ TEST(DiscoverMemory, FindsAFrictionThatGivesBeforeItSlips) {
   EXPECT_LT(d.law->held_out_after, 0.2 * d.law->held_out_before);
 }
 
-/// The same film under a friction that rises, falls and rises again.
-class LateHumps {
- public:
-  double operator()(double omega, double, double t) {
-    if (t < t_) late_ = t_ = 0;
-    const double size = std::abs(omega), first = (size - 110) / 45, second = (size - 300) / 60;
-    const double lasting = std::copysign(0.02 * std::exp(-first * first) + 0.03 * std::exp(-second * second), omega);
-    late_ += (1 - std::exp(-(t - t_) / LateFriction::tau)) * (lasting - late_);
-    t_ = t;
-    return late_;
-  }
-
- private:
-  double t_ = 0, late_ = 0;
-};
-
 TEST(DiscoverMemory, ACurveThatComesLateIsToldWhereAnotherRunConfirmsIt) {
   blind::Bench bench = blind::fast_bench();
-  bench.plant.hidden_torque = LateHumps();
+  bench.plant.hidden_torque = LateFriction(friction_of_two_humps);
   const auto is_late_curve = [](const Discovery& d) {
     return d.law && d.law->text.is_curve && !d.law->text.rate.empty();
   };
