@@ -205,6 +205,7 @@ json to_json(const Diagnosis& d) {
                             {"held_out", number_json(s.held_out)}});
   }
   out["unexplained"] = number_json(d.final_held_out);
+  out["cut"] = d.cut;
   out["shown_by"] = d.shown_by;
   out["timing"] = timing_json(d.data->timing, d.data->interval(), d.final);
   out["where"] = maps_json(d.where);

@@ -111,11 +111,14 @@ std::string verdict_text(const Diagnosis& d) {
     for (const std::size_t rival : m.tied_with)
       out << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";
   }
+  if (d.cut) out << "  " << cut_in_words() << "\n";
   if (!d.next.empty()) out << "  " << in_words(d.next.front()) << "\n";
   return out.str();
 }
 
-std::string verdict_in_words(const Diagnosis& d) {
+namespace {
+
+std::string answer_in_words(const Diagnosis& d) {
   const std::string found = missing_in_words(d);
   switch (d.verdict) {
     case Verdict::found:
@@ -153,6 +156,10 @@ std::string verdict_in_words(const Diagnosis& d) {
   }
   return {};
 }
+
+}  // namespace
+
+std::string verdict_in_words(const Diagnosis& d) { return answer_in_words(d) + (d.cut ? " " + cut_in_words() : ""); }
 
 std::vector<std::string> refused(const Diagnosis& d) {
   std::vector<std::string> lines;

@@ -28,6 +28,11 @@ std::string judged_on(const Diagnosis& d) {
 
 std::string floors(double error) { return printed(error, 3) + " noise floors"; }
 
+std::string cut_in_words() {
+  return "The search was cut before all was tried, so more may be told of what is left: `--effort 10` goes on ten "
+         "times as long.";
+}
+
 std::string source_in_words(const NoiseFloor& noise) {
   switch (noise.from) {
     case FloorSource::declared:

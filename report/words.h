@@ -17,6 +17,9 @@ std::string floors(double error);                                               
 /// Which runs the errors of a diagnosis are of: `runs that no fit has seen`.
 std::string judged_on(const Diagnosis& diagnosis);
 
+/// What to do where a bound on the search kept something from being tried.
+std::string cut_in_words();
+
 /// Where a noise floor comes from.
 std::string source_in_words(const NoiseFloor& noise);
 

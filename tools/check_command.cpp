@@ -67,6 +67,10 @@ void refuse_slow_readings(std::span<const Run> runs) {
   }
 }
 
+void refuse_no_effort(double effort) {
+  if (!(effort > 0)) throw Error("--effort takes a factor above 0: 1 is some minutes, 10 ten times as much");
+}
+
 bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, const Model& model, bool unchecked,
                    std::ostream& say) {
   if (unchecked) return true;

@@ -20,12 +20,17 @@ bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, co
 /// take all memory. @throws Error
 void refuse_slow_readings(std::span<const Run> runs);
 
-/// What `--only`, `--without`, `--explain` and `--unchecked` do, for help.
+/// @throws Error where an effort is not above nothing
+void refuse_no_effort(double effort);
+
+/// What `--only`, `--without`, `--explain`, `--effort` and `--unchecked` do, for help.
 inline constexpr const char* only_help =
     "tries these effects alone, and what they need: ids, with commas or one by one";
 inline constexpr const char* without_help = "tries all but these effects";
 inline constexpr const char* explain_help =
     "torque: what the gauge reads is to be explained as well; else it loads the shaft as it is";
+inline constexpr const char* effort_help =
+    "how long the search may go on where nothing explains what is left: 1 is some minutes; the same on any machine";
 inline constexpr const char* unchecked_help =
     "goes on where the recordings contradict themselves or the model's bounds: see emtb check";
 

@@ -26,6 +26,7 @@ struct ReportOptions {
   std::vector<std::string> sessions, held_out;
   Wanted wanted;
   std::string explain;
+  double effort = 1;
   bool unchecked = false;
 };
 
@@ -62,6 +63,7 @@ int report_command(const ReportOptions& o) {
   if (!o.png.empty()) {
     in.on_figure = [pictures = std::make_shared<Pictures>(o.png)](const NamedFigure& named) { pictures->write(named); };
   }
+  refuse_no_effort(o.effort);
   // What is printed for people must not mix with JSON on standard output.
   std::ostream& say = o.json_file == "-" ? std::cerr : std::cout;
 
@@ -73,6 +75,7 @@ int report_command(const ReportOptions& o) {
   try {
     DiagnoseOptions options;
     options.explain_torque = !o.explain.empty();
+    options.effort = o.effort;
     options.progress = [&](double share, const std::string& doing) { progress.show(0.9 * share, doing); };
     d = diagnose(in.part(false), in.part(true), in.model, options);
   } catch (const ModelError& refusal) {
@@ -113,6 +116,7 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
       .offers(effect_ids)
       .options("--without", o->wanted.without, without_help)
       .offers(effect_ids)
+      .option("--effort", o->effort, effort_help)
       .option("--explain", o->explain, explain_help)
       .one_of({"torque"})
       .option("--out", o->out, "the page [report.html]")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <memory>
 
@@ -66,6 +67,14 @@ void tell_the_answer(Diagnosis& d, const Dataset& data, const RecordRefs& all, c
   d.where_final = residual_maps(all, d.final);
   if (!d.missing_base.empty()) d.missing_final = missing_curves(data.train, d.final);
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
+}
+
+/// How many rows a search may simulate at an effort (DiagnoseOptions): some minutes of two cores at 1.
+std::uint64_t most_rows(const Dataset& data, double effort) {
+  constexpr double rows = 3e9, passes = 2000;  // by hand
+  double length = 0;
+  for (const Record& record : data.train) length += static_cast<double>(record.length());
+  return static_cast<std::uint64_t>(effort * std::max(rows, passes * length));
 }
 
 bool named(const Finding& found, std::size_t effect) {
@@ -172,6 +181,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   given.withheld.clear();
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
   FittedTrials trials(data, given, criterion, options.score, options.refits);
+  trials.bound_by(most_rows(data, options.effort), options.ends_now);
   Trial first = first_fit(trials, data, given);
   if (set_steps(*prepared, first.model())) first = first_fit(trials, data, given);
   if (auto quieter = floors_down_to_what_is_left(data, first.model())) {
@@ -181,12 +191,13 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   WholeSearch search(*prepared, trials, criterion, {options.longest_list, only_loads}, progress);
   const Circumstances recorded = circumstances_of(data);
   Road road = best_road(*prepared, search, criterion, first);
-  if (auto quieter = floors_down_to_what_is_left(data, road.found.current.model())) {
+  if (auto quieter =
+          trials.exhausted() ? std::nullopt : floors_down_to_what_is_left(data, road.found.current.model())) {
     set_noise(*prepared, std::move(*quieter), given);
     road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
   }
   const bool has_other_runs = !held_out.empty() || train.size() > 1;
-  if (has_other_runs && !criterion.remainder(road.found.current.held_out)) {
+  if (has_other_runs && !trials.exhausted() && !criterion.remainder(road.found.current.held_out)) {
     if (auto quieter = floors_without_a_law(trials, data.noise, road.found.current)) {
       set_noise(*prepared, std::move(*quieter), given);
       road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
@@ -204,6 +215,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
       keep_what_is_told(road, without, search, criterion, *prepared, {inputs, options.materiality});
   Finding& found = road.found;
   d.training_judges = trials.judges().training;
+  d.cut = trials.cut();
   d.torque_only_loads = only_loads;
   d.torque_is_input = search.torque_left_out();
   const RecordRefs all = data.all();

@@ -58,6 +58,7 @@ struct Diagnosis {
   bool torque_is_input = false;            ///< and has no law of the library: no model is compared with it
   bool training_judges = false;            ///< beside the held-out runs, each training run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
+  bool cut = false;                        ///< a bound on the search kept something from being tried
   std::vector<std::string> shown_by;  ///< held-out runs that alone show what is left: of no training run anything is
   std::vector<Proposal> next;         ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
@@ -77,7 +78,10 @@ struct DiagnoseOptions {
       above_the_floor;          ///< error of the base model, in floors, from which the missing curves are recovered
   bool explain_torque = false;  ///< whether a measured torque is to be explained where the model as given has no load;
                                 ///< else it loads the shaft as it is, and what no law makes of it is no remainder
-  Reach reach;                  ///< of the next experiment
+  double effort = 1;            ///< how much is simulated until what is found by then is the answer: the same on any
+                                ///< machine and load, some minutes on two cores
+  std::function<bool()> ends_now = {};  ///< what is found when this says so is the answer; several threads ask
+  Reach reach;                          ///< of the next experiment
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 

@@ -35,6 +35,8 @@ std::size_t found_in(const RotorPhases& phases) {
       std::ranges::count_if(phases, [](const RotorPhase& phase) { return !phase.at.empty(); }));
 }
 
+Fit not_begun(const Trial& fitted) { return {.model = fitted.model(), .cost = infinity, .at_bound = {}, .phases = {}}; }
+
 /// None where it cannot be simulated from there: the search passes it over.
 template <class Fit>
 std::optional<Trial> attempt(const Fit& fit) {
@@ -111,6 +113,16 @@ Trial FittedTrials::first_fit(const Model& start) {
   Trial first = fitted(start, of_a_search(extra_starts), nullptr);
   on_bounds_at_first_ = with_standard_errors(data_.train, first.model(), true).at_bound;
   return first;
+}
+
+void FittedTrials::bound_by(std::uint64_t rows, std::function<bool()> ends_now) {
+  most_rows_ = rows;
+  ends_now_ = std::move(ends_now);
+}
+
+bool FittedTrials::exhausted() {
+  if (ends_now() || (data_.effort && data_.effort->rows() >= most_rows_)) cut_ = true;
+  return cut_;
 }
 
 std::optional<Trial> FittedTrials::fit(const Model& start, const Trial* known) {
@@ -207,6 +219,7 @@ Loss FittedTrials::loss_on(std::span<const Record> runs, const Model& model, con
 }
 
 std::vector<Score> FittedTrials::scores(const Model& fitted) {
+  if (exhausted()) return {};
   return score(data_.train, fitted, absent_effects(fitted), score_);
 }
 
@@ -216,16 +229,17 @@ Refits FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, 
       breadth == Breadth::promising
           ? worth_a_refit(all, fitted.model(), refits_, score_)
           : from_clear_sizes_too(all, fitted.model(), machine_of(data_.train, fitted.model()));
-  if (best.empty()) return {};
+  if (best.empty() || exhausted()) return {};
   std::vector<Fit> begun(best.size());
   std::vector<double> gains(best.size()), drops(best.size());
   const bool from_given_too = breadth != Breadth::promising || criterion_.far_off(fitted.held_out);
   Quality before = *fitted.held_out.quality;
   before.held_out.clear();  // what is only begun is not tried on other runs
   std::vector<Fit> anew = from_given_too ? begun_anew(fitted, best) : std::vector<Fit>{};
+  if (exhausted()) return {};
   // Models side by side: records are often fewer, or of very different lengths.
   each_on_a_core(best.size(), [&](std::size_t i) {
-    begun[i] = begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
+    begun[i] = ends_now() ? not_begun(fitted) : begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
     if (from_given_too && anew[i].cost < begun[i].cost) begun[i] = std::move(anew[i]);
     drops[i] = std::max(0.0, fitted.fit.cost - begun[i].cost);
     gains[i] = drops[i] > 0 ? gain(before, quality_in_training(begun[i])) : 0;
@@ -238,13 +252,13 @@ Refits FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, 
     std::vector<Begun>& these = drops[i] > 0 && near_the_best ? going : refits.broken_off;
     these.push_back({best[i], std::move(begun[i])});
   }
-  refits.done = ended(fitted, going);
+  if (!exhausted()) refits.done = ended(fitted, going);
   return refits;
 }
 
 std::vector<Addition> FittedTrials::go_on(const Trial& fitted, const std::vector<Begun>& begun) {
   constexpr double anything = 1e-3;  // of the cost; by hand
-  if (begun.empty()) return {};
+  if (begun.empty() || exhausted()) return {};
   std::vector<Score> scores;
   for (const Begun& b : begun) scores.push_back(b.score);
   // From the base as given half of them are left behind on the way: now the others have gone.
@@ -254,12 +268,14 @@ std::vector<Addition> FittedTrials::go_on(const Trial& fitted, const std::vector
     if (anew[i].cost < going[i].fit.cost) going[i].fit = std::move(anew[i]);
   }
   std::erase_if(going, [&](const Begun& b) { return fitted.fit.cost - b.fit.cost <= anything * fitted.fit.cost; });
+  if (exhausted()) return {};
   return ended(fitted, going);
 }
 
 std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const Begun> begun) {
   std::vector<std::optional<Trial>> trials(begun.size());
   each_on_a_core(begun.size(), [&](std::size_t i) {
+    if (ends_now()) return;
     const Model& model = begun[i].fit.model;
     trials[i] = fit(held_nearer(data_.train, given_, model).value_or(model), known_for(begun[i].score.effect, fitted));
   });
@@ -291,7 +307,7 @@ std::vector<Fit> FittedTrials::begun_anew(const Trial& fitted, std::vector<Score
   std::vector<Fit> begun(scores.size());
   each_on_a_core(scores.size(), [&](std::size_t i) {
     for (Score::Start& start : scores[i].starts) start.others.clear();  // they belong to the fitted values
-    begun[i] = begun_refit(data_.train, anew, squares, scores[i]);
+    begun[i] = ends_now() ? not_begun(fitted) : begun_refit(data_.train, anew, squares, scores[i]);
   });
   std::vector<Fit*> going;
   for (Fit& fit : begun) {
@@ -321,7 +337,7 @@ Model FittedTrials::with_base_as_given(Model model) const {
 std::optional<Addition> FittedTrials::refit_at_whole_orders(const Trial& fitted) {
   constexpr double worth_going_on = 0.05;  // of the largest remainder; by hand
   const std::vector<std::size_t> waves = absent_waves(fitted.model());
-  if (!criterion_.worth_a_wide_search(fitted.held_out) || waves.empty()) return {};
+  if (!criterion_.worth_a_wide_search(fitted.held_out) || waves.empty() || exhausted()) return {};
   auto begun = begun_at_whole_orders(data_.train, fitted.fit, fitted.squares, waves, score_, valleys_);
   if (!begun) return {};
   const double left = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
@@ -337,11 +353,12 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
   constexpr int few = 4;             // steps, by which
   constexpr double half_way = 0.25;  // of the largest remainder must be gone for a fit to go on; by hand
   const Loss& alone = fitted.held_out;
-  if (!criterion_.worth_a_wide_search(alone)) return std::nullopt;
+  if (!criterion_.worth_a_wide_search(alone) || exhausted()) return std::nullopt;
   const double left_in_training = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
   const std::vector<Score> best = worth_pairing(scores, fitted.model(), added, score_);
   std::optional<Pair> found;
   for (std::size_t i = 0; i + 1 < best.size(); ++i) {
+    if (exhausted()) break;
     const Trial* known_one = known_for(best[i].effect, fitted);
     const auto one = with_effect(data_.train, fitted.model(), fitted.squares, best[i].effect, best[i].starts.front(),
                                  phases_of(known_one));

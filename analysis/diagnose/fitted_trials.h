@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -37,6 +40,14 @@ class FittedTrials final : public Trials {
                                    const std::vector<std::size_t>& added) override;
   bool determined(const Model& fitted, std::size_t effect) override;
   bool explains_most_runs(const Trial& trial) override;
+  bool exhausted() override;
+
+  /// @param rows no more is begun when so many have been simulated of the data (Dataset::effort)
+  /// @param ends_now nor when this says so, which several threads ask; may be empty
+  void bound_by(std::uint64_t rows, std::function<bool()> ends_now);
+
+  /// Has a bound kept anything from being tried?
+  bool cut() const { return cut_; }
 
   /// What was found may tell what the model as given could not: a driver that blocks tells what brakes the shaft, and
   /// K_b by itself. @return none where nothing is told, or the fit is no better
@@ -78,6 +89,8 @@ class FittedTrials final : public Trials {
   std::vector<const Record*> unexplained(std::span<const Record> runs, const Model& model,
                                          const RotorPhases& phases) const;
 
+  bool ends_now() const { return ends_now_ && ends_now_(); }
+
   const Dataset& data_;
   const Model& given_;
   const Criterion& criterion_;
@@ -87,6 +100,9 @@ class FittedTrials final : public Trials {
   Valleys valleys_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;
+  std::uint64_t most_rows_ = std::numeric_limits<std::uint64_t>::max();
+  std::function<bool()> ends_now_;
+  bool cut_ = false;
 };
 
 /// Do the data tell the size of an effect from nothing, to so many of its standard errors?

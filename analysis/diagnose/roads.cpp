@@ -115,7 +115,7 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
   if (change == TimingChange::none) return search_from(data, search, criterion, as_recorded, true);
   if (change == TimingChange::slight) return search_from(data, search, criterion, search.again(as_recorded));
   Road told = search_from(data, search, criterion, search.again(as_recorded));
-  if (!criterion.remainder(told.found.current.held_out)) return told;
+  if (!criterion.remainder(told.found.current.held_out) || search.trials().exhausted()) return told;
   Circumstances in_itself = recorded;
   in_itself.timing.lags_in_itself = true;
   set(data, in_itself);
@@ -149,7 +149,7 @@ Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, c
   FittedTrials& trials = search.trials();
   const FittedTrials::Judges as_set = trials.judges();
   const std::optional<FittedTrials::Judges> better = trials.better_judges(road.found.current);
-  if (!better) return road;
+  if (!better || trials.exhausted()) return road;
   trials.judge_by(*better);
   const Trial so_far = search.again(road.found.current);
   set(data, recorded);

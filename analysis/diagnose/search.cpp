@@ -88,6 +88,7 @@ const Trial* Search::first_step() {
 void Search::settle() {
   constexpr int most = 3;  // passes: two suffice but where models take turns
   for (int pass = 0; pass < most; ++pass) {
+    if (pass > 0 && trials_.exhausted()) return;
     swap();
     const std::vector<std::size_t> before = found_.effects;
     prune();
@@ -99,7 +100,7 @@ void Search::settle() {
 
 /// Adds what removes most, until nothing material is left to remove.
 void Search::forward() {
-  while (found_.effects.size() < longest_list_) {
+  while (found_.effects.size() < longest_list_ && !trials_.exhausted()) {
     tell(0.1 + 0.45 * static_cast<double>(found_.effects.size()) / static_cast<double>(longest_list_),
          "scoring absent effects");
     Round& of_current = rounds_.of(found_.effects, found_.current);
@@ -110,7 +111,7 @@ void Search::forward() {
 /// Where much is left and nothing promising mends it, each effect is refitted before that is said, also those whose
 /// first steps do little; if none helps alone and the model is far off, two in turn.
 bool Search::add_what_the_scores_passed_by(Round& of_current) {
-  if (!criterion_.worth_trying_all(found_.current.held_out)) return false;
+  if (!criterion_.worth_trying_all(found_.current.held_out) || trials_.exhausted()) return false;
   tell(0.5, "trying all effects");
   const std::vector<Addition>& all = rounds_.all_refits_of(of_current);
   if (add_best_of(all) || add_best_of(rounds_.slow_refits_of(of_current))) return true;
@@ -122,6 +123,7 @@ bool Search::add_what_the_scores_passed_by(Round& of_current) {
 bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition>& first_steps) {
   std::optional<Pair> best;
   for (const Addition* step : near_the_best(first_steps, of_current.fitted.fit.cost, {})) {
+    if (trials_.exhausted()) break;
     std::vector<std::size_t> with = found_.effects;
     with.push_back(step->effect());
     for (const Addition& second : rounds_.explored(with, [&] { return step->trial; })->refits) {
@@ -216,7 +218,7 @@ void Search::take(Pair two) {
 /// Friction comes near enough to cogging to be taken first. Cogging is tried only where it explains most runs: a wave
 /// does a little of anything. Where nothing was found, it was tried in that very round.
 void Search::try_cogging_first() {
-  if (found_.effects.empty() || !criterion_.remainder(found_.current.held_out) ||
+  if (found_.effects.empty() || !criterion_.remainder(found_.current.held_out) || trials_.exhausted() ||
       found_.current.model().about(found_.effects.front()).is_detent()) {
     return;
   }
@@ -239,7 +241,8 @@ void Search::try_cogging_first() {
 std::optional<Search::Chain> Search::cogging_first(Round& bare, std::size_t most) {
   Chain chain{{}, {}, bare.fitted};
   std::optional<Addition> next = rounds_.whole_orders_of(bare);
-  while (next && chain.effects.size() < most && trials_.determined(next->trial.model(), next->effect())) {
+  while (next && chain.effects.size() < most && !trials_.exhausted() &&
+         trials_.determined(next->trial.model(), next->effect())) {
     chain.before.insert_or_assign(next->effect(), chain.trial.held_out);
     chain.effects.push_back(next->effect());
     chain.trial = std::move(next->trial);
@@ -254,7 +257,7 @@ std::optional<Search::Chain> Search::cogging_first(Round& bare, std::size_t most
 
 /// What took three or more may be two that the first step passed by.
 void Search::try_fewer() {
-  if (found_.effects.size() < 3) return;
+  if (found_.effects.size() < 3 || trials_.exhausted()) return;
   tell(0.58, "trying fewer");
   std::optional<Pair> two = fewer(rounds_.first(), found_.current, found_.effects.front());
   if (!two) return;
@@ -274,6 +277,7 @@ void Search::try_fewer() {
 std::optional<Pair> Search::fewer(const Round& first, const Trial& many, std::size_t begun_with) {
   std::optional<Pair> found;
   for (const Addition* step : near_the_best(first.refits, first.fitted.fit.cost, begun_with)) {
+    if (trials_.exhausted()) break;
     for (const Addition& second : rounds_.explored({step->effect()}, [&] { return step->trial; })->refits) {
       const Trial& both = second.trial;
       if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
@@ -290,6 +294,7 @@ std::optional<Pair> Search::fewer(const Round& first, const Trial& many, std::si
 /// Does another effect do as well in the place of a member, or better?
 void Search::swap() {
   for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    if (trials_.exhausted()) return;
     tell(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found_.effects.size()), "trying rivals");
     if (!needed(found_.effects[i], found_.current.model())) try_rivals_of(i);
   }
@@ -331,7 +336,7 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
 /// Where something is left, it may be that a member stands in for what the scores passed by.
 void Search::try_all_in_the_place_of_each() {
   for (std::size_t i = 0; i < found_.effects.size(); ++i) {
-    if (!criterion_.worth_trying_all(found_.current.held_out)) return;
+    if (!criterion_.worth_trying_all(found_.current.held_out) || trials_.exhausted()) return;
     const std::size_t member = found_.effects[i];
     if (needed(member, found_.current.model())) continue;
     tell(0.87, "trying all effects in the place of " + id(member));
@@ -344,6 +349,7 @@ void Search::try_all_in_the_place_of_each() {
 void Search::renew_rivals() {
   tell(0.88, "trying rivals again");
   found_.rivals.clear();
+  if (trials_.exhausted()) return;
   for (std::size_t i = 0; i < found_.effects.size(); ++i) {
     const std::size_t member = found_.effects[i];
     if (needed(member, found_.current.model())) continue;

@@ -117,7 +117,7 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
     const std::vector<std::size_t> before = found.effects;
     std::optional<Calibration> judged = drop_what_is_not_told(found, trials, criterion, data, worth);
     const std::vector<std::size_t> dropped = gone(before, found.effects);
-    if (dropped.empty() || !criterion.remainder(found.current.held_out)) return judged;
+    if (dropped.empty() || !criterion.remainder(found.current.held_out) || trials.exhausted()) return judged;
     std::vector<std::size_t> refused = dropped;
     std::erase_if(refused, [&](std::size_t effect) { return !trials.refused().contains(effect); });
     const Circumstances as_set = circumstances_of(data);

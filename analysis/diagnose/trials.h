@@ -102,6 +102,9 @@ class Trials {
 
   /// Does a fit leave nothing of most runs?
   virtual bool explains_most_runs(const Trial& trial) = 0;
+
+  /// Has as much been simulated as a search may? What is found by then is the answer.
+  virtual bool exhausted() { return false; }
 };
 
 }  // namespace emtb

@@ -78,6 +78,7 @@ Finding WholeSearch::anew_from(Trial& first, Finding before) {
   const std::vector<std::size_t> effects = before.effects;
   Finding kept = Search(trials_, criterion_, std::move(before), first.held_out, progress_).held_against_others();
   if (kept.effects == effects && !criterion_.anything_left(kept.current.held_out)) return kept;
+  if (trials_.exhausted()) return kept;
   Finding anew = from(first);
   if (criterion_.material(anew.current.held_out, kept.current.held_out)) return kept;
   return anew;

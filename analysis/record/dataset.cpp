@@ -187,6 +187,10 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   data.noise = estimate_noise(observed, model);
   data.train = weighed_all(std::span(observed).first(train.size()), data.noise, model);
   data.held_out = weighed_all(std::span(observed).subspan(train.size()), data.noise, model);
+  data.effort = std::make_shared<Effort>();
+  for (auto* records : {&data.train, &data.held_out}) {
+    for (Record& record : *records) record.effort = data.effort;
+  }
   return data;
 }
 

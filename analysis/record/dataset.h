@@ -30,6 +30,7 @@ struct Dataset {
   Noise noise;
   std::optional<double> ripple_order = {};  ///< [1/turn] with which the speeds of the training runs repeat
   Timing timing = {};                       ///< of all runs, see fit/timing.h
+  std::shared_ptr<Effort> effort = {};      ///< of all that was simulated of them
 
   RecordRefs all() const;   ///< as long as the dataset stands
   double interval() const;  ///< [s] of a sample of the first training run

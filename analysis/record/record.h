@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "analysis/record/effort.h"
 #include "analysis/record/inputs.h"
 #include "analysis/record/observation.h"
 #include "model/model.h"
@@ -43,8 +45,13 @@ struct ObservedRun {
 
 /// A run that is weighed, too: each reading has its sigma. Whole when made (dataset.h), and not changed any more.
 struct Record : ObservedRun {
-  double angle_wander = 0;      ///< [rad^2/s] variance that an integrated angle gains
-  bool lags_in_itself = false;  ///< no timing explains it: what lags by less than a row is the machine
+  double angle_wander = 0;              ///< [rad^2/s] variance that an integrated angle gains
+  bool lags_in_itself = false;          ///< no timing explains it: what lags by less than a row is the machine
+  std::shared_ptr<Effort> effort = {};  ///< of its simulations; null: nobody asks
+
+  void count_simulation(std::size_t derivatives) const {
+    if (effort) effort->add(length(), derivatives);
+  }
 };
 
 /// Records that need not lie side by side: none is copied, which an hour's would not bear.

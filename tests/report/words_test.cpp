@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "report/verdict.h"
+
 namespace emtb {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(SourceInWords, ExplainsEverySourceOfANoiseFloor) {
   for (const FloorSource source :
@@ -31,6 +34,15 @@ TEST(SourceInWords, SaysOfASlowMeterThatItWasHeldAgainstTheFastSignals) {
   NoiseFloor floor;
   floor.from = FloorSource::regression;
   EXPECT_THAT(source_in_words(floor), HasSubstr("fast signals"));
+}
+
+TEST(VerdictInWords, SaysOfASearchThatWasCutHowToGoOn) {
+  Diagnosis d;
+  d.verdict = Verdict::nothing_missing;
+  EXPECT_THAT(verdict_in_words(d), Not(HasSubstr("--effort")));
+  d.cut = true;
+  EXPECT_THAT(verdict_in_words(d), HasSubstr("--effort 10"));
+  EXPECT_THAT(verdict_text(d), HasSubstr("--effort 10"));
 }
 
 }  // namespace

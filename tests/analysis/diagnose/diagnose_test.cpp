@@ -9,6 +9,7 @@
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/timing.h"
+#include "analysis/numerics/parallel.h"
 #include "model/catalogue.h"
 #include "tests/analysis/diagnose/answers.h"
 #include "tests/blind/recording.h"
@@ -107,6 +108,33 @@ TEST(Diagnose, NamesTheFrictionOfThePaperAndBringsTheParametersBack) {
   EXPECT_NEAR(fitted(d, "T_c"), 0.0547, 0.03 * 0.0547);
   EXPECT_NEAR(d.final.values()[3], 1e-4, 0.1e-4) << "B";
   EXPECT_NEAR(d.final.values()[4], 3.449e-3, 0.03 * 3.449e-3) << "J";
+}
+
+Diagnosis diagnose_with(const DiagnoseOptions& options) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.friction.T_c = 0.003;  // [N m]
+  return diagnose(record(bench, bench.train, 1), record(bench, bench.held_out, 101), bench.model, options);
+}
+
+TEST(Diagnose, IsCutWhereItsEffortIsUsedUpOrSomebodyEndsIt) {
+  DiagnoseOptions hardly_any, ended;
+  hardly_any.effort = 1e-9;
+  ended.ends_now = [] { return true; };
+  for (const DiagnoseOptions& options : {hardly_any, ended}) {
+    const Diagnosis d = diagnose_with(options);
+    EXPECT_TRUE(d.cut);
+    EXPECT_EQ(d.verdict, Verdict::unknown_effect) << report(d);
+    EXPECT_THAT(named(d), IsEmpty());
+    EXPECT_NEAR(d.final_held_out, d.base_held_out, 0.01 * d.base_held_out);
+  }
+  EXPECT_FALSE(diagnose_with({}).cut);
+}
+
+TEST(Diagnose, CountsTheSameWorkOnOneThreadAsOnAll) {
+  const std::uint64_t on_all = diagnose_with({}).data->effort->rows();
+  const OneThreadHere alone;
+  EXPECT_EQ(diagnose_with({}).data->effort->rows(), on_all);
+  EXPECT_GT(on_all, 0U);
 }
 
 TEST(Diagnose, NamesDryFrictionOfEitherLawOnTheFastBench) {

@@ -73,12 +73,13 @@ class MadeUp final : public Trials {
  public:
   std::map<Effects, double> errors;
   std::set<std::size_t> undetermined;
-  std::set<std::size_t> unpromising;  // by their scores
-  std::set<std::size_t> slow;         // by their first steps
-  std::map<Effects, double> lost;     // by its first fit: the error, in a valley that a later fit does not meet
-  std::set<Effects> hidden;           // in such a valley from every fit but that from elsewhere
-  std::map<Effects, Effects> pairs;   // what such a fit is given two effects for
-  std::map<Effects, int> asked;       // for whole orders, and for two at once, beside these
+  std::set<std::size_t> unpromising;     // by their scores
+  std::set<std::size_t> slow;            // by their first steps
+  std::map<Effects, double> lost;        // by its first fit: the error, in a valley that a later fit does not meet
+  std::set<Effects> hidden;              // in such a valley from every fit but that from elsewhere
+  std::map<Effects, Effects> pairs;      // what such a fit is given two effects for
+  int most_refits = 1000, refitted = 0;  // rounds of them
+  std::map<Effects, int> asked;          // for whole orders, and for two at once, beside these
 
   static Effects held_by(const Model& model) {
     Effects held;
@@ -109,7 +110,9 @@ class MadeUp final : public Trials {
   std::optional<Trial> fit_to_the_end(const Model& start) override { return trial(start); }
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override { return trial(start); }
   std::vector<Score> scores(const Model&) override { return {}; }
+  bool exhausted() override { return refitted >= most_refits; }
   Refits refits(const Trial& fitted, const std::vector<Score>&, Breadth breadth) override {
+    ++refitted;
     Refits refits;
     for (std::size_t effect = 0; effect < effect_count; ++effect) {
       if (fitted.model().includes(effect) || fitted.model().withholds(effect)) continue;
@@ -176,6 +179,15 @@ TEST_F(SearchOnMadeUpFits, AddsWhatRemovesMostFirst) {
   const Finding f = found();
   EXPECT_THAT(f.effects, ElementsAre(dry, air));
   EXPECT_DOUBLE_EQ(f.current.held_out.error(), 1);
+}
+
+TEST_F(SearchOnMadeUpFits, KeepsWhatItHasFoundWhenItsWorkIsUsedUp) {
+  trials.errors = {{{}, 9}, {{dry}, 3}, {{air}, 6}, {{dry, air}, 1}};
+  trials.most_refits = 1;
+  const Finding f = found();
+  EXPECT_THAT(f.effects, ElementsAre(dry));
+  EXPECT_DOUBLE_EQ(f.current.held_out.error(), 3);
+  EXPECT_EQ(trials.refitted, 1);
 }
 
 TEST_F(SearchOnMadeUpFits, PassesOverWhatTheDataDoNotDetermine) {
