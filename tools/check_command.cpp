@@ -67,8 +67,12 @@ void refuse_slow_readings(std::span<const Run> runs) {
   }
 }
 
-void refuse_no_effort(double effort) {
+DiagnoseOptions SearchWords::options() const {
   if (!(effort > 0)) throw Error("--effort takes a factor above 0: 1 is some minutes, 10 ten times as much");
+  DiagnoseOptions options;
+  options.explain_torque = !explain.empty();
+  options.effort = effort;
+  return options;
 }
 
 bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, const Model& model, bool unchecked,

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "analysis/diagnose/diagnose.h"
 #include "hal/error.h"
 #include "model/model.h"
 #include "session/session.h"
@@ -20,8 +21,14 @@ bool may_be_fitted(std::span<const Run> train, std::span<const Run> held_out, co
 /// take all memory. @throws Error
 void refuse_slow_readings(std::span<const Run> runs);
 
-/// @throws Error where an effort is not above nothing
-void refuse_no_effort(double effort);
+/// What a search is told beside the data.
+struct SearchWords {
+  std::string explain;  ///< `torque`, or nothing
+  double effort = 1;
+
+  /// @throws Error where the effort is not above 0
+  DiagnoseOptions options() const;
+};
 
 /// What `--only`, `--without`, `--explain`, `--effort` and `--unchecked` do, for help.
 inline constexpr const char* only_help =

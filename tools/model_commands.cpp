@@ -57,8 +57,7 @@ struct ModelOptions {
   std::vector<std::string> sessions, held_out, outputs;
   std::string map, out, json_file, candidates;
   Wanted wanted;
-  std::string explain;
-  double effort = 1;
+  SearchWords search;
   bool fit = false, plot = false, every_candidate = false, intervals = false, unchecked = false;
 
   std::vector<Run> runs(const std::vector<std::string>& specs) const {
@@ -392,16 +391,13 @@ void print_candidates(const Diagnosis& d, bool all) {
 }
 
 int diagnose_command(const ModelOptions& o) {
-  refuse_no_effort(o.effort);
+  DiagnoseOptions options = o.search.options();
   Model model = o.model_with_candidates();
   withhold_unwanted(model, o.wanted);
   const auto runs = o.checked_runs(model);
   if (!runs) return 1;
   const std::vector<Run>&train = runs->train, &held_out = runs->held_out;
   Progress progress;
-  DiagnoseOptions options;
-  options.explain_torque = !o.explain.empty();
-  options.effort = o.effort;
   options.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
   Diagnosis d = diagnose(train, held_out, model, options);
   const std::unique_ptr<Discovery> rest = discover_rest(d, train, held_out);
@@ -488,8 +484,8 @@ void add_model_commands(CommandLine& line, const std::shared_ptr<const KeptAnswe
       .offers(effect_ids)
       .options("--without", o->wanted.without, without_help)
       .offers(effect_ids)
-      .option("--effort", o->effort, effort_help)
-      .option("--explain", o->explain, explain_help)
+      .option("--effort", o->search.effort, effort_help)
+      .option("--explain", o->search.explain, explain_help)
       .one_of({"torque"})
       .flag("--all", o->every_candidate, "shows every candidate, not only the best five")
       .action(act(diagnose_command));

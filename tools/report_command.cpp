@@ -25,8 +25,7 @@ struct ReportOptions {
   std::string model, map, candidates, out = "report.html", png, json_file, command;
   std::vector<std::string> sessions, held_out;
   Wanted wanted;
-  std::string explain;
-  double effort = 1;
+  SearchWords search;
   bool unchecked = false;
 };
 
@@ -63,7 +62,7 @@ int report_command(const ReportOptions& o) {
   if (!o.png.empty()) {
     in.on_figure = [pictures = std::make_shared<Pictures>(o.png)](const NamedFigure& named) { pictures->write(named); };
   }
-  refuse_no_effort(o.effort);
+  DiagnoseOptions options = o.search.options();
   // What is printed for people must not mix with JSON on standard output.
   std::ostream& say = o.json_file == "-" ? std::cerr : std::cout;
 
@@ -73,9 +72,6 @@ int report_command(const ReportOptions& o) {
   Progress progress;
   Diagnosis d;
   try {
-    DiagnoseOptions options;
-    options.explain_torque = !o.explain.empty();
-    options.effort = o.effort;
     options.progress = [&](double share, const std::string& doing) { progress.show(0.9 * share, doing); };
     d = diagnose(in.part(false), in.part(true), in.model, options);
   } catch (const ModelError& refusal) {
@@ -116,8 +112,8 @@ void add_report_command(CommandLine& line, int argc, const char* const* argv) {
       .offers(effect_ids)
       .options("--without", o->wanted.without, without_help)
       .offers(effect_ids)
-      .option("--effort", o->effort, effort_help)
-      .option("--explain", o->explain, explain_help)
+      .option("--effort", o->search.effort, effort_help)
+      .option("--explain", o->search.explain, explain_help)
       .one_of({"torque"})
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")

@@ -71,7 +71,7 @@ void tell_the_answer(Diagnosis& d, const Dataset& data, const RecordRefs& all, c
 
 /// How many rows a search may simulate at an effort (DiagnoseOptions): some minutes of two cores at 1.
 std::uint64_t most_rows(const Dataset& data, double effort) {
-  constexpr double rows = 3e9, passes = 2000;  // by hand
+  constexpr double rows = 1e9, passes = 2000;  // by hand: slow right answers take up to 4e8
   double length = 0;
   for (const Record& record : data.train) length += static_cast<double>(record.length());
   return static_cast<std::uint64_t>(effort * std::max(rows, passes * length));
