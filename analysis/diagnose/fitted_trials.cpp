@@ -35,8 +35,6 @@ std::size_t found_in(const RotorPhases& phases) {
       std::ranges::count_if(phases, [](const RotorPhase& phase) { return !phase.at.empty(); }));
 }
 
-Fit not_begun(const Trial& fitted) { return {.model = fitted.model(), .cost = infinity, .at_bound = {}, .phases = {}}; }
-
 /// None where it cannot be simulated from there: the search passes it over.
 template <class Fit>
 std::optional<Trial> attempt(const Fit& fit) {
@@ -239,7 +237,8 @@ Refits FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, 
   if (exhausted()) return {};
   // Models side by side: records are often fewer, or of very different lengths.
   each_on_a_core(best.size(), [&](std::size_t i) {
-    begun[i] = ends_now() ? not_begun(fitted) : begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
+    begun[i] =
+        ends_now() ? nowhere(fitted.model()) : begun_refit(data_.train, fitted.fit, fitted.squares, best[i], valleys_);
     if (from_given_too && anew[i].cost < begun[i].cost) begun[i] = std::move(anew[i]);
     drops[i] = std::max(0.0, fitted.fit.cost - begun[i].cost);
     gains[i] = drops[i] > 0 ? gain(before, quality_in_training(begun[i])) : 0;
@@ -252,7 +251,7 @@ Refits FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, 
     std::vector<Begun>& these = drops[i] > 0 && near_the_best ? going : refits.broken_off;
     these.push_back({best[i], std::move(begun[i])});
   }
-  if (!exhausted()) refits.done = ended(fitted, going);
+  refits.done = ended(fitted, going);
   return refits;
 }
 
@@ -268,11 +267,11 @@ std::vector<Addition> FittedTrials::go_on(const Trial& fitted, const std::vector
     if (anew[i].cost < going[i].fit.cost) going[i].fit = std::move(anew[i]);
   }
   std::erase_if(going, [&](const Begun& b) { return fitted.fit.cost - b.fit.cost <= anything * fitted.fit.cost; });
-  if (exhausted()) return {};
   return ended(fitted, going);
 }
 
 std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const Begun> begun) {
+  if (exhausted()) return {};
   std::vector<std::optional<Trial>> trials(begun.size());
   each_on_a_core(begun.size(), [&](std::size_t i) {
     if (ends_now()) return;
@@ -307,7 +306,7 @@ std::vector<Fit> FittedTrials::begun_anew(const Trial& fitted, std::vector<Score
   std::vector<Fit> begun(scores.size());
   each_on_a_core(scores.size(), [&](std::size_t i) {
     for (Score::Start& start : scores[i].starts) start.others.clear();  // they belong to the fitted values
-    begun[i] = ends_now() ? not_begun(fitted) : begun_refit(data_.train, anew, squares, scores[i]);
+    begun[i] = ends_now() ? nowhere(anew.model) : begun_refit(data_.train, anew, squares, scores[i]);
   });
   std::vector<Fit*> going;
   for (Fit& fit : begun) {

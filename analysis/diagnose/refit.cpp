@@ -66,6 +66,8 @@ bool keeps_phases(std::size_t effect, const Model& model) {
   return !about.periodic && about.reads != Signal::omega;
 }
 
+Fit nowhere(const Model& model) { return {.model = model, .cost = infinity, .at_bound = {}, .phases = {}}; }
+
 Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squares, const Score& score,
                 const Valleys& valleys) {
   constexpr int few = 4, first_look = 2;  // steps
@@ -82,7 +84,7 @@ Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squar
     if (!there) continue;
     begun.push_back(first_steps(records, there->model, starts.size() > go_on ? first_look : few, there->phases));
   }
-  if (begun.empty()) return {.model = fitted.model, .cost = infinity, .at_bound = {}, .phases = {}};
+  if (begun.empty()) return nowhere(fitted.model);
   std::ranges::stable_sort(begun, {}, &Fit::cost);
   if (begun.size() > go_on) {
     begun.resize(go_on);

@@ -31,6 +31,9 @@ std::optional<RefitStart> with_effect(std::span<const Record> records, const Mod
 /// @param phases of the records, where they are known
 Fit first_steps(std::span<const Record> records, const Model& start, int iterations, RotorPhases phases);
 
+/// A refit that led nowhere, at infinite cost: any other is better.
+Fit nowhere(const Model& model);
+
 /// The parameters of each effect where its last refit ended.
 using Valleys = std::map<std::size_t, std::vector<double>>;
 

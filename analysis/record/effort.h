@@ -1,17 +1,21 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 
+#include "model/simulation.h"
+
 namespace emtb {
 
-/// How many rows of some records have been simulated, a row with four derivatives as one: the work of a search, which
-/// is the same on any machine, under any load and with any number of threads, as no time is.
+/// How many rows of some records have been simulated, each once for as many derivatives as one pass carries: the work
+/// of a search, which is the same on any machine, under any load and with any number of threads, as no time is.
 class Effort {
  public:
   void add(std::size_t rows, std::size_t derivatives) {
-    const std::size_t passes = derivatives > 4 ? (derivatives + 3) / 4 : 1;
+    const std::size_t passes =
+        std::max<std::size_t>(1, (derivatives + derivatives_per_pass - 1) / derivatives_per_pass);
     rows_.fetch_add(rows * passes, std::memory_order_relaxed);
   }
 
