@@ -67,6 +67,20 @@ std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen) {
   return table[effect](seen);
 }
 
+std::vector<StartValues> starts_beside_what_it_needs(std::size_t effect, const Ranges& seen) {
+  using Starts = std::vector<StartValues> (*)(const Ranges&);
+  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
+    return std::array<Starts, sizeof...(Effect)>{[](const Ranges& ranges) {
+      if constexpr (requires { Effect::starts_beside(ranges); }) {
+        return Effect::starts_beside(ranges);
+      } else {
+        return std::vector<StartValues>();
+      }
+    }...};
+  }(static_cast<AllEffects*>(nullptr));
+  return table[effect](seen);
+}
+
 double twist_under(std::size_t effect, std::span<const double> values, double torque) {
   using Twist = double (*)(std::span<const double>, double);
   static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {

@@ -74,6 +74,9 @@ std::size_t effect_index(std::string_view id);
 /// with shapes several sets of values. An amplitude that can be null is not meant.
 std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen);
 
+/// Where it starts beside any start of the effect that it needs, which has bent to do without it; empty: it does not.
+std::vector<StartValues> starts_beside_what_it_needs(std::size_t effect, const Ranges& seen);
+
 /// [rad] By how much an effect lets a torque [N m] twist the shaft; 0: not at all.
 double twist_under(std::size_t effect, std::span<const double> values, double torque);
 

@@ -283,9 +283,7 @@ std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const B
     if (!trials[i]) continue;
     const std::size_t effect = begun[i].score.effect;
     additions.push_back({begun[i].score, std::move(*trials[i])});
-    std::vector<double>& valley = valleys_[effect];  // for later rounds to start from
-    valley.clear();
-    for (const Parameter& p : additions.back().trial.model().parameters_of(effect)) valley.push_back(p.value);
+    valleys_[effect] = valley_of(additions.back().trial.model(), effect);  // for later rounds to start from
   }
   return additions;
 }
@@ -301,8 +299,9 @@ std::vector<Fit> FittedTrials::begun_anew(const Trial& fitted, std::vector<Score
     if (p.pinned) p.fixed = p.pinned = false;
   }
   anew.model = with_base_as_given(anew.model);
-  anew.phases.clear();
-  const double squares = squares_at_best_phases(data_.train, anew.model).squares;
+  SquaresAtPhases from = squares_at_best_phases(data_.train, anew.model);
+  anew.phases = std::move(from.phases);
+  const double squares = from.squares;
   std::vector<Fit> begun(scores.size());
   each_on_a_core(scores.size(), [&](std::size_t i) {
     for (Score::Start& start : scores[i].starts) start.others.clear();  // they belong to the fitted values

@@ -6,7 +6,7 @@
 namespace emtb {
 namespace {
 
-constexpr double most = 0.5;  // of what is too much; by hand
+constexpr double half_of_it = 0.5;  // of what is too much; by hand
 
 }  // namespace
 
@@ -106,7 +106,7 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
     const auto& [signal, d] = entry;
     const double excess = mean.at(signal) - 1;  // at the floor there is nothing left to remove
     return excess >= rule.least && d.gain >= share * excess && d.gain >= rule.least &&
-           d.gain > rule.errors * d.noise_error && (d.there >= rule.there || d.gain >= most * excess);
+           d.gain > rule.errors * d.noise_error && (d.there >= rule.there || d.gain >= half_of_it * excess);
   });
 }
 
@@ -153,7 +153,7 @@ double largest_excess(const Loss& loss, std::span<const Signal> signals) {
 }
 
 bool removes_most(const Loss& without, const Loss& with) {
-  return largest_excess(with) <= (1 - most) * largest_excess(without);
+  return largest_excess(with) <= (1 - half_of_it) * largest_excess(without);
 }
 
 bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule) {

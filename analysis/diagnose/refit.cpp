@@ -73,23 +73,27 @@ Fit begun_refit(std::span<const Record> records, const Fit& fitted, double squar
   constexpr int few = 4, first_look = 2;  // steps
   constexpr std::size_t go_on = 2;
   std::vector<Score::Start> starts = score.starts;
-  if (const auto valley = valleys.find(score.effect); valley != valleys.end() && starts.size() > 1) {
+  const auto known_valley = valleys.find(score.effect);
+  const Valley* valley = known_valley != valleys.end() ? &known_valley->second : nullptr;
+  if (valley != nullptr && starts.size() > 1) {
     starts.resize(1);
-    starts.push_back({valley->second, valley->second, {}});
+    starts.push_back({valley->own, valley->own, {}});
   }
   const RotorPhases known = keeps_phases(score.effect, fitted.model) ? fitted.phases : RotorPhases{};
+  const bool together = acts_within_another(fitted.model, score.effect);
   std::vector<Fit> begun;
   for (const Score::Start& start : starts) {
     const auto there = with_effect(records, fitted.model, squares, score.effect, start, known);
     if (!there) continue;
     begun.push_back(first_steps(records, there->model, starts.size() > go_on ? first_look : few, there->phases));
   }
-  if (begun.empty()) return nowhere(fitted.model);
+  if (begun.empty() && !together) return nowhere(fitted.model);
   std::ranges::stable_sort(begun, {}, &Fit::cost);
   if (begun.size() > go_on) {
     begun.resize(go_on);
     for (Fit& f : begun) f = first_steps(records, f.model, few - first_look, known);
   }
+  if (together) begun.push_back(begun_together(records, fitted, score.effect, known, valley));
   return *std::ranges::min_element(begun, {}, &Fit::cost);
 }
 

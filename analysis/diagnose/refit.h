@@ -1,9 +1,9 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <span>
 
+#include "analysis/diagnose/joint_refit.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/rotor_phase.h"
@@ -34,12 +34,10 @@ Fit first_steps(std::span<const Record> records, const Model& start, int iterati
 /// A refit that led nowhere, at infinite cost: any other is better.
 Fit nowhere(const Model& model);
 
-/// The parameters of each effect where its last refit ended.
-using Valleys = std::map<std::size_t, std::vector<double>>;
-
 /// The refit of a fitted model with a scored effect, begun: a few steps from where the score expects it. An effect that
 /// fades is scored where it stands, which tells little of where its valley lies: then from each place that was tried.
-/// All take two steps, the best two go on, and the lowest counts. At infinite cost where none can be simulated.
+/// All take two steps, the best two go on, and the lowest counts. What acts within another effect is begun together
+/// with it, too (joint_refit.h). At infinite cost where none can be simulated.
 /// @param fitted its phases are followed where they hold with the effect
 /// @param squares the sum of squares of the fitted model
 /// @param valleys where an earlier refit of the effect ended is tried in place of all starts but the best

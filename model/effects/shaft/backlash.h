@@ -41,6 +41,13 @@ struct Backlash {
     return all;
   }
 
+  /// With any spring: up to the way that the shaft turns while its speed follows the voltage.
+  static std::vector<StartValues> starts_beside(const Ranges& seen) {
+    std::vector<StartValues> all;
+    for (const double share : geometric(0.02, 3, 15)) all.push_back({share * seen.speed * seen.response});
+    return all;
+  }
+
   /// A gear or a coupling still takes its load along. Behind a gear the shaft turns by the ratio times the play.
   static std::string implausible(std::span<const double> p, const FittedMachine&) {
     return Plausible(info, p).at_most(0, 6.283, "a turn");
