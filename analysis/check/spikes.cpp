@@ -55,16 +55,27 @@ double neighbours_go(std::span<const double> x, std::size_t k) {
 
 constexpr double alone = 0.3;  // of how far a reading lies off: its neighbours go less
 
-/// [s] When the reference leaves its neighbours for one row, as a controller's does at the count of an encoder: what it
-/// drives follows, up to a delay later.
-std::vector<double> spikes_of_the_reference(const Run& run) {
+/// Does it begin to move in row k, after it has stood for long, and go on?
+bool begins_to_move(std::span<const double> x, std::size_t k) {
+  constexpr std::size_t stand = 10;  // rows
+  if (k < stand || k + 2 >= x.size()) return false;
+  const double rise = x[k] - x[k - 1];
+  const auto still = x.subspan(k - stand, stand);
+  return std::ranges::all_of(still, [&](double value) { return value == still.front(); }) &&
+         rise * (x[k + 1] - x[k]) > 0 && rise * (x[k + 2] - x[k + 1]) > 0;
+}
+
+/// [s] When the reference leaves its neighbours for one row, as a controller's does at the count of an encoder, or
+/// begins a ramp, under which a current jumps before the shaft turns: what it drives follows, up to a delay later.
+std::vector<double> kicks_of_the_reference(const Run& run) {
   std::vector<double> times;
   if (!run.has(Signal::u_ref)) return times;
   const Series& series = run.at(Signal::u_ref);
   const std::vector<double>& x = series.value;
   const std::vector<double> off = off_neighbours(x);
   for (std::size_t k = 2; k + 2 < x.size(); ++k) {
-    if (off[k] != 0 && neighbours_go(x, k) < alone * std::abs(off[k])) times.push_back(series.t[k]);
+    const bool is_alone = off[k] != 0 && neighbours_go(x, k) < alone * std::abs(off[k]);
+    if (is_alone || begins_to_move(x, k)) times.push_back(series.t[k]);
   }
   return times;
 }
@@ -107,7 +118,7 @@ DataFindings spikes(const Run& run) {
   constexpr double far = 10;       // times the usual
   constexpr double longest = 0.1;  // [s] of a driver's delay
   const std::vector<Off> all = all_off(run);
-  const std::vector<double> sent = spikes_of_the_reference(run);
+  const std::vector<double> sent = kicks_of_the_reference(run);
   const auto was_sent = [&](double time) {
     const auto next = std::ranges::upper_bound(sent, time);
     return next != sent.begin() && time - *(next - 1) < longest;
