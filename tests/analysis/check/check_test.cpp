@@ -309,41 +309,6 @@ TEST_F(Check, TheFirstReadingsOfAnEncoderThatNoShaftCanLeaveInARowAreNamed) {
       << "an overshoot that the shaft leaves as it came";
 }
 
-TEST_F(Check, WhatAControllerSentIsNoSpike) {
-  // At each count of a coarse encoder the reference jumps for a row, and 20 ms later so does the current.
-  const auto counted = [](double sent) {
-    Run run;
-    run.name = "counted";
-    synthetic::Noise noise(3);
-    const auto jumps = [](double t, double delay) { return std::abs(std::remainder(t - delay - 0.2, 0.5)) < 5e-4; };
-    run.signals[Signal::u_ref] = synthetic::series(1e-3, 4, [&](double t) { return 1 + (jumps(t, 0) ? sent : 0); });
-    run.signals[Signal::i_a] =
-        synthetic::series(1e-3, 4, [&](double t) { return (jumps(t, 0.02) ? 3 : 0.5) + noise(0.02); });
-    run.signals[Signal::omega] = synthetic::series(1e-3, 4, [&](double) { return 20 + noise(0.1); });
-    return std::vector{run};
-  };
-  EXPECT_THAT(check(counted(0.3)), Not(names(Flaw::spikes, Signal::i_a)));
-  EXPECT_THAT(check(counted(0)), names(Flaw::spikes, Signal::i_a));
-}
-
-TEST_F(Check, ACurrentThatJumpsAsARampBeginsIsNoSpike) {
-  // A driver whose output rises at light load: until the shaft turns, the first volt of a ramp makes a current.
-  const auto ramped = [](double begins) {
-    Run run;
-    run.name = "ramped";
-    synthetic::Noise noise(3);
-    run.signals[Signal::u_ref] = synthetic::series(4e-3, 4, [&](double t) { return std::max(0.0, 5 * (t - begins)); });
-    run.signals[Signal::i_a] = synthetic::series(4e-3, 4, [&](double t) {
-      return (std::abs(t - 0.52) < 1e-3 ? 0.03 : t > 0.52 ? 0.004 : 0) + noise(1e-3);
-    });
-    run.signals[Signal::omega] =
-        synthetic::series(4e-3, 4, [&](double t) { return std::max(0.0, 40 * (t - 0.55)) + noise(0.01); });
-    return std::vector{run};
-  };
-  EXPECT_THAT(check(ramped(0.518)), Not(names(Flaw::spikes, Signal::i_a)));
-  EXPECT_THAT(check(ramped(0.2)), names(Flaw::spikes, Signal::i_a)) << "long after it began";
-}
-
 TEST_F(Check, GapsAndUnevenRowsAreSaidAndDoNotStop) {
   auto holed = servo_runs();
   planted::pause(holed[0], 1.2, 100);
