@@ -17,6 +17,15 @@ constexpr auto infos = []<class... Effect>(std::tuple<Effect...>*) {
   return std::array<EffectInfo, sizeof...(Effect)>{Effect::info...};
 }(static_cast<AllEffects*>(nullptr));
 
+/// What `ask.template operator()<Effect>()` answers for the effect at a place of the catalogue.
+template <class Ask>
+auto ask_effect(std::size_t effect, const Ask& ask) {
+  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
+    return std::array{+[](const Ask& of) { return of.template operator()<Effect>(); }...};
+  }(static_cast<AllEffects*>(nullptr));
+  return table[effect](ask);
+}
+
 static_assert(std::ranges::is_sorted(infos, {}, &EffectInfo::stage),
               "AllEffects must stand in the order of the stages");
 
@@ -45,54 +54,39 @@ std::size_t effect_index(std::string_view id) {
 }
 
 bool is_steady(std::size_t effect) {
-  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
-    return std::array<bool, sizeof...(Effect)>{Steady<Effect>...};
-  }(static_cast<AllEffects*>(nullptr));
-  return table[effect];
+  return ask_effect(effect, []<class Effect>() { return Steady<Effect>; });
 }
 
 std::vector<StartValues> starts_of(std::size_t effect, const Ranges& seen) {
-  using Starts = std::vector<StartValues> (*)(const Ranges&);
-  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
-    return std::array<Starts, sizeof...(Effect)>{[](const Ranges& ranges) {
-      if constexpr (requires { Effect::starts(ranges); }) {
-        return Effect::starts(ranges);
-      } else {
-        StartValues nulls{};
-        for (std::size_t i = 0; i < Effect::info.parameter_count; ++i) nulls[i] = Effect::info.parameter_list[i].null;
-        return std::vector{nulls};
-      }
-    }...};
-  }(static_cast<AllEffects*>(nullptr));
-  return table[effect](seen);
+  return ask_effect(effect, [&]<class Effect>() -> std::vector<StartValues> {
+    if constexpr (requires { Effect::starts(seen); }) {
+      return Effect::starts(seen);
+    } else {
+      StartValues nulls{};
+      for (std::size_t i = 0; i < Effect::info.parameter_count; ++i) nulls[i] = Effect::info.parameter_list[i].null;
+      return {nulls};
+    }
+  });
 }
 
 std::vector<StartValues> starts_beside_what_it_needs(std::size_t effect, const Ranges& seen) {
-  using Starts = std::vector<StartValues> (*)(const Ranges&);
-  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
-    return std::array<Starts, sizeof...(Effect)>{[](const Ranges& ranges) {
-      if constexpr (requires { Effect::starts_beside(ranges); }) {
-        return Effect::starts_beside(ranges);
-      } else {
-        return std::vector<StartValues>();
-      }
-    }...};
-  }(static_cast<AllEffects*>(nullptr));
-  return table[effect](seen);
+  return ask_effect(effect, [&]<class Effect>() -> std::vector<StartValues> {
+    if constexpr (requires { Effect::starts_beside(seen); }) {
+      return Effect::starts_beside(seen);
+    } else {
+      return {};
+    }
+  });
 }
 
 double twist_under(std::size_t effect, std::span<const double> values, double torque) {
-  using Twist = double (*)(std::span<const double>, double);
-  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
-    return std::array<Twist, sizeof...(Effect)>{[](std::span<const double> p, double on_it) {
-      if constexpr (requires { Effect::twist_under(p, on_it); }) {
-        return Effect::twist_under(p, on_it);
-      } else {
-        return 0.0;
-      }
-    }...};
-  }(static_cast<AllEffects*>(nullptr));
-  return table[effect](values, torque);
+  return ask_effect(effect, [&]<class Effect>() -> double {
+    if constexpr (requires { Effect::twist_under(values, torque); }) {
+      return Effect::twist_under(values, torque);
+    } else {
+      return 0;
+    }
+  });
 }
 
 std::string full_name(const EffectInfo& effect, std::size_t parameter) {
@@ -100,17 +94,13 @@ std::string full_name(const EffectInfo& effect, std::size_t parameter) {
 }
 
 std::string implausible(std::size_t effect, std::span<const double> values, const FittedMachine& machine) {
-  using Implausible = std::string (*)(std::span<const double>, const FittedMachine&);
-  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
-    return std::array<Implausible, sizeof...(Effect)>{[](std::span<const double> p, const FittedMachine& m) {
-      if constexpr (requires { Effect::implausible(p, m); }) {
-        return Effect::implausible(p, m);
-      } else {
-        return std::string();
-      }
-    }...};
-  }(static_cast<AllEffects*>(nullptr));
-  return table[effect](values, machine);
+  return ask_effect(effect, [&]<class Effect>() -> std::string {
+    if constexpr (requires { Effect::implausible(values, machine); }) {
+      return Effect::implausible(values, machine);
+    } else {
+      return {};
+    }
+  });
 }
 
 std::string needs_of(const EffectInfo& effect) {
@@ -138,17 +128,13 @@ std::vector<std::size_t> watched_effects() {
 }
 
 double size_at(std::size_t effect, double share, const Ranges& seen) {
-  using SizeAt = double (*)(double, const Ranges&);
-  static constexpr auto table = []<class... Effect>(std::tuple<Effect...>*) {
-    return std::array<SizeAt, sizeof...(Effect)>{[](double part, const Ranges& ranges) {
-      if constexpr (Effect::info.watch.has_value()) {
-        return Effect::size_at(part, ranges);
-      } else {
-        return std::numeric_limits<double>::quiet_NaN();
-      }
-    }...};
-  }(static_cast<AllEffects*>(nullptr));
-  return table[effect](share, seen);
+  return ask_effect(effect, [&]<class Effect>() -> double {
+    if constexpr (Effect::info.watch.has_value()) {
+      return Effect::size_at(share, seen);
+    } else {
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+  });
 }
 
 std::size_t ModelStructure::parameter_count() const {

@@ -17,6 +17,12 @@ ModelStructure Model::structure() const {
   return s;
 }
 
+std::vector<double> values_of(std::span<const Parameter> parameters) {
+  std::vector<double> values;
+  for (const Parameter& p : parameters) values.push_back(p.value);
+  return values;
+}
+
 std::vector<double> Model::values() const { return FreeParameters(*this).spread(FreeParameters(*this).pick({})); }
 
 double Model::mechanical_time_constant() const {

@@ -31,6 +31,9 @@ struct Parameter {
   bool pinned = false;  ///< fixed for as long as a diagnosis lasts, because the data cannot tell it (see Pin)
 };
 
+/// The values of some parameters, in their order.
+std::vector<double> values_of(std::span<const Parameter> parameters);
+
 /// An effect that the model includes.
 struct IncludedEffect {
   std::size_t effect = 0;             ///< place in the catalogue

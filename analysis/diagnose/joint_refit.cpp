@@ -19,12 +19,6 @@ constexpr int first_look = 2, few = 4;  // steps
 
 std::size_t needed_by(const Model& model, std::size_t effect) { return effect_index(model.about(effect).needs); }
 
-std::vector<double> values_of(std::span<const Parameter> parameters) {
-  std::vector<double> values;
-  for (const Parameter& p : parameters) values.push_back(p.value);
-  return values;
-}
-
 /// Moves those parameters that may move.
 void move_to(std::span<const double> place, std::span<Parameter> parameters) {
   for (std::size_t i = 0; i < parameters.size(); ++i) {

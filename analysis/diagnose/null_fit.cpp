@@ -130,9 +130,7 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
   seen.response = motor_of(model).time_constant();
   for (std::size_t effect = 0; effect < effect_count; ++effect) {
     if (!model.includes(effect)) continue;
-    std::vector<double> of_effect;
-    for (const Parameter& p : model.parameters_of(effect)) of_effect.push_back(p.value);
-    seen.twist += twist_under(effect, of_effect, seen.torque);
+    seen.twist += twist_under(effect, values_of(model.parameters_of(effect)), seen.torque);
   }
   return seen;
 }

@@ -93,8 +93,7 @@ FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
 
 std::string implausible_value(std::span<const Record> records, const Model& fitted, std::size_t effect) {
   const std::vector<Parameter>& parameters = fitted.parameters_of(effect);
-  std::vector<double> values;
-  for (const Parameter& p : parameters) values.push_back(p.value);
+  const std::vector<double> values = values_of(parameters);
   if (effect < effect_count) {
     const FittedMachine machine = machine_of(records, fitted);
     std::string said = implausible(effect, values, machine);

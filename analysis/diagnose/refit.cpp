@@ -110,8 +110,7 @@ std::vector<Score::Start> best_orders(std::span<const Record> runs, const Model&
     const auto there = with_effect(runs, fitted, squares, score.effect, start);
     if (!there) continue;
     const Fit f = first_steps(runs, there->model, first_look, there->phases);
-    std::vector<double> values;
-    for (const Parameter& p : f.model.parameters_of(score.effect)) values.push_back(p.value);
+    const std::vector<double> values = values_of(f.model.parameters_of(score.effect));
     begun.push_back({f.cost, {values, values, {}}});
   }
   std::ranges::stable_sort(begun, {}, &std::pair<double, Score::Start>::first);

@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "analysis/fit/calibrate.h"
 #include "analysis/record/dataset.h"
 #include "model/catalogue.h"
-#include "tests/blind/recording.h"
+#include "tests/analysis/diagnose/worn_coupling.h"
 
 namespace emtb {
 namespace {
@@ -20,18 +22,7 @@ struct Worn {
 };
 
 Worn fitted_without_the_play(double gap) {
-  blind::Bench bench = blind::fast_bench();
-  auto& shaft = bench.plant.shaft;
-  shaft.stiffness = 0.05;  // [N m/rad]
-  shaft.damping = 2e-4;    // [N m s/rad]
-  shaft.J_2 = 2e-5;        // [kg m2]
-  shaft.gap = gap;
-  bench.model.include(compliance);
-  std::vector<Parameter>& spring = bench.model.parameters_of(compliance);
-  for (Parameter& p : spring) p.fixed = false;
-  spring[0].value = 0.035;
-  spring[1].value = 3e-4;
-  spring[2].value = 3e-5;
+  const blind::Bench bench = worn_coupling(0.05, gap, std::array{0.035, 3e-4, 3e-5});
   Dataset data = prepare(record(bench, bench.train, 1), {}, bench.model);
   Fit fitted = calibrate(data.train, bench.model, {.extra_starts = 0});
   return {std::move(data), std::move(fitted)};

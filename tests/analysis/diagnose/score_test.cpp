@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/residuals.h"
 #include "model/catalogue.h"
+#include "tests/analysis/diagnose/worn_coupling.h"
 #include "tests/blind/recording.h"
 
 namespace emtb {
@@ -59,24 +62,8 @@ TEST(Score, ARefitDoesNotStartWhereNothingCanBeSimulated) {
                            effect_index("shaft_compliance"), heavier));
 }
 
-/// A coupling of 0.5 N m/rad that its model knows, with a play [rad] that it lacks.
-blind::Bench worn_coupling(double gap) {
-  blind::Bench worn = blind::fast_bench();
-  auto& shaft = worn.plant.shaft;
-  shaft.stiffness = 0.5;  // [N m/rad]
-  shaft.damping = 2e-4;   // [N m s/rad]
-  shaft.J_2 = 2e-5;       // [kg m2]
-  shaft.gap = gap;
-  worn.model.include(effect_index("shaft_compliance"));
-  std::vector<Parameter>& coupling = worn.model.parameters_of(effect_index("shaft_compliance"));
-  coupling[0].value = 0.5;
-  coupling[1].value = 2e-4;
-  coupling[2].value = 2e-5;
-  return worn;
-}
-
 TEST(Score, APlayOfTheCouplingIsTriedAtSizesOfItsOwn) {
-  const FittedBench bench = fitted_on(worn_coupling(0.08));
+  const FittedBench bench = fitted_on(worn_coupling(0.5, 0.08, std::array{0.5, 2e-4, 2e-5}));
   const Score score = score_of(bench, "backlash");
   EXPECT_GT(score.predicted_drop, 0.2 * squares_of(bench, bench.model));
   EXPECT_GE(score.expected()[0], 0.03);
