@@ -22,6 +22,7 @@
 #include "model/effects/driver/driver_saturation.h"
 #include "model/effects/driver/driver_slew.h"
 #include "model/effects/driver/one_quadrant_driver.h"
+#include "model/effects/driver/pwm_drive.h"
 #include "model/effects/load/dry_brake.h"
 #include "model/effects/load/eccentric_load.h"
 #include "model/effects/load/eddy_brake.h"
@@ -49,9 +50,9 @@ namespace emtb {
 
 /// All effects. A new one is its file and one line here, in the order of the stages.
 using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance,
-                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction,  //
-                              ArmatureHeating, ArmatureInductance, BrushDrop,                      //
-                              ArmatureReaction, FieldHeating,                                      //
+                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction, PwmDrive,  //
+                              ArmatureHeating, ArmatureInductance, BrushDrop,                                //
+                              ArmatureReaction, FieldHeating,                                                //
                               CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction,
                               PreslidingFriction, Windage, BearingDrag, FrictionWarmup,  //
                               Cogging, Backlash, ShaftCompliance,                        //

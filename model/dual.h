@@ -124,6 +124,7 @@ struct alignas(N < 4 ? 16 : 32) Dual {
   friend Dual pow(const Dual& a, double exponent) {
     return {std::pow(a.v, exponent), (exponent * std::pow(a.v, exponent - 1)) * a.d};
   }
+  friend Dual log(const Dual& a) { return {std::log(a.v), a.d * (1 / a.v)}; }
   friend Dual abs(const Dual& a) { return a.v < 0 ? -a : a; }
 };
 
@@ -149,6 +150,7 @@ requires(sizeof(Mask) > sizeof(long)) bool any(const Mask& where) {
 
 using std::abs;
 using std::exp;
+using std::log;
 using std::pow;
 using std::sin;
 

@@ -75,6 +75,7 @@ inline std::vector<double> geometric(double least, double most, int count) {
 struct Ranges {
   double reference = 0;       ///< [V] largest |u_ref|
   double voltage = 0;         ///< [V] largest |e_a|
+  double supply = 0;          ///< [V] known limit of the driver; the same, where it has none
   double current = 0;         ///< [A] largest |i_a|
   double torque = 0;          ///< [N m] that this current makes
   double speed = 0;           ///< [rad/s] largest |omega|
@@ -234,6 +235,9 @@ struct Balance {
   Scalar output_resistance{};   ///< [ohm]
   Scalar light_load_rise{};     ///< [V] by which the output rises as the current vanishes
   Scalar light_load_current{};  ///< [A] on which it does
+  Scalar chop_period{};         ///< [1] of a chopper, in time constants L_a/R_a; 0: its current has no gaps
+  Scalar chop_supply{};         ///< [V] that it chops
+  Scalar chop_decay{};          ///< [V] against which the current runs on between the pulses
   bool one_quadrant = false;    ///< the driver takes no current back
   // armature: e_a = R i + L di/dt + K_b flux omega + contact drop
   Scalar resistance{};    ///< [ohm]

@@ -132,7 +132,7 @@ class Machine : public Motion<Scalar> {
     solve_linear_step(h);
     const auto driven = [&](std::size_t j) { return this->drive(drive.reference(row + j), drive.t[row + j], h); };
     const auto measured = [&](std::size_t j) { return driven(j), drive.voltage(row + j); };
-    const auto at_terminals = [&](const Scalar& i) { return driver_.terminal_voltage(equations_.terms, i); };
+    const auto at_terminals = [&](const Scalar& i) { return driver_.voltage_under(equations_.terms, i); };
     Scalar theta = angle_.theta();
     if (structure_.measured_voltage) {
       linear_.go_on(*this, theta, measured, at_terminals, count, h, out);
@@ -184,13 +184,6 @@ class Machine : public Motion<Scalar> {
   using Motion<Scalar>::i_a_before, Motion<Scalar>::omega_before;
   using Motion<Scalar>::i_a_in_middle, Motion<Scalar>::omega_in_middle;
 
-  enum class Circuit {
-    closed,  ///< the voltage drives a current
-    driven,  ///< a current drive does
-    open,    ///< the armature's terminals are open
-    blocked  ///< the driver takes no current back
-  };
-
   /// The state at the end of a step.
   /// @param driven what the driver does @param e the voltage at the terminals
   void step_in_general(const StepInput& in, const Ramp<Scalar>& driven, Ramp<Scalar> e, double h) {
@@ -212,8 +205,8 @@ class Machine : public Motion<Scalar> {
     } else {
       i_a = mean_current;
     }
-    e_a_reading =
-        circuit == Circuit::blocked ? armature_.k_b() * omega_end : driver_.terminal_voltage(equations_.terms, i_a);
+    const Scalar back_emf = armature_.k_b() * omega_end;
+    e_a_reading = circuit == Circuit::blocked ? back_emf : driver_.terminal_voltage(equations_.terms, i_a, back_emf);
     omega_before = omega;
     omega = omega_end;
   }
@@ -227,7 +220,7 @@ class Machine : public Motion<Scalar> {
     i_a_before = i_a;
     omega = linear_.omega_end(omega_before, i_a_before, start, end);
     i_a = linear_.i_a_end(omega_before, i_a_before, start, end, omega);
-    e_a_reading = driver_.terminal_voltage(equations_.terms, i_a);
+    e_a_reading = driver_.voltage_under(equations_.terms, i_a);
   }
 
   void solve_linear_step(double h) {
@@ -249,8 +242,10 @@ class Machine : public Motion<Scalar> {
     const bool on_the_way = initial.as_read && initial.omega != 0;
     if (initial.i_a || !on_the_way) return Scalar(initial.i_a.value_or(0));
     if (structure_.input == Signal::i_a) return Scalar(in.i_a);
-    const Scalar e = structure_.measured_voltage ? Scalar(in.e_a_end) : driver_.voltage();
-    const Scalar current = (e - equations_.p[base::K_b] * omega) / equations_.p[base::R_a];
+    const Scalar back_emf = equations_.p[base::K_b] * omega;
+    const Scalar e =
+        structure_.measured_voltage ? Scalar(in.e_a_end) : driver_.chopped_voltage(equations_.terms, back_emf);
+    const Scalar current = (e - back_emf) / equations_.p[base::R_a];
     const bool blocked = in.armature_open || (equations_.terms.one_quadrant && value_of(current) < 0);
     return blocked ? Scalar(0.0) : current;
   }
@@ -312,12 +307,20 @@ class Machine : public Motion<Scalar> {
     if (conducts && !structure_.measured_voltage && is_there_.light_load_rise) {
       e += armature_.light_load_rise(e.mean() + user_.voltage(), *this, equations_.terms);
     }
-    // A measured voltage is the motor's own while the driver blocks, give or take noise: what the driver would do
-    // tells.
+    bool without_pulse = false;
+    if (conducts && !structure_.measured_voltage && is_there_.chopping) {
+      const Scalar back_emf = armature_.k_b() * omega_in_middle();
+      const Scalar mean = chopped(e.mean(), back_emf, equations_.terms);
+      const Scalar end = chopped(e.end, armature_.k_b() * (2.0 * omega - omega_before), equations_.terms);
+      without_pulse = value_of(mean) == value_of(back_emf);
+      e = {2.0 * mean - end, end};
+    }
+    // A measured voltage is the motor's own while the driver blocks, give or take noise: the driver tells.
     const bool follows_driver = structure_.input == Signal::u_ref;
     const Scalar source = follows_driver ? Scalar(driven) : e.mean();
-    if (conducts && equations_.terms.one_quadrant &&
-        value_of(armature_.stopping_voltage(source + user_.voltage(), *this)) <= 0) {
+    const bool takes_none_back =
+        equations_.terms.one_quadrant && value_of(armature_.stopping_voltage(source + user_.voltage(), *this)) <= 0;
+    if (conducts && (takes_none_back || without_pulse)) {
       equations_.terms.flux = full_flux_;
       solve_for(h, false);
       user_.set_voltage(Scalar(0.0));

@@ -81,6 +81,18 @@ bool present(std::span<const Run> runs, Signal signal) {
   return std::ranges::any_of(runs, [&](const Run& run) { return run.has(signal); });
 }
 
+/// One value in all runs. Runs that begin as a step is made have a voltage that never changes, each its own, or, where
+/// no reference says otherwise, that of the one step that was made.
+bool dead(std::span<const Run> runs, Signal signal) {
+  std::set<double> values;
+  const bool never_changes = in_all(runs, signal, [&](const Series& series) {
+    values.insert(series.value[0]);
+    return constant(series);
+  });
+  const bool made_one_step = signal == Signal::e_a && !values.contains(0) && !present(runs, Signal::u_ref);
+  return never_changes && values.size() == 1 && !made_one_step;
+}
+
 /// A signal that goes from level to level, of which its instrument knows but a few.
 bool coarse(std::span<const Run> runs, Signal signal) {
   std::set<double> levels;
@@ -119,7 +131,7 @@ DataFindings resting(std::span<const Run> runs) {
         true);
   }
   for (const Signal signal : {Signal::i_a, Signal::e_a, Signal::torque}) {
-    if (!motion || !present(runs, signal) || !in_all(runs, signal, constant)) continue;
+    if (!motion || !present(runs, signal) || !dead(runs, signal)) continue;
     const bool matters = signal != Signal::torque;  // a shaft without a load is told as a torque of zero, too
     add(signal, Flaw::rest,
         name_of(signal) +

@@ -51,7 +51,8 @@ std::vector<Hypothesis> hypotheses_of(const NullFit& fitted, std::span<const std
   std::optional<std::vector<Order>> orders;
   for (const std::size_t effect : candidates) {
     const EffectInfo& about = fitted.model.about(effect);
-    if (about.at_null == AtNull::nothing && !fitted.model.includes(effect_index(about.needs))) continue;
+    if (about.at_null == AtNull::nothing && !about.needs.empty() && !fitted.model.includes(effect_index(about.needs)))
+      continue;
     if (!about.periodic) {
       bool whole = about.fades();
       for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {

@@ -105,8 +105,9 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
   const std::vector<double> values = model.values();
   Ranges seen;
   seen.inertia = values[base::J];
-  seen.rise = model.structure().driver.rise;
-  seen.fall = model.structure().driver.fall;
+  const DriverModel& driver = model.structure().driver;
+  seen.rise = driver.rise;
+  seen.fall = driver.fall;
   for (const Record& record : records) {
     const Excitation& x = record.excitation;
     Extremes extremes;
@@ -126,6 +127,8 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.logging = a_row * seen.sample;
     seen.logged_lag = (record.lags_in_itself ? a_quarter : a_row) * seen.sample;
   }
+  const double limit = std::max(driver.max, -driver.min);
+  seen.supply = limit < DriverModel::unlimited ? limit : seen.voltage;
   seen.torque = values[base::K_m] * seen.current;
   seen.response = motor_of(model).time_constant();
   for (std::size_t effect = 0; effect < effect_count; ++effect) {

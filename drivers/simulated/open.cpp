@@ -43,8 +43,27 @@ class Overlay {
 };
 
 DriverParameters read_driver(const YamlMap& yaml) {
-  yaml.only({"gain", "offset", "rise", "fall", "min", "max", "knee", "dead_zone", "output_resistance", "lag", "delay",
-             "sampling", "play", "one_quadrant", "conduction_rise", "conduction_current", "rectified", "crest"});
+  yaml.only({"gain",
+             "offset",
+             "rise",
+             "fall",
+             "min",
+             "max",
+             "knee",
+             "dead_zone",
+             "output_resistance",
+             "lag",
+             "delay",
+             "sampling",
+             "play",
+             "one_quadrant",
+             "conduction_rise",
+             "conduction_current",
+             "chop_period",
+             "chop_supply",
+             "chop_decay",
+             "rectified",
+             "crest"});
   DriverParameters driver;
   Overlay(yaml)
       .any_sign("gain", driver.gain)
@@ -61,6 +80,9 @@ DriverParameters read_driver(const YamlMap& yaml) {
       .not_negative("play", driver.play)
       .not_negative("conduction_rise", driver.conduction_rise)
       .positive("conduction_current", driver.conduction_current)
+      .not_negative("chop_period", driver.chop_period)
+      .positive("chop_supply", driver.chop_supply)
+      .not_negative("chop_decay", driver.chop_decay)
       .not_negative("rectified", driver.rectified)
       .not_negative("crest", driver.crest);
   driver.delay = yaml.within_or("delay", 0, 10, 0);

@@ -282,6 +282,7 @@ double Plant::gauge() const noexcept {
 double Plant::output(const State& x, double e, double t) const noexcept {
   const double mean = lag_2_ > 0 ? x.lag_2 : lag_1_ > 0 ? x.lag_1 : e;
   const double rise = p_.driver.conduction_rise > 0 && mean > 0 ? conduction_rise(x.past, p_.driver, p_.laws) : 0;
+  if (p_.driver.chop_period > 0) return chopped(mean, p_.motor.K_b * flux(x.past) * x.omega, p_.driver, p_.laws);
   return wave(mean, t) + rise;
 }
 

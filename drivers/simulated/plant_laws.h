@@ -46,6 +46,19 @@ inline double conduction_rise(double i, const DriverParameters& driver, Laws law
   return driver.conduction_rise * left * left;
 }
 
+/// [V] The mean that a chopper leaves at the armature: pulses of the supply, then the current runs on until it ends,
+/// then the back-EMF.
+inline double chopped(double mean, double back_emf, const DriverParameters& driver, Laws laws) noexcept {
+  const double way = std::copysign(1.0, mean), own = way * back_emf, supply = driver.chop_supply;
+  const double on = std::min(std::abs(mean) / supply, 1.0), off = 1 - on;
+  if (on == 0 || own >= supply) return back_emf;
+  const double against = driver.chop_decay + (laws == Laws::usual ? 0 : 0.04 * supply), opposes = own + against;
+  const double peak = (supply - own) * -std::expm1(-driver.chop_period * on);  // [V] across the resistance
+  const double ends = opposes > 0 ? std::log1p(peak / opposes) / driver.chop_period : off;
+  const double flows = std::min(ends, off);
+  return way * (on * supply - flows * against + (off - flows) * own);
+}
+
 /// How much of the brushes' drop there is at a current, and how that grows with x = i/i_b.
 struct Contact {
   double share = 0;  ///< -1 to 1

@@ -23,6 +23,8 @@ void check(const DriverParameters& driver) {
   demand(driver.delay >= 0 && driver.delay <= 10, "driver.delay must be 0 to 10 s");
   demand(driver.conduction_rise >= 0 && driver.conduction_current > 0,
          "driver.conduction_rise must be 0 or more, conduction_current above 0");
+  demand(driver.chop_period >= 0 && driver.chop_supply > 0 && driver.chop_decay >= 0,
+         "driver.chop_period and chop_decay must be 0 or more, chop_supply above 0");
 }
 
 void check(const MotorParameters& motor) {

@@ -26,6 +26,14 @@ struct Response {
   Scalar v0{}, v1{}, i{};
 };
 
+/// What makes a current in the armature.
+enum class Circuit {
+  closed,  ///< the voltage drives one
+  driven,  ///< a current drive does
+  open,    ///< none: its terminals are open
+  blocked  ///< none: the driver takes no current back
+};
+
 /// The armature circuit, solved exactly for voltages that are linear over the step.
 ///
 ///     e = R i + L di/dt + K_b φ ω + V tanh(i/i_knee)

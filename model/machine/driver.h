@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/dual.h"
+#include "model/machine/chopper.h"
 #include "model/machine/equations.h"
 #include "model/slew.h"
 #include "model/structure.h"
@@ -14,7 +15,7 @@ namespace emtb {
 /// The driver: what it makes of the reference, before its load takes a part.
 ///
 ///     target = clamp(gain u(t - delay) + offset, min, max);  -fall <= de/dt <= rise;  then a lag
-///     e_a    = e - R_o i + V_d exp(-|i|/i_c)
+///     e_a    = e - R_o i + V_d exp(-|i|/i_c), or chopped
 template <class Scalar>
 class Driver {
  public:
@@ -31,6 +32,7 @@ class Driver {
     terms.fall = Scalar(known_->fall);
     terms.delay = terms.offset = terms.lag = Scalar(0.0);
     terms.output_resistance = terms.light_load_rise = terms.light_load_current = Scalar(0.0);
+    terms.chop_period = terms.chop_supply = terms.chop_decay = Scalar(0.0);
     terms.one_quadrant = false;
   }
 
@@ -53,7 +55,7 @@ class Driver {
 
   /// Where it stands was read at its terminals, where its load takes a part of it.
   void stand_behind_terminals(const Balance<Scalar>& terms, const Scalar& i_a) {
-    const Scalar taken = voltage_ - terminal_voltage(terms, i_a);
+    const Scalar taken = voltage_ - voltage_under(terms, i_a);
     voltage_ += taken;
     slewed_ += taken;
   }
@@ -85,7 +87,18 @@ class Driver {
   double moved_for() const { return moved_for_; }
 
   /// [V] at its terminals, which its own load bends.
-  Scalar terminal_voltage(const Balance<Scalar>& terms, const Scalar& i_a) const {
+  Scalar terminal_voltage(const Balance<Scalar>& terms, const Scalar& i_a, const Scalar& back_emf) const {
+    const Scalar bent = chopped_voltage(terms, back_emf) - voltage_;
+    return voltage_under(terms, i_a) + bent;
+  }
+
+  /// [V] Before its resistance and the rise at light load.
+  Scalar chopped_voltage(const Balance<Scalar>& terms, const Scalar& back_emf) const {
+    return any(differs(terms.chop_period, Scalar(0.0))) ? chopped(voltage_, back_emf, terms) : voltage_;
+  }
+
+  /// [V] At its terminals, were it not to chop.
+  Scalar voltage_under(const Balance<Scalar>& terms, const Scalar& i_a) const {
     if (effects_.empty()) return voltage_;
     Scalar e = voltage_ - terms.output_resistance * i_a;
     if (any(differs(terms.light_load_rise, Scalar(0.0))) && value_of(voltage_) > 0) {

@@ -49,7 +49,7 @@ struct Equations {
 
 /// Which terms of the equations there are: what is not there costs no time.
 struct TermsThere {
-  bool reaction = false, light_load_rise = false, contact_drop = false;
+  bool reaction = false, light_load_rise = false, chopping = false, contact_drop = false;
   bool gear_friction = false, brake = false, bristle = false;
   bool operator==(const TermsThere&) const = default;
 };
@@ -59,6 +59,7 @@ TermsThere terms_in(const Balance<Scalar>& terms) {
   const auto there = [](const Scalar& term) { return any(differs(term, Scalar(0.0))); };
   return {.reaction = there(terms.reaction),
           .light_load_rise = there(terms.light_load_rise),
+          .chopping = there(terms.chop_period),
           .contact_drop = there(terms.contact_drop),
           .gear_friction = there(terms.gear_friction),
           .brake = there(terms.brake),

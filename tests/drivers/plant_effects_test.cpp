@@ -10,6 +10,7 @@
 #include "drivers/simulated/plant_laws.h"
 #include "hal/error.h"
 #include "tests/drivers/servo.h"
+#include "tests/model/switched_bridge.h"
 
 namespace emtb::simulated {
 namespace {
@@ -147,6 +148,21 @@ TEST_P(BothLaws, DiscontinuousConductionRaisesTheVoltageAtLightLoad) {
     const double rise = GetParam() == Laws::usual ? std::exp(-x) : std::pow(std::max(1 - x / 3, 0.0), 2);
     EXPECT_NEAR(plant.e_a(), 20 + 2 * rise, 1e-6) << load;
   }
+}
+
+TEST_P(BothLaws, AChopperBendsTheVoltageAtLightLoad) {
+  PlantParameters p = servo(GetParam());
+  p.driver.chop_period = 0.8;
+  p.driver.chop_supply = 24;
+  p.load.torque = 0.01;
+  Plant plant(p);
+  run(plant, 5, 2);
+  const double diodes = GetParam() == Laws::usual ? 0 : 0.04 * 24;
+  const SwitchedBridge bridge{0.8, 24, diodes, 0.042 * plant.omega()};
+  EXPECT_NEAR(plant.e_a(), bridge.mean_voltage(4 * 2.0 / 24), 2e-3);
+  EXPECT_GT(plant.e_a(), 8.5) << "more than the 8 V that are asked for";
+  plant.advance(tick, 0);
+  EXPECT_EQ(plant.i_a(), 0) << "it takes no current back";
 }
 
 // Armature and air gap

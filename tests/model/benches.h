@@ -64,6 +64,7 @@ inline TestBench slow_bench() {
                                   {"speed_delay.t_d", 0.0317},
                                   {"armature_heating.C_th", 5},  // a hundredth of a real one: the run is short
                                   {"field_heating.tau", 40},
+                                  {"pwm_drive.V_s", 104},
                                   {"coulomb_friction.T_c", 0.0547},
                                   {"friction_warmup.tau", 30},
                                   {"cogging.N", 4},
@@ -93,6 +94,9 @@ inline TestBench fast_bench() {
                                   {"presliding_friction.sigma_0", 0.5},
                                   {"discontinuous_conduction.V_d", 0.5},
                                   {"discontinuous_conduction.i_c", 0.3},
+                                  {"pwm_drive.r", 1.3},
+                                  {"pwm_drive.V_s", 26},
+                                  {"pwm_drive.k", 0.1},
                                   {"armature_inductance.L_a", 2e-3},
                                   {"brush_drop.V_b", 0.4},
                                   {"brush_drop.i_lin", 0.02},

@@ -27,6 +27,7 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"driver_delay", {"t_d"}},
     {"one_quadrant_driver", {}},
     {"discontinuous_conduction", {"V_d", "i_c"}},
+    {"pwm_drive", {"r", "V_s", "k"}},
     {"armature_inductance", {"L_a"}},
     {"brush_drop", {"V_b", "i_lin"}},  // the knee is ours
     {"armature_heating", {"C_th", "R_th"}},
@@ -132,9 +133,9 @@ TEST(Catalogue, TheRolesOfAnEffectsParametersGoTogether) {
     if (count(Role::order) > 0) {
       EXPECT_TRUE(effect.periodic);
     }
-    if (effect.parameter_count > 0) {
-      EXPECT_FALSE(effect.parameters()[0].is_shape()) << "the amplitude comes first";
-    }
+    const bool all_shapes = std::ranges::all_of(effect.parameters(), &EffectParameter::is_shape);
+    EXPECT_TRUE(all_shapes || !effect.parameters()[0].is_shape()) << "the amplitude comes first";
+    EXPECT_TRUE(!all_shapes || effect.fades()) << "without an amplitude it is there or not";
     if (effect.periodic) {
       EXPECT_EQ(count(Role::amplitude), 1);
     }
@@ -154,6 +155,7 @@ TEST(Catalogue, TheRolesOfAnEffectsParametersGoTogether) {
 /// What the paper's bench does in a run of some seconds.
 constexpr Ranges seen{.reference = 6,
                       .voltage = 110,
+                      .supply = 110,
                       .current = 3,
                       .torque = 2,
                       .speed = 150,
@@ -227,7 +229,7 @@ FittedMachine machine_of(const testing_benches::TestBench& bench) {
                         .seen = {}};
   const bool slow = bench.name == "slow";
   machine.seen.reference = 6;
-  machine.seen.voltage = slow ? 110 : 24;
+  machine.seen.voltage = machine.seen.supply = slow ? 110 : 24;
   machine.seen.current = slow ? 0.5 : 20;
   machine.seen.speed = machine.seen.voltage / machine.K_b;
   machine.seen.duration = 10;

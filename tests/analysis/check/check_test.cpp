@@ -363,6 +363,27 @@ TEST_F(Check, AMotorThatNeverTurnsOrADeadChannelStops) {
   EXPECT_THAT(check(unwired, {}, &slow), names(Flaw::rest, Signal::u_ref));
 }
 
+TEST_F(Check, RunsThatBeginAsAStepIsMadeHaveAVoltageThatNeverChanges) {
+  const auto step_to = [](double e) {
+    Run run;
+    run.name = "step to " + std::to_string(e);
+    run.signals[Signal::e_a] = synthetic::series(1e-2, 1, [&](double) { return e; });
+    run.signals[Signal::omega] =
+        synthetic::series(1e-2, 1, [&](double t) { return 20 * e * (1 - std::exp(-t / 0.1)); });
+    return run;
+  };
+  EXPECT_THAT(check(std::vector{step_to(6), step_to(-3)}), Not(Contains(is_a(Flaw::rest))));
+  EXPECT_THAT(check(std::vector{step_to(6)}), Not(Contains(is_a(Flaw::rest)))) << "one step";
+  std::vector<Run> unwired{step_to(6), step_to(-3)};
+  for (Run& run : unwired) std::ranges::fill(run.signals.at(Signal::e_a).value.edit(), 0.0);
+  EXPECT_THAT(check(unwired), names(Flaw::rest, Signal::e_a));
+  std::vector<Run> stuck{step_to(6), step_to(6)};
+  for (Run& run : stuck) {
+    run.signals[Signal::u_ref] = synthetic::series(1e-2, 1, [](double t) { return t < 0.5 ? 6.0 : 2.0; });
+  }
+  EXPECT_THAT(check(stuck), names(Flaw::rest, Signal::e_a)) << "though the reference changes";
+}
+
 TEST_F(Check, AShortRunOfFewCountsMovesWhereItsInputLeadsIt) {
   const auto counted = [](double counts) {
     Run run;
