@@ -53,10 +53,9 @@ struct PwmDrive {
     return all;
   }
 
-  /// With gaps, between pulses of a supply that the reference goes up to.
+  /// Of a supply that the reference goes up to. Its period may be as short as it likes: then the motor coasts.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
     return Plausible(info, p)
-        .at_least(0, 0.02, "the current would have no gaps")
         .at_least(1, 0.8 * machine.seen.supply, "the supply that the reference asks for")
         .at_most(1, 5 * machine.seen.supply, "the supply that the reference asks for, five times");
   }

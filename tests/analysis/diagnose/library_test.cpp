@@ -90,5 +90,17 @@ TEST(DiagnoseLibrary, NamesFrictionThatGivesBeforeItSlips) {
   EXPECT_NEAR(fitted(d, "sigma_0"), 0.1, 0.03);
 }
 
+TEST(DiagnoseLibrary, NamesABridgeWhoseCurrentHasGaps) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.friction.T_c = 0.006;
+  bench.plant.driver.chop_period = 1.5;
+  bench.plant.driver.chop_supply = 26;
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::e_a; });
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("coulomb_friction", "pwm_drive")) << report(d);
+  EXPECT_NEAR(fitted(d, "r"), 1.5, 0.1);
+  EXPECT_NEAR(fitted(d, "V_s"), 26, 0.3);
+}
+
 }  // namespace
 }  // namespace emtb

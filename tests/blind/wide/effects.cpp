@@ -105,9 +105,9 @@ Truth conduction(WideBench& b, double size, Draw draw) {
 }
 
 /// A bridge of a part of the drives: its current runs on against its diodes alone, and the motor has to draw some.
-Truth chops(WideBench& b, double size, Draw draw) {
+Truth chops(WideBench& b, double, Draw draw) {
   auto& driver = b.plant.driver;
-  driver.chop_period = 0.5 * size;
+  driver.chop_period = std::pow(10, draw.within(-1.3, 0.5));
   driver.chop_supply = b.machine.voltage * draw.within(1, 1.3);
   const double k = draw.within(0, 0.1);
   driver.chop_decay = k * driver.chop_supply;
@@ -311,7 +311,7 @@ constexpr std::array all{
     WideEffect{.id = "driver_delay", .possible = has_reference, .hide = driver_delay},
     WideEffect{.id = "one_quadrant_driver", .sized = false, .possible = one_way, .hide = one_quadrant},
     WideEffect{.id = "discontinuous_conduction", .possible = one_way, .hide = conduction},
-    WideEffect{.id = "pwm_drive", .largest = 6, .possible = has_reference, .hide = chops},
+    WideEffect{.id = "pwm_drive", .sized = false, .possible = has_reference, .hide = chops},
     WideEffect{.id = "armature_inductance", .largest = 6, .hide = inductance},
     WideEffect{.id = "brush_drop", .hide = brushes},
     WideEffect{.id = "armature_heating", .given = "windage", .possible = long_with_current, .hide = heats},
