@@ -315,7 +315,9 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
   for (const Addition& a : refits) {
     const Trial& trial = a.trial;
     if (!is_rival(reduced, a, member)) continue;
-    if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out)) {
+    const bool foretells_worse = criterion_.material(trial.held_out, current.held_out);
+    if (likelier(trial.held_out, current.held_out) && !foretells_worse &&
+        !criterion_.tied(trial.held_out, current.held_out)) {
       found_.steps.push_back(
           {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out_error()});
       current = trial;
@@ -323,7 +325,7 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
       found_.before.insert_or_assign(a.effect(), found_.before.at(member));
       found_.rivals.erase(member);
       rivals_are_stale_ = taken = true;
-    } else if (criterion_.tied(current.held_out, trial.held_out)) {
+    } else if (does_as_well(member, a)) {
       std::vector<Rival>& rivals = found_.rivals[found_.effects[place]];
       if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
         rivals.push_back({a.effect(), trial.model()});
@@ -356,7 +358,7 @@ void Search::renew_rivals() {
     Round* reduced = round_without(i);
     if (reduced == nullptr) continue;
     const auto collect = [&](const Addition& a) {
-      if (!is_rival(*reduced, a, member) || !criterion_.tied(found_.current.held_out, a.trial.held_out)) return;
+      if (!is_rival(*reduced, a, member) || !does_as_well(member, a)) return;
       found_.rivals[member].push_back({a.effect(), a.trial.model()});
     };
     std::ranges::for_each(reduced->refits, collect);
@@ -379,6 +381,17 @@ bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t membe
   return a.effect() != member && criterion_.material(without, a.trial.held_out) &&
          !mends_another(a.effect(), others, without, a.trial.held_out) &&
          trials_.determined(a.trial.model(), a.effect());
+}
+
+/// Is an addition in the place of a member tied with it? Not where it needs more parameters for that, and its
+/// likelihood does not pay for them.
+bool Search::does_as_well(std::size_t member, const Addition& a) const {
+  constexpr double window = 3;  // [nats] Occam's, of Madigan and Raftery (1994)
+  const Loss &current = found_.current.held_out, &other = a.trial.held_out;
+  if (!criterion_.tied(current, other)) return false;
+  const auto parameters = [&](std::size_t effect) { return a.trial.model().about(effect).parameter_count; };
+  if (parameters(a.effect()) <= parameters(member) || !current.quality || !other.quality) return true;
+  return gain(*other.quality, *current.quality) <= window;
 }
 
 /// What the others have made superfluous goes.

@@ -43,8 +43,7 @@ struct DriverParameters {
   double conduction_rise = 0;  ///< [V] by which e_a is too high at no current, e > 0: V_d exp(-|i|/i_c);
   double conduction_current = 0.1;  ///< [A] i_c. other: V_d (1 - |i|/(3 i_c))^2 until the current flows all the time
 
-  double chop_period =
-      0;  ///< [1] of a chopper whose current runs on through diodes, in time constants L_a/R_a; 0: none
+  double chop_period = 0;   ///< [L_a/R_a] of a chopper whose current runs on through diodes; 0: none
   double chop_supply = 12;  ///< [V]
   double chop_decay = 0;    ///< [V] against which it runs on. other: and 4 % of the supply, the diodes
 

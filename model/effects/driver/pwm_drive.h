@@ -19,8 +19,11 @@ struct PwmDrive {
       .name = "current with gaps under PWM",
       .stage = Stage::driver,
       .equation =
-          "e_a = D V_s - d k V_s + (1 - D - d) K_b omega, D = |e|/V_s; the current runs on for d, until it ends",
-      .what = "Between the pulses the bridge is open: the current runs on through diodes and ends before the next.",
+          "e_a = D V_s - d k V_s + (1 - D - d) E, D = |e|/V_s, E = K_b omega, "
+          "d = min(ln(1 + (V_s - E) (1 - exp(-r D))/(k V_s + E))/r, 1 - D)",
+      .what =
+          "Between its pulses the bridge is open: the current runs on through diodes, against k V_s, and ends before "
+          "the next. A period is r L_a/R_a.",
       .shows =
           "Speed bends over the reference at light load: too high with free-running current, too low against the "
           "supply. The motor coasts where less is asked for.",
