@@ -82,8 +82,8 @@ void explain(const EffectInfo& e) {
   prose("Told apart: " + std::string(e.told_apart));
   std::cout << "\nParameters:\n";
   for (const EffectParameter& p : e.parameters()) {
-    std::cout << "    " << p.symbol << in_brackets(p.unit) << ", absent at " << p.null << ", from " << p.min << " to "
-              << p.max << "\n";
+    std::cout << "    " << p.symbol << in_brackets(p.unit) << (p.is_shape() ? ", usually about " : ", absent at ")
+              << (p.is_shape() ? p.typical : p.null) << ", from " << p.min << " to " << p.max << "\n";
   }
   if (const std::string needs = needs_of(e); !needs.empty()) prose("Needs: " + needs);
   prose("Source: " + std::string(e.source));

@@ -19,11 +19,11 @@ struct PwmDrive {
       .name = "current with gaps under PWM",
       .stage = Stage::driver,
       .equation =
-          "e_a = D V_s - d k V_s + (1 - D - d) E, D = |e|/V_s, E = K_b omega, "
+          "e_a = D V_s - d k V_s + (1 - D - d) E, "
           "d = min(ln(1 + (V_s - E) (1 - exp(-r D))/(k V_s + E))/r, 1 - D)",
       .what =
-          "Between its pulses the bridge is open: the current runs on through diodes, against k V_s, and ends before "
-          "the next. A period is r L_a/R_a.",
+          "The supply is on for D = |e|/V_s of a period of r L_a/R_a; then the current runs on through diodes, "
+          "against k V_s, and ends before the next. E is the back-EMF.",
       .shows =
           "Speed bends over the reference at light load: too high with free-running current, too low against the "
           "supply. The motor coasts where less is asked for.",
