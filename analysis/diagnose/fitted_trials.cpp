@@ -76,12 +76,11 @@ bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t 
 bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
   const EffectInfo& about = judged.model.about(effect);
   const std::vector<Parameter>& included = judged.model.parameters_of(effect);
-  bool any_amplitude = false, any_shape = false, any_shape_told = false;
+  bool any_amplitude = false, any_shape_told = false;
   for (std::size_t i = 0; i < about.parameter_count; ++i) {
     const EffectParameter& p = about.parameter_list[i];
     const Parameter& found = included[i];
     if (p.is_shape()) {
-      any_shape = true;
       any_shape_told = any_shape_told || (found.std_error && std::abs(found.value) > errors * *found.std_error);
       continue;
     }
@@ -97,7 +96,7 @@ bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
     if (found.std_error && std::abs(size) > errors * *found.std_error) return true;
   }
   // Of one that is there or not, one shape at least is told.
-  return !any_amplitude && (!any_shape || any_shape_told);
+  return !any_amplitude && (about.parameter_count == 0 || any_shape_told);
 }
 
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "analysis/diagnose/moves.h"
 #include "analysis/numerics/orders.h"
 #include "model/catalogue.h"
 
@@ -51,8 +52,7 @@ std::vector<Hypothesis> hypotheses_of(const NullFit& fitted, std::span<const std
   std::optional<std::vector<Order>> orders;
   for (const std::size_t effect : candidates) {
     const EffectInfo& about = fitted.model.about(effect);
-    if (about.at_null == AtNull::nothing && !about.needs.empty() && !fitted.model.includes(effect_index(about.needs)))
-      continue;
+    if (about.at_null == AtNull::nothing && !makes_sense(effect, fitted.model)) continue;
     if (!about.periodic) {
       bool whole = about.fades();
       for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {

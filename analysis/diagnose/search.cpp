@@ -315,9 +315,9 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
   for (const Addition& a : refits) {
     const Trial& trial = a.trial;
     if (!is_rival(reduced, a, member)) continue;
-    const bool foretells_worse = criterion_.material(trial.held_out, current.held_out);
-    if (likelier(trial.held_out, current.held_out) && !foretells_worse &&
-        !criterion_.tied(trial.held_out, current.held_out)) {
+    const auto foretells_worse = [&] { return criterion_.material(trial.held_out, current.held_out); };
+    if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out) &&
+        !foretells_worse()) {
       found_.steps.push_back(
           {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out_error()});
       current = trial;
@@ -325,7 +325,7 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
       found_.before.insert_or_assign(a.effect(), found_.before.at(member));
       found_.rivals.erase(member);
       rivals_are_stale_ = taken = true;
-    } else if (does_as_well(member, a)) {
+    } else if (does_as_well(found_.effects[place], a)) {
       std::vector<Rival>& rivals = found_.rivals[found_.effects[place]];
       if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
         rivals.push_back({a.effect(), trial.model()});

@@ -228,8 +228,7 @@ void Plant::open_armature(bool open) noexcept {
 }
 
 double Plant::e_a() const noexcept {
-  const double back_emf = p_.motor.K_b * flux(state_.past) * state_.omega;
-  if (open_ || blocks(driving_voltage(state_, state_.e, time_), state_.i)) return back_emf;
+  if (open_ || blocks(driving_voltage(state_, state_.e, time_), state_.i)) return back_emf(state_);
   return output(state_, state_.e, time_) - p_.driver.output_resistance * state_.i;
 }
 
@@ -281,8 +280,8 @@ double Plant::gauge() const noexcept {
 /// The driver's output at an instant, before its resistance.
 double Plant::output(const State& x, double e, double t) const noexcept {
   const double mean = lag_2_ > 0 ? x.lag_2 : lag_1_ > 0 ? x.lag_1 : e;
+  if (p_.driver.chop_period > 0) return chopped(mean, back_emf(x), p_.driver, p_.laws);
   const double rise = p_.driver.conduction_rise > 0 && mean > 0 ? conduction_rise(x.past, p_.driver, p_.laws) : 0;
-  if (p_.driver.chop_period > 0) return chopped(mean, p_.motor.K_b * flux(x.past) * x.omega, p_.driver, p_.laws);
   return wave(mean, t) + rise;
 }
 
@@ -312,9 +311,11 @@ double Plant::flux(double past) const noexcept {
   return flux;
 }
 
+double Plant::back_emf(const State& x) const noexcept { return p_.motor.K_b * flux(x.past) * x.omega; }
+
 /// [V] What drives the current through resistance, inductance and brushes.
 double Plant::driving_voltage(const State& x, double e, double t) const noexcept {
-  double voltage = output(x, e, t) - p_.motor.K_b * flux(x.past) * x.omega;
+  double voltage = output(x, e, t) - back_emf(x);
   if (p_.hidden_drop) voltage -= p_.hidden_drop(x.past, x.omega, x.theta);
   return voltage;
 }

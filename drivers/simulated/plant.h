@@ -94,6 +94,7 @@ class Plant {
   bool blocks(double driving, double i) const noexcept;
   double flux(double past) const noexcept;
   double armature_current(double voltage, double guess) const noexcept;
+  double back_emf(const State& x) const noexcept;  // [V]
   double driving_voltage(const State& x, double e, double t) const noexcept;
   double load_torque(double omega, double theta) const noexcept;
   double shaft_torque(const State& x) const noexcept;

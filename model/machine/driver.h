@@ -88,13 +88,13 @@ class Driver {
 
   /// [V] at its terminals, which its own load bends.
   Scalar terminal_voltage(const Balance<Scalar>& terms, const Scalar& i_a, const Scalar& back_emf) const {
-    const Scalar bent = chopped_voltage(terms, back_emf) - voltage_;
-    return voltage_under(terms, i_a) + bent;
+    const Scalar e = voltage_under(terms, i_a);
+    return chops(terms) ? e + (chopped(voltage_, back_emf, terms) - voltage_) : e;
   }
 
   /// [V] Before its resistance and the rise at light load.
   Scalar chopped_voltage(const Balance<Scalar>& terms, const Scalar& back_emf) const {
-    return any(differs(terms.chop_period, Scalar(0.0))) ? chopped(voltage_, back_emf, terms) : voltage_;
+    return chops(terms) ? chopped(voltage_, back_emf, terms) : voltage_;
   }
 
   /// [V] At its terminals, were it not to chop.
@@ -108,6 +108,8 @@ class Driver {
   }
 
  private:
+  static bool chops(const Balance<Scalar>& terms) { return any(differs(terms.chop_period, Scalar(0.0))); }
+
   /// What it makes of a reference in the end.
   Scalar target_of(double u_ref, Equations<Scalar>& equations) {
     Balance<Scalar>& terms = equations.terms;

@@ -51,13 +51,12 @@ TEST(Chopper, DrivesAFlywheelByItsMeanAndLetsItCoastWhereNothingIsAskedFor) {
   Excitation x = holds(1e-3, {{0.1, 9}, {0.1, 3}, {0.1, 0}, {0.1, -3}});
   x.initial.omega = omega;
   const Trajectory<double> y = run(s, flywheel, x);
-  for (std::size_t k = 1; k < x.t.size(); ++k) {
+  for (std::size_t k = 1; k < x.t.size(); k += 21) {  // the bridge takes its time
     const double u = x.u_ref[k - 1], way = u < 0 ? -1 : 1;
     const SwitchedBridge bridge{r, V_s, V_off, way * K * omega};
     const double mean = u == 0 ? K * omega : way * bridge.mean_voltage(std::abs(u) / V_s);
     ASSERT_NEAR(y.e_a[k], mean, 3e-3) << x.t[k] << " s";
     ASSERT_NEAR(R * y.i_a[k], mean - K * omega, 3e-3) << x.t[k] << " s";
-    k += 20;  // the bridge takes its time
   }
 }
 

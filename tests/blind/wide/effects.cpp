@@ -104,7 +104,7 @@ Truth conduction(WideBench& b, double size, Draw draw) {
   return {{"V_d", b.plant.driver.conduction_rise}, {"i_c", b.plant.driver.conduction_current}};
 }
 
-/// A bridge of a part of the drives: its current runs on against its diodes alone, and the motor has to draw some.
+/// A bridge whose current runs on against its diodes alone.
 Truth chops(WideBench& b, double, Draw draw) {
   auto& driver = b.plant.driver;
   driver.chop_period = std::pow(10, draw.within(-1.3, 0.5));
