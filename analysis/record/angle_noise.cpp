@@ -7,6 +7,7 @@
 
 #include "analysis/numerics/scatter.h"
 #include "analysis/numerics/statistics.h"
+#include "analysis/record/time_scatter.h"
 
 namespace emtb {
 namespace {
@@ -26,7 +27,7 @@ void collect_rest(const Series& theta, std::vector<double>& scatters) {
 
 }  // namespace
 
-double angle_noise(std::span<const Run> runs, std::span<const Run> others) {
+double scatter_at_rest(std::span<const Run> runs, std::span<const Run> others) {
   constexpr std::size_t fewest = 3;  // pieces
   constexpr double of_an_encoder =
       0.5;  // steps: one that rests on the edge of a count, or is held there by a controller
@@ -42,6 +43,10 @@ double angle_noise(std::span<const Run> runs, std::span<const Run> others) {
   if (scatters.size() < fewest) return 0;
   const double scatter = median(std::move(scatters));
   return scatter > of_an_encoder ? step * std::sqrt(scatter * scatter - 1.0 / 12) : 0;
+}
+
+AngleNoise angle_noise(std::span<const Run> runs, std::span<const Run> others) {
+  return {.still = scatter_at_rest(runs, others), .times = time_scatter(runs, others)};
 }
 
 }  // namespace emtb

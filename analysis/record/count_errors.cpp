@@ -71,7 +71,7 @@ double count_covariance(double fewest, double most) {
   return 1.0 / 12 - mean / 2;
 }
 
-void count_errors_of_slopes(Observation& o, const Series& theta, std::size_t half, double noise) {
+void count_errors_of_slopes(Observation& o, const Series& theta, std::size_t half, const AngleNoise& noise) {
   const double interval = mean_interval(theta.t), jitter = jitter_of(theta.t), q = o.lsb;
   const double window = 2 * static_cast<double>(half) * interval;
   const auto points = static_cast<std::ptrdiff_t>(2 * half + 1), reach = static_cast<std::ptrdiff_t>(half);
@@ -95,7 +95,7 @@ void count_errors_of_slopes(Observation& o, const Series& theta, std::size_t hal
       const double apart = static_cast<double>(lag) * interval;
       const double wide = lag == 0 ? 0 : jitter * speed.high / q;
       const double cov = q * q * count_covariance(apart * speed.low / q - wide, apart * speed.high / q + wide) +
-                         (lag == 0 ? noise * noise : 0);
+                         (lag == 0 ? noise.variance(speed.high) : 0);
       if (lag < own.size()) variance += own[lag] * cov;
       covariance += next[lag] * cov;
     }
@@ -110,15 +110,15 @@ void count_errors_of_slopes(Observation& o, const Series& theta, std::size_t hal
   if (variances > 0) o.counted_correlation = std::clamp(covariances / variances, -0.9, 0.9);
 }
 
-void count_errors_of_increments(Observation& o, double noise) {
+void count_errors_of_increments(Observation& o, const AngleNoise& noise) {
   const double q = o.lsb;
   std::vector<double> speed;
   for (std::size_t i = 0; i < o.size(); ++i) speed.push_back(o.value[i] / (o.end[i] - o.begin[i]));
   const double window = mean_interval(o.end);
   for (const SpeedRange& around : speeds_around(speed, middles_of(o), window)) {
     const double apart = window / q;
-    double variance =
-        2 * noise * noise + q * q * (1.0 / 6 - 2 * count_covariance(apart * around.low, apart * around.high));
+    double variance = 2 * noise.variance(around.high) +
+                      q * q * (1.0 / 6 - 2 * count_covariance(apart * around.low, apart * around.high));
     if (around.low * window < q) variance += q * q / 4;
     o.counted.push_back(std::max(variance, least * q * q / 6));
   }

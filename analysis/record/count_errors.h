@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "analysis/record/angle_noise.h"
 #include "analysis/record/observation.h"
 
 namespace emtb {
@@ -21,10 +22,10 @@ double count_covariance(double fewest, double most);
 /// its own weights and the speed around it, and the correlation of neighbours. Below one count in a window the speed
 /// may be anything up to that, whatever the counts say.
 /// @param half of the samples in a line @param o its `lsb` is the encoder's step [rad]
-/// @param noise [rad] of each angle besides (angle_noise.h)
-void count_errors_of_slopes(Observation& o, const Series& theta, std::size_t half, double noise = 0);
+/// @param noise of each angle besides
+void count_errors_of_slopes(Observation& o, const Series& theta, std::size_t half, const AngleNoise& noise = {});
 
 /// The same of differences of two counts: q^2 f (1 - f).
-void count_errors_of_increments(Observation& o, double noise = 0);
+void count_errors_of_increments(Observation& o, const AngleNoise& noise = {});
 
 }  // namespace emtb

@@ -99,7 +99,7 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
   return o;
 }
 
-Observation speed_of_encoder(const Series& theta, std::span<const double> grid, double noise) {
+Observation speed_of_encoder(const Series& theta, std::span<const double> grid, const AngleNoise& noise) {
   Observation o;
   o.signal = Signal::omega;
   o.functional = Functional::slope;
@@ -129,7 +129,7 @@ Observation speed_of_encoder(const Series& theta, std::span<const double> grid, 
   return o;
 }
 
-Observation angle_increments(const Series& theta, std::span<const double> grid, double noise) {
+Observation angle_increments(const Series& theta, std::span<const double> grid, const AngleNoise& noise) {
   const std::size_t span = rows_within(line_within(grid), grid);
   Observation o;
   o.signal = Signal::theta;

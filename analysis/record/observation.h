@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/numerics/equal_readings.h"
+#include "analysis/record/angle_noise.h"
 #include "analysis/record/error_column.h"
 #include "hal/shared_column.h"
 #include "hal/signal.h"
@@ -85,10 +86,10 @@ Observation observe(const Series& series, Signal signal, std::span<const double>
 /// The speed that is compared where a run has an angle and no speed: the slope of the least-squares line through the
 /// angles over 10 ms to either side, two samples at the least, at the times at which they were read. The same sum of
 /// simulated angles is compared with it, so that no bend of the speed within the line counts as an error.
-/// @param noise [rad] of each angle beyond its counts (angle_noise.h)
-Observation speed_of_encoder(const Series& theta, std::span<const double> grid, double noise = 0);
+/// @param noise of each angle beyond its counts
+Observation speed_of_encoder(const Series& theta, std::span<const double> grid, const AngleNoise& noise = {});
 
 /// What an encoder counts over 20 ms or more, span after span: beside a tachogenerator, which it judges.
-Observation angle_increments(const Series& theta, std::span<const double> grid, double noise = 0);
+Observation angle_increments(const Series& theta, std::span<const double> grid, const AngleNoise& noise = {});
 
 }  // namespace emtb

@@ -66,7 +66,7 @@ enum class Chaining { staged, chained };
 struct Logging {
   std::optional<double> order = {};  ///< of the shaft with which the speeds repeat, see ripple_order(); absent: none
   double acts_after = 0;             ///< [s] when the reference acts, see reference_acts_after()
-  double angle_noise = 0;            ///< [rad], see angle_noise()
+  AngleNoise angle_noise = {};       ///< of an encoder, beyond its counts
   bool voltage_hops = false;         ///< the input is a noisy reading, see voltage_hops_alone()
 };
 

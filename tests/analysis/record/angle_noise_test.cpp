@@ -28,7 +28,7 @@ emtb::Run angle_of(double noise, double jitter, double creep = 0) {
   return run;
 }
 
-double noise_of(const emtb::Run& run) { return angle_noise(std::span(&run, 1)) / one_code; }
+double noise_of(const emtb::Run& run) { return scatter_at_rest(std::span(&run, 1)) / one_code; }
 
 TEST(AngleNoise, OfAPotentiometerIsWhatItScattersAtRest) { EXPECT_NEAR(noise_of(angle_of(3, 0)), 3, 0.7); }
 
