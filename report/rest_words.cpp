@@ -69,6 +69,7 @@ std::string in_words(Signal signal, const SignalFit& fit) {
     const Prefix p = prefix_for(fit.rmse);
     text += pretty(fit.noise.sigma / p.size, measured) + how_well_known(fit.noise);
     std::vector<std::string> what;
+    if (rest.hops) what.push_back("is another in each reading, as noise is");
     if (rest.lasts > 0) what.push_back("lasts " + with_scaled_unit(rest.lasts, "s"));
     if (rest.like > 0) {
       what.push_back(signal == Signal::i_a ? "is like a voltage of " + with_scaled_unit(rest.like, "V")

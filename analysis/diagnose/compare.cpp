@@ -61,6 +61,16 @@ void put_like(Rest& rest, Signal signal, const Model& model, const Applied& appl
   }
 }
 
+/// [s] The shortest of all records.
+double interval_between_readings(std::span<const Record> records, Signal signal) {
+  double shortest = infinity;
+  for (const Record& record : records) {
+    const Observation* o = record.find(signal);
+    if (o != nullptr && o->size() > 1) shortest = std::min(shortest, record.interval_of(*o));
+  }
+  return shortest;
+}
+
 /// Adds what is left of each signal beyond its instrument.
 void add_rests(std::map<Signal, SignalFit>& fits, std::span<const Record> records, std::span<const Residuals> residuals,
                const Model& model) {
@@ -77,7 +87,12 @@ void add_rests(std::map<Signal, SignalFit>& fits, std::span<const Record> record
     if (const auto spectrum = spectra.find(signal); spectrum != spectra.end()) {
       fit.rest.lasts = 2 * spectrum->second.fitted().time;
     }
-    put_like(fit.rest, signal, model, applied);
+    fit.rest.hops = fit.rest.lasts > 0 && fit.rest.lasts < interval_between_readings(records, signal);
+    if (fit.rest.hops) {
+      fit.rest.lasts = 0;
+    } else {
+      put_like(fit.rest, signal, model, applied);
+    }
   }
 }
 

@@ -38,6 +38,13 @@ TEST(WhatIsLeft, HasNoMultiplesOfAFloorThatIsOnlyABound) {
   EXPECT_THAT(signals_text({{Signal::omega, fit}}), Not(HasSubstr("700")));
 }
 
+TEST(WhatIsLeft, IsNoTorqueWhereItIsAnotherInEachReading) {
+  SignalFit fit = far_off();
+  fit.rest = {.rms = 1.4e-3, .hops = true};
+  EXPECT_THAT(in_words(Signal::omega, fit),
+              AllOf(HasSubstr("the rest is another in each reading, as noise is"), Not(HasSubstr("torque"))));
+}
+
 TEST(WhatIsLeft, IsTheInstrumentsWhereNothingIsLeftBesideIt) {
   SignalFit fit = far_off();
   fit.ratio = 0.99;

@@ -101,6 +101,19 @@ TEST(FitOf, WhatIsLeftOfTheSpeedIsLikeTheTorqueThatTheModelDoesNotKnow) {
   EXPECT_GT(rest.applied, rest.like);
 }
 
+TEST(FitOf, WhatIsLeftIsNoTorqueWhereItIsAnotherInEachReading) {
+  OwnRecord own(true_servo());
+  std::vector<Record> records = own.with_noise(3);
+  synthetic::Noise more(4);
+  for (Observation& o : records[0].observations) {
+    for (std::size_t k = 0; k < o.size(); ++k) o.value.edit()[k] += more(2 * o.sigma[k]);
+  }
+  const Rest rest = fit_of(records, true_servo(), own_floors()).at(Signal::omega).rest;
+  EXPECT_GT(rest.rms, 0);
+  EXPECT_TRUE(rest.hops);
+  EXPECT_EQ(rest.like, 0);
+}
+
 /// A servo's run with the voltage measured, and a gauge that reads no load.
 Run whole_run() {
   constexpr double sigma_torque = 1e-4;  // [N m]
