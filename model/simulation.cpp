@@ -1,5 +1,8 @@
 #include "model/simulation.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "model/simulation_code.h"
 
 namespace emtb {
@@ -14,6 +17,18 @@ SimulationCode code_for(Processor processor) {
 }
 
 }  // namespace
+
+double longest_step_of(const ModelStructure& structure, const Excitation& excitation) {
+  const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
+  return quick ? std::min(excitation.quick_step, excitation.longest_step) : excitation.longest_step;
+}
+
+std::size_t steps_of(const ModelStructure& structure, const Excitation& excitation) {
+  const std::size_t rows = excitation.t.size();
+  if (rows < 2) return rows;
+  const double interval = (excitation.t.back() - excitation.t.front()) / static_cast<double>(rows - 1);
+  return rows * static_cast<std::size_t>(std::max(1.0, std::round(interval / longest_step_of(structure, excitation))));
+}
 
 const SimulationCode& simulation_code() {
   static const SimulationCode code = code_for(processor());

@@ -39,6 +39,12 @@ struct Excitation {
                                                                 ///< shaft
 };
 
+/// [s] In steps of at most so much the motor is simulated: shorter where an effect is quicker than the shaft.
+double longest_step_of(const ModelStructure& structure, const Excitation& excitation);
+
+/// How many steps a simulation takes: the rows, or more where these are far apart.
+std::size_t steps_of(const ModelStructure& structure, const Excitation& excitation);
+
 /// A simulation of a run otherwise than it was recorded, without a copy of the run.
 struct Variation {
   std::span<const double> angle = {};  ///< [rad] in place of Excitation::angle; empty: as measured

@@ -147,8 +147,7 @@ class ShaftFollower {
 /// @param even interval of the rows
 inline double longest_step_of(const ModelStructure& structure, const Excitation& x, const Variation& variation,
                               double even) {
-  const bool quick = std::ranges::any_of(structure.effects, [](std::size_t e) { return effect_catalogue()[e].quick; });
-  const double longest = quick ? std::min(x.quick_step, x.longest_step) : x.longest_step;
+  const double longest = longest_step_of(structure, x);
   return variation.half_steps ? 0.5 * std::min(even, longest) : longest;
 }
 

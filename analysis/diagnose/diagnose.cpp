@@ -69,12 +69,13 @@ void tell_the_answer(Diagnosis& d, const Dataset& data, const RecordRefs& all, c
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
 }
 
-/// How many rows a search may simulate at an effort (DiagnoseOptions): some minutes of two cores at 1.
-std::uint64_t most_rows(const Dataset& data, double effort) {
-  constexpr double rows = 1e9, passes = 2000;  // by hand: slow right answers take up to 4e8
-  double length = 0;
-  for (const Record& record : data.train) length += static_cast<double>(record.length());
-  return static_cast<std::uint64_t>(effort * std::max(rows, passes * length));
+/// How many steps a search may simulate at an effort (DiagnoseOptions): some minutes of two cores at 1.
+std::uint64_t most_steps(const Dataset& data, const Model& model, double effort) {
+  constexpr double steps = 1e9, passes = 2000;  // by hand: slow right answers take up to 4e8
+  double once = 0;
+  for (const Record& record : data.train)
+    once += static_cast<double>(steps_of(record.structure(model), record.excitation));
+  return static_cast<std::uint64_t>(effort * std::max(steps, passes * once));
 }
 
 bool named(const Finding& found, std::size_t effect) {
@@ -181,7 +182,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   given.withheld.clear();
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
   FittedTrials trials(data, given, criterion, options.score, options.refits);
-  trials.bound_by(most_rows(data, options.effort), options.ends_now);
+  trials.bound_by(most_steps(data, model, options.effort), options.ends_now);
   Trial first = first_fit(trials, data, given);
   if (set_steps(*prepared, first.model())) first = first_fit(trials, data, given);
   if (auto quieter = floors_down_to_what_is_left(data, first.model())) {

@@ -117,13 +117,13 @@ Trial FittedTrials::first_fit(const Model& start) {
   return first;
 }
 
-void FittedTrials::bound_by(std::uint64_t rows, std::function<bool()> ends_now) {
-  most_rows_ = rows;
+void FittedTrials::bound_by(std::uint64_t steps, std::function<bool()> ends_now) {
+  most_steps_ = steps;
   ends_now_ = std::move(ends_now);
 }
 
 bool FittedTrials::exhausted() {
-  if (ends_now() || (data_.effort && data_.effort->rows() >= most_rows_)) cut_ = true;
+  if (ends_now() || (data_.effort && data_.effort->steps() >= most_steps_)) cut_ = true;
   return cut_;
 }
 

@@ -42,9 +42,9 @@ class FittedTrials final : public Trials {
   bool explains_most_runs(const Trial& trial) override;
   bool exhausted() override;
 
-  /// @param rows no more is begun when so many have been simulated of the data (Dataset::effort)
+  /// @param steps no more is begun when so many have been simulated of the data (Dataset::effort)
   /// @param ends_now nor when this says so, which several threads ask; may be empty
-  void bound_by(std::uint64_t rows, std::function<bool()> ends_now);
+  void bound_by(std::uint64_t steps, std::function<bool()> ends_now);
 
   /// Has a bound kept anything from being tried?
   bool cut() const { return cut_; }
@@ -100,7 +100,7 @@ class FittedTrials final : public Trials {
   Valleys valleys_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;
-  std::uint64_t most_rows_ = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t most_steps_ = std::numeric_limits<std::uint64_t>::max();
   std::function<bool()> ends_now_;
   bool cut_ = false;
 };

@@ -129,7 +129,7 @@ void pass(const Record& record, const ModelStructure& structure, std::span<const
           std::span<const std::vector<std::size_t>> moved, const Variation& variation, Columns columns,
           std::vector<Residuals>& out) {
   const std::vector<Scalar> p = with_derivatives<Scalar>(values, moved.subspan(columns.first, columns.count));
-  record.count_simulation(columns.count);
+  record.count_simulation(structure, columns.count);
   Comparison<Scalar> comparison(record, structure, columns, out);
   simulate<Scalar>(structure, p, record.excitation, comparison, variation);
 }
@@ -137,7 +137,7 @@ void pass(const Record& record, const ModelStructure& structure, std::span<const
 template <class Scalar>
 void handing_pass(const Record& record, const ModelStructure& structure, std::span<const Scalar> values,
                   std::size_t columns, const VisitReadings& visit) {
-  record.count_simulation(columns);
+  record.count_simulation(structure, columns);
   Handing<Scalar> handing(record, structure, static_cast<Eigen::Index>(columns), visit);
   simulate<Scalar>(structure, values, record.excitation, handing, {});
   handing.hand_over_the_rest();
@@ -148,7 +148,7 @@ void all_passes(const Record& record, const ModelStructure& structure, std::span
                 std::span<const std::vector<std::size_t>> moved, const Variation& variation,
                 std::vector<Residuals>& out) {
   if (moved.empty()) {
-    record.count_simulation(0);
+    record.count_simulation(structure, 0);
     Comparison<double> comparison(record, structure, {}, out);
     simulate<double>(structure, values, record.excitation, comparison, variation);
   }

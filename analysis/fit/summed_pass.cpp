@@ -128,7 +128,7 @@ PassSums pass(const Record& record, const ModelStructure& structure, std::span<c
       for (const std::size_t place : moved[j]) p[place].d[j] = 1;
     }
   }
-  record.count_simulation(moved.size());
+  record.count_simulation(structure, moved.size());
   Summing<Scalar> summing(record, structure, wanted);
   simulate_here<Scalar>(structure, p, record.excitation, summing, {});
   return summing.sums(moved.size());

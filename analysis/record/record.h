@@ -49,8 +49,8 @@ struct Record : ObservedRun {
   bool lags_in_itself = false;          ///< no timing explains it: what lags by less than a row is the machine
   std::shared_ptr<Effort> effort = {};  ///< of its simulations; null: nobody asks
 
-  void count_simulation(std::size_t derivatives) const {
-    if (effort) effort->add(length(), derivatives);
+  void count_simulation(const ModelStructure& simulated, std::size_t derivatives) const {
+    if (effort) effort->add(steps_of(simulated, excitation), derivatives);
   }
 };
 

@@ -131,9 +131,9 @@ TEST(Diagnose, IsCutWhereItsEffortIsUsedUpOrSomebodyEndsIt) {
 }
 
 TEST(Diagnose, CountsTheSameWorkOnOneThreadAsOnAll) {
-  const std::uint64_t on_all = diagnose_with({}).data->effort->rows();
+  const std::uint64_t on_all = diagnose_with({}).data->effort->steps();
   const OneThreadHere alone;
-  EXPECT_EQ(diagnose_with({}).data->effort->rows(), on_all);
+  EXPECT_EQ(diagnose_with({}).data->effort->steps(), on_all);
   EXPECT_GT(on_all, 0U);
 }
 

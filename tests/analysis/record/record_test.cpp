@@ -334,14 +334,16 @@ TEST(PrepareRun, RefusesAHoleInWhatDrivesTheModel) {
   EXPECT_THAT(complaint_of_preparing(run), AllOf(HasSubstr("e_a_V has no reading near t = 0.8"), HasSubstr("@T0:T1")));
 }
 
+/// A motor's step, read so often.
+emtb::Run speeds(double interval) {
+  emtb::Run run;
+  run.name = "rows";
+  run.signals[Signal::u_ref] = series(interval, 4, [](double t) { return t < 0.5 ? 0.0 : 2.0; });
+  run.signals[Signal::omega] = series(interval, 4, [](double t) { return t < 0.5 ? 0.0 : 180.0; });
+  return run;
+}
+
 TEST(SetSteps, AreThoseOfTheFittedMotorWhereRowsAreSimulatedInSeveral) {
-  const auto speeds = [](double interval) {
-    emtb::Run run;
-    run.name = "rows";
-    run.signals[Signal::u_ref] = series(interval, 2, [](double t) { return t < 0.5 ? 0.0 : 2.0; });
-    run.signals[Signal::omega] = series(interval, 2, [](double t) { return t < 0.5 ? 0.0 : 180.0; });
-    return run;
-  };
   const Model given = servo_model();
   Model slower = given, about_as_slow = given;
   slower.base[base::J].value *= 4;
@@ -358,6 +360,20 @@ TEST(SetSteps, AreThoseOfTheFittedMotorWhereRowsAreSimulatedInSeveral) {
       EXPECT_EQ(record.excitation.quick_step, wanted.quick_step);
     }
   }
+}
+
+TEST(Record, CountsTheStepsOfItsSimulationsNotItsRows) {
+  const Model model = servo_model();
+  const Dataset quick = prepare(std::vector{speeds(1e-3)}, {}, model),
+                slow = prepare(std::vector{speeds(0.2)}, {}, model);
+  const auto work = [&](const Dataset& data) {
+    const Record& record = data.train.front();
+    const std::uint64_t before = data.effort->steps();
+    record.count_simulation(record.structure(model), 0);
+    return static_cast<double>(data.effort->steps() - before) / static_cast<double>(record.length());
+  };
+  EXPECT_EQ(work(quick), 1);
+  EXPECT_NEAR(work(slow), 0.2 / slow.train.front().excitation.longest_step, 0.5);
 }
 
 TEST(Weighing, KnowsWhereAReadingThatStandsIsRounded) {
