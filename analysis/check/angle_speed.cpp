@@ -1,6 +1,7 @@
 #include "analysis/check/angle_speed.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "analysis/check/readings.h"
@@ -29,11 +30,15 @@ class Integral {
   std::vector<double> sum_;
 };
 
+constexpr double of_one_motion = 0.9;  // correlation: noise goes its own way
+
 /// How well increments of the angle are a factor times those of the speed's integral.
 struct Agreement {
   double factor = 0, correlation = 0;
-  double left = 0;   ///< [rad] rms of an increment
-  double delay = 0;  ///< [s] by which the speed is later than the angle
+  double factor_beside_offset = 0;  ///< where the speed has an offset: the slope of a line
+  double offset = 0;                ///< [rad/s] of the speed, by that line; 0 where none of a slope is to be seen
+  double left = 0;                  ///< [rad] rms of an increment
+  double delay = 0;                 ///< [s] by which the speed is later than the angle
 };
 
 class Comparison {
@@ -46,19 +51,26 @@ class Comparison {
 
   Agreement at(double delay) const {
     const auto& t = theta_.t;
-    double aa = 0, ab = 0, bb = 0;
-    std::size_t n = 0;
+    double aa = 0, ab = 0, bb = 0, a_mean = 0, b_mean = 0, window = 0;
+    double n = 0;
     for (std::size_t k = rows_; k < t.size(); k += rows_) {
       const double from = t[k - rows_] + delay, to = t[k] + delay;
       if (from < t.front() || to > t.back()) continue;
       const double a = theta_.value[k] - theta_.value[k - rows_], b = turned_.at(to) - turned_.at(from);
       aa += a * a, ab += a * b, bb += b * b;
-      ++n;
+      a_mean += a, b_mean += b, window += to - from;
+      n += 1;
     }
     if (n < 10 || aa <= 0 || bb <= 0) return {};
     const double factor = ab / bb;
-    return {factor, ab / std::sqrt(aa * bb), std::sqrt(std::max(0.0, aa - factor * ab) / static_cast<double>(n)),
-            delay};
+    Agreement found{factor, ab / std::sqrt(aa * bb), factor, 0, std::sqrt(std::max(0.0, aa - factor * ab) / n), delay};
+    a_mean /= n, b_mean /= n, window /= n;
+    const double var_a = aa - n * a_mean * a_mean, cov = ab - n * a_mean * b_mean, var_b = bb - n * b_mean * b_mean;
+    if (var_a > 0 && var_b > 0 && cov > of_one_motion * std::sqrt(var_a * var_b)) {
+      found.factor_beside_offset = cov / var_b;
+      found.offset = (b_mean - a_mean / found.factor_beside_offset) / window;
+    }
+    return found;
   }
 
   /// At the delay at which they agree best, of up to a second.
@@ -84,6 +96,14 @@ class Comparison {
   std::size_t rows_ = 0;
 };
 
+/// No sensor's error, but a gear.
+bool is_off(double factor) { return factor > 1.1 || factor < 0.9; }
+
+bool has_both(const Run& run) {
+  return std::ranges::all_of(std::array{Signal::theta, Signal::omega},
+                             [&](Signal s) { return run.has(s) && !is_sparse(run, s) && run.at(s).t.size() >= 100; });
+}
+
 DataFinding one_rests(const Run& run, Signal rests, Signal moving) {
   return {run.name,
           rests,
@@ -96,16 +116,21 @@ DataFinding one_rests(const Run& run, Signal rests, Signal moving) {
 
 }  // namespace
 
+double speed_read_at_rest(const Run& run) {
+  if (!has_both(run)) return 0;
+  const Agreement found = Comparison(run).best();
+  return is_off(found.factor_beside_offset) ? 0 : found.offset;
+}
+
 DataFindings angle_against_speed(const Run& run) {
-  const auto usable = [&](Signal s) { return run.has(s) && !is_sparse(run, s) && run.at(s).t.size() >= 100; };
-  if (!usable(Signal::theta) || !usable(Signal::omega)) return {};
+  if (!has_both(run)) return {};
   const Series &theta = run.at(Signal::theta), &omega = run.at(Signal::omega);
   const auto [low, high] = std::ranges::minmax(theta.value);
   const double count = step_of(theta);
   const bool angle_moves = count > 0 && high - low > 20 * count;
   const Comparison comparison(run);
   const Agreement now = comparison.at(0);
-  const bool follows = !constant(omega) && std::abs(now.correlation) > 0.9;  // noise goes its own way
+  const bool follows = !constant(omega) && std::abs(now.correlation) > of_one_motion;
   if (!moves(omega) && !follows) {
     return angle_moves && high - low > 0.5 ? DataFindings{one_rests(run, Signal::omega, Signal::theta)}
                                            : DataFindings{};
@@ -127,7 +152,7 @@ DataFindings angle_against_speed(const Run& run) {
     f.what = what, f.signal = signal, f.text = text, f.stops = stop;
     findings.push_back(f);
   };
-  if (std::abs(best.correlation) < 0.9) {
+  if (std::abs(best.correlation) < of_one_motion) {
     if (best.left > 5 * noise) {
       add(Flaw::angle_speed, Signal::theta,
           "theta and the integral of omega are not of one motion, whatever their scale (correlation " +
@@ -146,7 +171,7 @@ DataFindings angle_against_speed(const Run& run) {
         "theta's derivative is " + short_number(factor) + " times omega: " + name_of(wrong) + " seems to be in " +
             std::string(unit->unit) + ". Say so with --map, unit:",
         true);
-  } else if (factor > 1.1 || factor < 0.9) {
+  } else if (is_off(factor) && is_off(std::abs(best.factor_beside_offset))) {
     add(Flaw::scale, Signal::omega,
         "theta's derivative is " + short_number(factor) +
             " times omega: a gear between them, or a sensor's factor. "

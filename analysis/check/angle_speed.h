@@ -9,7 +9,12 @@ namespace emtb {
 /// one motion at all.
 ///
 /// Increments of the angle over short windows are held against those of the integral, moved to and fro in time until
-/// they agree best; a drift, as an offset of the speed makes it, is the same in all windows and does little.
+/// they agree best; a drift, as an offset of the speed makes it, is the same in all windows: whatever the factor with
+/// it, none is off where the factor beside it is right.
 DataFindings angle_against_speed(const Run& run);
+
+/// [rad/s] What the speed reads while the angle stands: that of the line through the increments of both. 0 where only
+/// one of them is measured, or they are not of one motion at one scale.
+double speed_read_at_rest(const Run& run);
 
 }  // namespace emtb

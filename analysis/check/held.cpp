@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "analysis/check/angle_speed.h"
 #include "analysis/check/readings.h"
 #include "analysis/numerics/equal_readings.h"
 
@@ -92,11 +93,12 @@ bool without_power(const Run& run, double from, double to) {
 
 /// Whether the shaft turns by several counts of the angle during a stretch, as its speed says. One that stays as it is
 /// without power is that of a sensor that is off, or stuck.
-bool turns(const Run& run, double from, double to, double count) {
+/// @param at_rest [rad/s] what the speed reads then
+bool turns(const Run& run, double from, double to, double count, double at_rest) {
   constexpr double several = 3, stays = 0.2;
   if (!run.has(Signal::omega) || is_sparse(run, Signal::omega)) return false;
   const Series& omega = run.at(Signal::omega);
-  const double speed = std::abs(mean_of(omega, from, to));
+  const double speed = std::abs(mean_of(omega, from, to) - at_rest);
   if (speed <= 0.1 * size_of(omega.value) || speed * (to - from) <= several * count) return false;
   const double last_third = to - (to - from) / 3;
   if (!without_power(run, from, last_third)) return true;
@@ -107,9 +109,9 @@ bool turns(const Run& run, double from, double to, double count) {
 }
 
 /// An angle stands still while the shaft turns: it is somewhere else when it goes on, or the speed says so.
-bool angle_held(const Run& run, const Series& series, const EqualReadings& s, double step, double far) {
+bool angle_held(const Run& run, const Series& series, const EqualReadings& s, double step, double far, double at_rest) {
   if (s.length() < 10) return false;
-  return jumps_after(series.value, s, far) || turns(run, series.t[s.begin], series.t[s.end - 1], step);
+  return jumps_after(series.value, s, far) || turns(run, series.t[s.begin], series.t[s.end - 1], step, at_rest);
 }
 
 /// Longer than a signal stays at one value by chance.
@@ -124,6 +126,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   if (step == 0) return;
   const double far = far_change(x, step);
   const bool angle = signal == Signal::theta;
+  const double at_rest = angle ? speed_read_at_rest(run) : 0;
   const Drives drives(run, signal);
   const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
   const std::vector<EqualReadings> all = equal_readings(x);
@@ -135,7 +138,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   std::vector<EqualReadings> found;
   for (const EqualReadings& s : all) {
     if (angle) {
-      if (angle_held(run, series, s, step, far)) found.push_back(s);
+      if (angle_held(run, series, s, step, far, at_rest)) found.push_back(s);
       continue;
     }
     // Clipped, if anything: a driver at its limit, read to a step.

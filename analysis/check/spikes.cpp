@@ -27,12 +27,22 @@ struct Off {
   std::vector<double> t, sizes;
   double usual = 0;
 
-  bool far(std::size_t k, double times) const { return sizes[k] > 0 && sizes[k] >= times * usual; }
-
-  bool far_at(double time, double times) const {
-    const auto k = static_cast<std::size_t>(std::ranges::lower_bound(t, time) - t.begin());
-    return k < t.size() && t[k] == time && far(k, times);
+  /// Does a reading lie further off than any near by? Not where these lie as far off: a signal that is rough there.
+  bool stands_out(std::size_t k) const {
+    constexpr double clearly = 3;  // times what nine in ten near by do
+    const std::size_t from = k > around / 2 ? k - around / 2 : 0, to = std::min(from + around, sizes.size());
+    std::vector<double> near(sizes.begin() + static_cast<std::ptrdiff_t>(from),
+                             sizes.begin() + static_cast<std::ptrdiff_t>(to));
+    std::ranges::sort(near);
+    return sizes[k] > 0 && sizes[k] >= clearly * near[near.size() * 9 / 10];
   }
+
+  bool stands_out_at(double time) const {
+    const auto k = static_cast<std::size_t>(std::ranges::lower_bound(t, time) - t.begin());
+    return k < t.size() && t[k] == time && (stands_out(k) || sizes[k] >= far * usual);
+  }
+
+  static constexpr double far = 10;  // times the usual
 };
 
 std::vector<Off> all_off(const Run& run) {
@@ -115,7 +125,6 @@ struct Turning {
 
 DataFindings spikes(const Run& run) {
   DataFindings findings;
-  constexpr double far = 10;       // times the usual
   constexpr double longest = 0.1;  // [s] of a driver's delay
   const std::vector<Off> all = all_off(run);
   const std::vector<double> sent = kicks_of_the_reference(run);
@@ -131,22 +140,17 @@ DataFindings spikes(const Run& run) {
     const auto& x = series.value;
     // A glitch is one instrument's. What two of them see at one time has happened.
     const auto another_sees_it = [&](double time) {
-      return std::ranges::any_of(all, [&](const Off& o) { return &o != &own && o.far_at(time, far); });
+      return std::ranges::any_of(all, [&](const Off& o) { return &o != &own && o.stands_out_at(time); });
     };
     const double step = signal == Signal::omega ? step_of_speed(series) : step_of(series);
     const Drives drives(run, signal);
     std::vector<std::size_t> found;
     double energy = 0;
     for (std::size_t k = 2; k + 2 < x.size(); ++k) {
-      const double least = std::max(far * usual, 4 * step);
+      const double least = std::max(Off::far * usual, 4 * step);
       if (sizes[k] < least || sizes[k] == 0) continue;  // a signal that stands has neither noise nor steps
       if (neighbours_go(x, k) > alone * sizes[k] || was_sent(series.t[k])) continue;
-      const std::size_t from = k > around / 2 ? k - around / 2 : 0, to = std::min(from + around, x.size());
-      std::vector<double> near(sizes.begin() + static_cast<std::ptrdiff_t>(from),
-                               sizes.begin() + static_cast<std::ptrdiff_t>(to));
-      std::ranges::sort(near);
-      // Not where readings near by lie as far off: a signal that is rough there.
-      if (sizes[k] < 3 * near[near.size() * 9 / 10] || drives.change(series.t[k], series.t[k])) continue;
+      if (!own.stands_out(k) || drives.change(series.t[k], series.t[k])) continue;
       if (another_sees_it(series.t[k]) || (signal == Signal::torque && shaft->stands(series.t[k]))) continue;
       found.push_back(k);
       energy += sizes[k] * sizes[k];

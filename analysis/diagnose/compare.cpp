@@ -137,8 +137,10 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   Comparison result;
   const bool alone = beside.empty();
   Dataset staged = alone ? prepare(runs, {}, judge) : prepare(beside, runs, judge);
-  settle_timing(staged, alone ? judge : model);
-  settle_starts(staged, alone ? judge : model);
+  const Model& tells = alone ? judge : model;
+  settle_starts(staged, tells);  // a start that is off looks like another timing
+  settle_timing(staged, tells);
+  settle_starts(staged, tells);
   result.timing = staged.timing;
   result.interval = staged.interval();
   const std::vector<Record>& compared = alone ? staged.train : staged.held_out;
@@ -147,6 +149,7 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   result.signals = fit_of(compared, model, staged.noise);
   std::vector<Record> chained = prepare_with(staged.noise, runs, judge, Chaining::chained, staged.ripple_order);
   set_timing(chained, staged.timing);
+  for (std::size_t i = 0; i < chained.size(); ++i) chained[i].excitation.initial = compared[i].excitation.initial;
   const auto chained_squares = mean_squares(residuals(chained, model, model.values(), {}));
   result.chained_error = error_of(chained_squares);
   for (const auto& [signal, square] : chained_squares) result.chained[signal] = std::sqrt(square);

@@ -46,6 +46,8 @@ Line line_through(std::span<const double> t, std::span<const double> y, double s
 
 bool FirstValue::is_other_than(double expected) const { return std::abs(value - expected) > clear * error; }
 
+bool FirstValue::may_be_other_than(double expected) const { return std::abs(value - expected) > error; }
+
 bool FirstValue::moves() const { return std::abs(slope) > clear * slope_error; }
 
 bool FirstValue::may_move() const { return std::abs(slope) > slope_error; }

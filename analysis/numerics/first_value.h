@@ -14,6 +14,7 @@ struct FirstValue {
   double slope = 0, slope_error = 0;  ///< [1/s]
 
   bool is_other_than(double expected) const;
+  bool may_be_other_than(double expected) const;
   bool moves() const;                    ///< faster than noise makes it seem
   bool may_move() const;                 ///< as fast as noise may make it seem, or faster
   bool may_move_at(double speed) const;  ///< where noise makes it seem slower or faster

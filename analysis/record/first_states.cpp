@@ -57,8 +57,8 @@ void set_first_speed(InitialState& initial, const Observation& speed, const Run&
   const std::optional<FirstValue> read = first_value_of(speed, grid, end);
   if (angle && !(read && angle->may_move_at(read->value))) {
     if (angle->moves()) initial.omega = angle->slope;
-  } else if (read && read->is_other_than(0)) {
-    initial.omega = read->value;
+  } else if (read && read->may_be_other_than(0)) {
+    (read->is_other_than(0) ? initial.omega : initial.omega_doubt) = read->value;
   }
 }
 

@@ -52,5 +52,26 @@ TEST(Spikes, ACurrentThatJumpsAsARampBeginsIsNoSpike) {
   EXPECT_THAT(spikes(ramped(0.2)), of_the_current) << "long after it began";
 }
 
+TEST(Spikes, AVoltageThatLeavesADeadZoneForARowIsNoSpikeWhereTheCurrentSeesItToo) {
+  // A controller's noise, at rest: its reference passes the dead zone now and then. In motion the current is rough.
+  const auto held = [](bool current_sees_it) {
+    emtb::Run run;
+    run.name = "held";
+    synthetic::Noise noise(3);
+    const auto passes = [](double t) { return t > 1 && std::abs(std::remainder(t - 0.2, 0.4)) < 5e-4; };
+    run.signals[Signal::u_ref] = synthetic::series(2e-3, 4, [](double t) { return t < 1 ? 1.0 : 0.0; });
+    run.signals[Signal::e_a] = synthetic::series(2e-3, 4, [&](double t) {
+      return t < 1 ? 3 + noise(0.02) : passes(t) ? 0.13 : 0;
+    });
+    run.signals[Signal::i_a] = synthetic::series(2e-3, 4, [&](double t) {
+      return t < 1 ? 0.5 + noise(0.05) : (passes(t) && current_sees_it ? 0.034 : 0) + noise(3e-3);
+    });
+    return run;
+  };
+  const auto of_the_voltage = ElementsAre(Field("signal", &DataFinding::signal, Signal::e_a));
+  EXPECT_THAT(spikes(held(true)), IsEmpty());
+  EXPECT_THAT(spikes(held(false)), of_the_voltage);
+}
+
 }  // namespace
 }  // namespace emtb

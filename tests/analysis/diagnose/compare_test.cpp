@@ -153,6 +153,38 @@ TEST(FailingUnit, IsTheLoadThatTheGaugeDoesNotRead) {
   EXPECT_EQ(failing_unit(model), Unit::load) << "the shaft is loaded by what was measured";
 }
 
+TEST(Compare, TakesNoCoarseSpeedThatBeginsOnTheWayForAnotherTiming) {
+  constexpr double coarse = 4, turns = -9, noise_of_current = 1e-3;  // [rad/s], [rad/s], [A]
+  Model model = true_servo();
+  model.driver = DriverModel{.gain = 4};
+  Excitation x;
+  for (int k = 0; k < 400; ++k) {
+    x.t.push_back(0.01 * k);
+    x.u_ref.push_back(k < 200 ? -0.8 : 0.2);
+  }
+  x.initial.omega = turns;
+  Trajectory<double> y;
+  simulate<double>(model.structure(), model.values(), x, y);
+  emtb::Run run;
+  run.name = "on_the_way";
+  const auto put = [&](Signal signal, std::span<const double> values, const auto& read) {
+    Series& series = run.signals[signal];
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      series.t.push_back(x.t[k]);
+      series.value.push_back(read(values[k]));
+    }
+  };
+  synthetic::Noise noise(3);
+  put(Signal::u_ref, x.u_ref, [](double v) { return v; });
+  put(Signal::omega, y.omega, [](double v) { return coarse * std::round(v / coarse); });
+  put(Signal::i_a, y.i_a, [&](double v) { return v + noise(noise_of_current); });
+  run.signals[Signal::omega].lsb = coarse;
+  const Comparison c = compare(std::span(&run, 1), model);
+  EXPECT_EQ(c.timing.acts_after, 0);
+  EXPECT_LT(c.error, 1.1);
+  EXPECT_NEAR(c.chained_error, c.error, 0.01) << "it begins as the other does";
+}
+
 TEST(Compare, TellsTheSameErrorOfRunsHeldOutAsTheFitThatTheyWereHeldOutOf) {
   const std::vector<emtb::Run> train{whole_run()};
   const std::vector<emtb::Run> held_out{

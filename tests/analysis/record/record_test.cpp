@@ -132,7 +132,24 @@ TEST(PrepareRun, StartsAtTheSpeedThatTheFirstReadingsTell) {
   run.signals[Signal::omega] = series(1e-3, 2, [&](double t) { return 120 - 50 * t + noise(0.2); });
   EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 120, 0.3);
   run.signals[Signal::omega] = series(1e-3, 2, [&](double) { return noise(0.2); });
-  EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0) << "noise is no motion";
+  const InitialState at_rest = observe_run(run, servo_model()).excitation.initial;
+  EXPECT_EQ(at_rest.omega, 0) << "noise is no motion";
+  EXPECT_EQ(at_rest.omega_doubt, 0);
+}
+
+TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseSpeedDoesNotTell) {
+  constexpr double step = 0.4;  // [rad/s]
+  const auto speeds = [&](double first) {
+    emtb::Run run;
+    run.name = "on the way";
+    run.signals[Signal::u_ref] = series(2e-2, 2, [](double) { return 2.0; });
+    run.signals[Signal::omega] = series(2e-2, 2, [&](double t) { return step * std::round((first + 30 * t) / step); });
+    run.signals[Signal::omega].lsb = step;
+    return observe_run(run, servo_model()).excitation.initial;
+  };
+  EXPECT_EQ(speeds(1.2).omega, 0);
+  EXPECT_NEAR(speeds(1.2).omega_doubt, 1.2, step);
+  EXPECT_NEAR(speeds(12).omega, 12, step) << "a clear motion is none of doubt";
 }
 
 TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseEncoderDoesNotTell) {
