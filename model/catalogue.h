@@ -27,6 +27,7 @@
 #include "model/effects/load/eccentric_load.h"
 #include "model/effects/load/eddy_brake.h"
 #include "model/effects/load/load_torque.h"
+#include "model/effects/sensors/current_lag.h"
 #include "model/effects/sensors/current_offset.h"
 #include "model/effects/sensors/speed_delay.h"
 #include "model/effects/sensors/tacho_lag.h"
@@ -57,7 +58,7 @@ using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, Drive
                               PreslidingFriction, Windage, BearingDrag, FrictionWarmup,  //
                               Cogging, Backlash, ShaftCompliance,                        //
                               LoadTorque, DryBrake, EccentricLoad, EddyBrake,            //
-                              TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset>;
+                              TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset, CurrentLag>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;
 

@@ -94,11 +94,16 @@ class TimingSearch {
 
   /// By which part of a sample each instrument is behind the others.
   /// @param clear of half the sum of squares that it has to take away
-  std::map<Signal, double> late(const Timing& timing, double clear) {
+  /// @param together by which part all of them may be late: what is more is no matter of logging
+  std::map<Signal, double> late(const Timing& timing, double clear, double together) {
     std::vector<Signal> signals;
+    bool all = true;  // of the instruments are asked
     for (const Residuals& r : known_) {
-      if (models_lateness(model_, r.signal) || std::ranges::find(signals, r.signal) != signals.end()) continue;
-      signals.push_back(r.signal);
+      if (models_lateness(model_, r.signal)) {
+        all = false;
+      } else if (std::ranges::find(signals, r.signal) == signals.end()) {
+        signals.push_back(r.signal);
+      }
     }
     const CostOfLateness cost = cost_of_lateness(timing, signals);
     std::vector<char> held(signals.size(), 0);
@@ -113,6 +118,10 @@ class TimingSearch {
       } else {
         held[c] = 0;
       }
+    }
+    if (const auto least = std::ranges::min_element(late); all && least != late.end() && *least > together) {
+      held[static_cast<std::size_t>(least - late.begin())] = 1;
+      late = cost.least(held);
     }
     std::map<Signal, double> found;
     for (std::size_t c = 0; c < signals.size(); ++c) {
@@ -274,15 +283,19 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
     least = cost;
     best = timing;
   };
+  // Where an effect says how late the edges come, they may still come before their row is read.
+  const bool late_is_told = shapes_edges(fitted.structure());
   const auto with_late = [&](Timing timing) {
-    timing.late = search.late(timing, clear);
+    // A reference is not read by an instrument that could be late as well: the others are late together by what is left
+    // of a sample, and by nothing where an effect tells it.
+    const bool set_from_outside = input_is_seen && fitted.input == Signal::u_ref;
+    const double left_of_a_sample = !set_from_outside ? 1 : late_is_told ? 0 : 1 - timing.acts_after / interval;
+    timing.late = search.late(timing, clear, left_of_a_sample + least_late);
     return timing;
   };
   const bool held = input_is_seen && fitted.input == Signal::e_a;
   if (held) look_at({0, true});
   if (!input_is_seen) return with_late(best);
-  // Where an effect says how late the edges come, they may still come before their row is read.
-  const bool late_is_told = shapes_edges(fitted.structure());
   for (const double share : shares) {
     if (share < 0 || !late_is_told) look_at({share * interval, held});
   }

@@ -17,7 +17,6 @@ namespace {
 using json = nlohmann::json;
 using testing::AnyOf;
 using testing::Contains;
-using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::UnorderedElementsAre;
 
@@ -70,13 +69,13 @@ TEST_F(RealData, IntecoHidesFrictionAVoltageAndTheRippleOfItsTacho) {
   EXPECT_EQ(d["verdict"], "unknown_effect");
   EXPECT_THAT(names(d), UnorderedElementsAre("coulomb_friction", "brush_drop", "tacho_ripple"));
   EXPECT_NEAR(value(d, "coulomb_friction", "T_c"), 0.009, 0.001);
-  // At once 0.43 V, or 0.79 V built up over 0.63 A: these runs do not tell the two valleys apart.
-  EXPECT_THAT(value(d, "brush_drop", "V_b"), AnyOf(DoubleNear(0.43, 0.09), DoubleNear(0.79, 0.09)));
+  // The authors' dead band of 0.95 V, less what the friction makes of it.
+  EXPECT_NEAR(value(d, "brush_drop", "V_b"), 0.38, 0.09);
   EXPECT_NEAR(value(d, "tacho_ripple", "r"), 0.058, 0.002);
   EXPECT_NEAR(value(d, "tacho_ripple", "N"), 6, 0.002);
   EXPECT_NEAR(d["parameters"]["J"]["value"], 1.118e-3, 0.08e-3);  // the authors'
-  EXPECT_NEAR(d["error"]["base"]["held_out"], 90, 9);
-  EXPECT_NEAR(d["error"]["final"]["held_out"], 39, 4);
+  EXPECT_NEAR(d["error"]["base"]["held_out"], 51, 5);
+  EXPECT_NEAR(d["error"]["final"]["held_out"], 9.4, 1);
 }
 
 TEST_F(RealData, Jga25HidesFrictionOrADeadZoneAndALag) {

@@ -229,6 +229,33 @@ TEST(TimingOfRows, ACurrentThatIsReadLateHasFollowedTheDriversSlopeUntilThen) {
   EXPECT_NEAR(fit.model.at(base::K_b).value, synthetic::Truth{}.K_b, 2e-4);
 }
 
+TEST(TimingOfRows, IsNoDelayOfAllInstrumentsByMoreThanARow) {
+  constexpr double rows_late = 1.6;
+  const auto late_of = [](const Timing& timing, Signal signal) {
+    const auto late = timing.late.find(signal);
+    return late != timing.late.end() ? late->second : 0;
+  };
+  const auto late_together = [&](const Timing& t) {
+    return std::min(late_of(t, Signal::omega), late_of(t, Signal::i_a));
+  };
+  const auto all_late = [](double rows) { return logged({.late = {{Signal::omega, rows}, {Signal::i_a, rows}}}); };
+  const Timing two = fitted(all_late(2), false).timing;
+  EXPECT_LE(two.acts_after / interval + late_together(two), 1.1);
+
+  // What is more is the driver's. Beside it nothing is late as a whole: the current tells its delay to a row only.
+  emtb::Run run = all_late(rows_late);
+  run.signals.erase(Signal::e_a);
+  Model model = fitted(run).fit.model;
+  model.include(effect_index("driver_delay"));
+  model.parameters_of(effect_index("driver_delay"))[0].value = 1.2 * interval;
+  Dataset data = prepare(std::vector{run}, {}, model);
+  const Calibration fit = calibrate(data, model);
+  EXPECT_LT(late_together(data.timing), 0.05);
+  const double delay = fit.model.parameters_of(effect_index("driver_delay"))[0].value / interval;
+  EXPECT_GE(delay, 1);
+  EXPECT_NEAR(delay + late_of(data.timing, Signal::omega), rows_late, 0.05);
+}
+
 TEST(TimingOfRows, OfAnInstrumentIsToldByTheModelWhereThatHasAnEffectForIt) {
   Model model = bridge_model();
   model.include(effect_index("speed_delay"));
