@@ -50,15 +50,16 @@
 namespace emtb {
 
 /// All effects. A new one is its file and one line here, in the order of the stages.
-using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance,
-                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction, PwmDrive,  //
-                              ArmatureHeating, ArmatureInductance, BrushDrop,                                //
-                              ArmatureReaction, FieldHeating,                                                //
-                              CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction,
-                              PreslidingFriction, Windage, BearingDrag, FrictionWarmup,  //
-                              Cogging, Backlash, ShaftCompliance,                        //
-                              LoadTorque, DryBrake, EccentricLoad, EddyBrake,            //
-                              TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset, CurrentLag>;
+using AllEffects =
+    std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance, DriverLag,
+               DriverDelay, OneQuadrantDriver, DiscontinuousConduction, PwmDrive,  //
+               ArmatureHeating, ArmatureInductance, BrushDrop,                     //
+               ArmatureReaction, FieldHeating,                                     //
+               CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction, PreslidingFriction,
+               Windage, BearingDrag, FrictionWarmup,            //
+               Cogging, Backlash, ShaftCompliance,              //
+               LoadTorque, DryBrake, EccentricLoad, EddyBrake,  //
+               TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset, CurrentLag>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;
 

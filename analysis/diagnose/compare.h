@@ -20,8 +20,8 @@ std::string_view name_of(Unit unit) noexcept;  ///< as in JSON
 
 /// What a model leaves of a signal beyond its instrument, in the terms of the machine.
 struct Rest {
-  double rms = 0;    ///< in the signal's unit; 0: the instrument explains all that is left
-  double lasts = 0;  ///< [s] over which it counts as one error; 0: not known
+  double rms = 0;     ///< in the signal's unit; 0: the instrument explains all that is left
+  double lasts = 0;   ///< [s] over which it counts as one error; 0: not known
   bool hops = false;  ///< it is another in each reading, so that no torque can make it, nor a voltage
   /// Of the speed the torque [N m], of the current the voltage [V] that would put the model off by as much: through the
   /// motor as a lag of first order, at the rate at which the rest changes. 0: not known

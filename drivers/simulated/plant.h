@@ -124,7 +124,7 @@ class Plant {
   double inductance_ = 0;    ///< [H] 0 where too small to matter
   double see_ = 0;           ///< [s] lag of the current that flux and rectifier see; 0: nobody looks
   double lag_1_ = 0, lag_2_ = 0, tacho_1_ = 0, tacho_2_ = 0, gauge_1_ = 0, gauge_2_ = 0;  ///< [s] 0: none
-  double ammeter_1_ = 0, ammeter_2_ = 0;                                                           ///< [s] 0: none
+  double ammeter_1_ = 0, ammeter_2_ = 0;                                                  ///< [s] 0: none
   double inertia_ = 0;    ///< [kg m2] of the motor's side
   double stiffness_ = 0;  ///< [N m/rad] of the bristle
   double damping_ = 0;    ///< [N m s/rad] of the bristle
