@@ -63,7 +63,12 @@ class Comparison {
     }
     if (n < 10 || aa <= 0 || bb <= 0) return {};
     const double factor = ab / bb;
-    Agreement found{factor, ab / std::sqrt(aa * bb), factor, 0, std::sqrt(std::max(0.0, aa - factor * ab) / n), delay};
+    Agreement found{.factor = factor,
+                    .correlation = ab / std::sqrt(aa * bb),
+                    .factor_beside_offset = factor,
+                    .offset = 0,
+                    .left = std::sqrt(std::max(0.0, aa - factor * ab) / n),
+                    .delay = delay};
     a_mean /= n, b_mean /= n, window /= n;
     const double var_a = aa - n * a_mean * a_mean, cov = ab - n * a_mean * b_mean, var_b = bb - n * b_mean * b_mean;
     if (var_a > 0 && var_b > 0 && cov > of_one_motion * std::sqrt(var_a * var_b)) {

@@ -9,8 +9,8 @@ namespace emtb {
 /// one motion at all.
 ///
 /// Increments of the angle over short windows are held against those of the integral, moved to and fro in time until
-/// they agree best; a drift, as an offset of the speed makes it, is the same in all windows: whatever the factor with
-/// it, none is off where the factor beside it is right.
+/// they agree best. A drift, as an offset of the speed makes it, is the same in all windows: where the slope of a line
+/// through the increments is right, there is no gear between the two.
 DataFindings angle_against_speed(const Run& run);
 
 /// [rad/s] What the speed reads while the angle stands: that of the line through the increments of both. 0 where only

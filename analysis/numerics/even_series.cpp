@@ -7,6 +7,13 @@ namespace emtb {
 
 double mean_interval(std::span<const double> t) { return (t.back() - t.front()) / static_cast<double>(t.size() - 1); }
 
+double jitter_of(std::span<const double> t) {
+  const double interval = mean_interval(t);
+  double squares = 0;
+  for (std::size_t k = 1; k < t.size(); ++k) squares += std::pow(t[k] - t[k - 1] - interval, 2);
+  return std::sqrt(squares / 2 / static_cast<double>(t.size() - 1));
+}
+
 EvenLine even_line(std::span<const double> y) {
   const auto n = static_cast<double>(y.size());
   const double middle = (n - 1) / 2;

@@ -8,6 +8,10 @@ namespace emtb {
 /// @param t two times or more
 double mean_interval(std::span<const double> t);
 
+/// [s] Standard deviation of the times about even ones.
+/// @param t two times or more
+double jitter_of(std::span<const double> t);
+
 /// The least-squares line through readings that follow each other evenly, and how they scatter about it.
 struct EvenLine {
   double variance = 0;    ///< about the line, of n - 2 degrees of freedom

@@ -46,14 +46,6 @@ std::vector<SpeedRange> speeds_around(std::span<const double> speed, std::span<c
   return ranges;
 }
 
-/// [s] Standard deviation of the times about even ones.
-double jitter_of(std::span<const double> t) {
-  const double interval = mean_interval(t);
-  double squares = 0;
-  for (std::size_t k = 1; k < t.size(); ++k) squares += std::pow(t[k] - t[k - 1] - interval, 2);
-  return std::sqrt(squares / 2 / static_cast<double>(t.size() - 1));
-}
-
 std::vector<double> middles_of(const Observation& o) {
   std::vector<double> middle;
   for (std::size_t i = 0; i < o.size(); ++i) middle.push_back(0.5 * (o.begin[i] + o.end[i]));

@@ -107,11 +107,7 @@ double last_digit(std::span<const double> t) {
 /// writes even ones and all digits behind them are 0; or as far as they are uneven.
 double most_that_times_are_off(std::span<const double> t) {
   constexpr double of_an_interval = 0.05;
-  const double interval = mean_interval(t);
-  double squares = 0;
-  for (std::size_t k = 1; k < t.size(); ++k) squares += std::pow(t[k] - t[k - 1] - interval, 2);
-  const double uneven = std::sqrt(squares / 2 / static_cast<double>(t.size() - 1));
-  return std::max(std::min(last_digit(t), of_an_interval * interval), uneven);
+  return std::max(std::min(last_digit(t), of_an_interval * mean_interval(t)), jitter_of(t));
 }
 
 }  // namespace

@@ -195,8 +195,8 @@ LoadParameters read_load(const YamlMap& yaml) {
 }
 
 SensorParameters read_sensors(const YamlMap& yaml) {
-  yaml.only({"tacho_lag", "ripple", "ripple_second", "ripple_order", "ripple_phase", "tacho_stick", "delay",
-             "torque_lag", "current_lag"});
+  yaml.only(
+      {"tacho_lag", "ripple", "ripple_second", "ripple_order", "ripple_phase", "tacho_stick", "delay", "torque_lag"});
   SensorParameters sensors;
   Overlay(yaml)
       .not_negative("tacho_lag", sensors.tacho_lag)
@@ -205,8 +205,7 @@ SensorParameters read_sensors(const YamlMap& yaml) {
       .positive("ripple_order", sensors.ripple_order)
       .any_sign("ripple_phase", sensors.ripple_phase)
       .not_negative("tacho_stick", sensors.tacho_stick)
-      .not_negative("torque_lag", sensors.torque_lag)
-      .not_negative("current_lag", sensors.current_lag);
+      .not_negative("torque_lag", sensors.torque_lag);
   sensors.delay = yaml.within_or("delay", 0, 10, 0);
   return sensors;
 }

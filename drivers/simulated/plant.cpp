@@ -47,8 +47,6 @@ void Plant::each(Function f) const noexcept {
   f(&State::tacho_2);
   f(&State::gauge_1);
   f(&State::gauge_2);
-  f(&State::ammeter_1);
-  f(&State::ammeter_2);
 }
 
 Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
@@ -63,8 +61,7 @@ Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
 void Plant::become(const PlantParameters& parameters) {
   check(parameters);
   p_ = parameters;
-  inductance_ = see_ = lag_1_ = lag_2_ = tacho_1_ = tacho_2_ = gauge_1_ = gauge_2_ = ammeter_1_ = ammeter_2_ = 0;
-  stiffness_ = damping_ = 0;
+  inductance_ = see_ = lag_1_ = lag_2_ = tacho_1_ = tacho_2_ = gauge_1_ = gauge_2_ = stiffness_ = damping_ = 0;
   derive();
   resistance_ = p_.motor.R_a * (1 + copper * winding_) + p_.driver.output_resistance;
 }
@@ -98,8 +95,6 @@ void Plant::derive() {
   if (!usual) lag(tacho_2_, 0.2 * sensors.tacho_lag);
   lag(gauge_1_, usual ? sensors.torque_lag : sensors.torque_lag / 2);
   if (!usual) lag(gauge_2_, sensors.torque_lag / 2);
-  lag(ammeter_1_, usual ? sensors.current_lag : sensors.current_lag / 2);
-  if (!usual) lag(ammeter_2_, sensors.current_lag / 2);
   if (motor.reaction > 0 || driver.conduction_rise > 0 || p_.hidden_drop) {
     lag(see_, usual ? 2e-4 : 1e-3);
     // The rise falls with the current that it drives: a loop, and faster than its lag by its gain.
@@ -124,7 +119,7 @@ void Plant::derive() {
   } else {
     on_the_bus_.clear();
   }
-  rare_ = see_ > 0 || lag_1_ > 0 || tacho_1_ > 0 || gauge_1_ > 0 || ammeter_1_ > 0 || shaft.stiffness != unlimited;
+  rare_ = see_ > 0 || lag_1_ > 0 || tacho_1_ > 0 || gauge_1_ > 0 || shaft.stiffness != unlimited;
 }
 
 void Plant::advance(double dt, double reference) noexcept {
@@ -278,10 +273,6 @@ double Plant::load_torque() const noexcept {
   return load_torque(state_.omega_2, state_.theta - state_.twist);
 }
 
-double Plant::ammeter() const noexcept {
-  return ammeter_2_ > 0 ? state_.ammeter_2 : ammeter_1_ > 0 ? state_.ammeter_1 : state_.i;
-}
-
 double Plant::gauge() const noexcept {
   return gauge_2_ > 0 ? state_.gauge_2 : gauge_1_ > 0 ? state_.gauge_1 : load_torque();
 }
@@ -425,8 +416,6 @@ Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, 
     rate.gauge_1 = (torque - x.gauge_1) / gauge_1_;
   }
   if (gauge_2_ > 0) rate.gauge_2 = (x.gauge_1 - x.gauge_2) / gauge_2_;
-  if (ammeter_1_ > 0) rate.ammeter_1 = (i - x.ammeter_1) / ammeter_1_;
-  if (ammeter_2_ > 0) rate.ammeter_2 = (x.ammeter_1 - x.ammeter_2) / ammeter_2_;
   if (see_ > 0) rate.past = (i - x.past) / see_;
   rate.charge = i;
   rate.heat = i * i;

@@ -33,7 +33,6 @@ class Plant {
   double time() const noexcept { return time_; }            ///< [s] since construction
   double e_a() const noexcept;                              ///< [V]
   double i_a() const noexcept { return state_.i; }          ///< [A]
-  double ammeter() const noexcept;                          ///< [A] as a sensor reads it
   double omega() const noexcept { return state_.omega; }    ///< [rad/s]
   double theta() const noexcept { return state_.theta; }    ///< [rad] unbounded
   double tacho() const noexcept;                            ///< [rad/s]
@@ -60,7 +59,6 @@ class Plant {
     double omega_2 = 0, twist = 0;  ///< of the load behind a compliant shaft
     double tacho_1 = 0, tacho_2 = 0;
     double gauge_1 = 0, gauge_2 = 0;
-    double ammeter_1 = 0, ammeter_2 = 0;
   };
   /// Dry friction during one step: a constant torque, some damping while the bristle bends, or stuck.
   struct Grip {
@@ -124,7 +122,6 @@ class Plant {
   double inductance_ = 0;    ///< [H] 0 where too small to matter
   double see_ = 0;           ///< [s] lag of the current that flux and rectifier see; 0: nobody looks
   double lag_1_ = 0, lag_2_ = 0, tacho_1_ = 0, tacho_2_ = 0, gauge_1_ = 0, gauge_2_ = 0;  ///< [s] 0: none
-  double ammeter_1_ = 0, ammeter_2_ = 0;                                                  ///< [s] 0: none
   double inertia_ = 0;    ///< [kg m2] of the motor's side
   double stiffness_ = 0;  ///< [N m/rad] of the bristle
   double damping_ = 0;    ///< [N m s/rad] of the bristle

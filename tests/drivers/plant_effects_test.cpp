@@ -391,18 +391,6 @@ TEST_P(BothLaws, TachoAndGaugeLagByTheirTimeConstants) {
               1e-2 * 0.03 * 0.02 / 1e5 * acceleration);
 }
 
-TEST_P(BothLaws, TheCurrentThatIsReadLagsByItsTimeConstant) {
-  PlantParameters p = servo(GetParam());
-  p.driver.rise = 4;  // [V/s] a slope that lasts
-  p.sensors.current_lag = 0.02;
-  Plant plant(p);
-  run(plant, 0.5, 5);
-  const double before = plant.i_a();
-  run(plant, 1e-3, 5);
-  const double rise = (plant.i_a() - before) / 1e-3;  // [A/s]
-  EXPECT_NEAR(before - plant.ammeter(), (0.02 - 1e-3) * rise, 0.05 * 0.02 * std::abs(rise));
-}
-
 TEST(Plant, TheTachoRipplesWithTheAngle) {
   PlantParameters p = servo();
   p.sensors = {.ripple = 0.02, .ripple_second = 0.25, .ripple_order = 4, .ripple_phase = 0.7};
@@ -461,7 +449,6 @@ TEST(Plant, RefusesEffectsThatCannotBe) {
   refuses([](auto& p) { p.load.brake = -1; });
   refuses([](auto& p) { p.load.eddy_heating = -1; });
   refuses([](auto& p) { p.sensors.torque_lag = -1; });
-  refuses([](auto& p) { p.sensors.current_lag = -1; });
   refuses([](auto& p) { p.sensors.delay = -1; });
 }
 

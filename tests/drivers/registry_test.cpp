@@ -110,8 +110,7 @@ TEST(Registry, AUserCanHideAnyEffectInTheSimulatedBench) {
       "  driver: {gain: 4, offset: 0.1, lag: 0.01, delay: 0.002, sampling: 1.0e-3, play: 0.05, one_quadrant: true}\n"
       "  shaft: {cogging: 0.01, cogging_order: 8, stiffness: 0.5, J_2: 2.0e-5, gap: 0.1}\n"
       "  load: {brake: 0.005, eccentric: 0.004, eddy_torque: 0.02, eddy_heating: 1.0e-3}\n"
-      "  sensors: {tacho_lag: 0.01, ripple: 0.02, ripple_order: 6, tacho_stick: 2, torque_lag: 0.016, current_lag: "
-      "0.004}\n";
+      "  sensors: {tacho_lag: 0.01, ripple: 0.02, ripple_order: 6, tacho_stick: 2, torque_lag: 0.016}\n";
   const BenchConfig bench = config(text);
   const simulated::PlantParameters plant = simulated::read_plant(*bench.simulation);
   EXPECT_EQ(plant.laws, simulated::Laws::other);
@@ -123,7 +122,6 @@ TEST(Registry, AUserCanHideAnyEffectInTheSimulatedBench) {
   EXPECT_EQ(plant.load.eddy_heating, 1e-3);
   EXPECT_EQ(plant.sensors.ripple, 0.02);
   EXPECT_EQ(plant.sensors.torque_lag, 0.016);
-  EXPECT_EQ(plant.sensors.current_lag, 0.004);
   const simulated::Plant runs(plant);
   EXPECT_EQ(runs.omega(), 0);
 }
@@ -151,7 +149,7 @@ TEST(Registry, WhatCannotBeHiddenTogetherIsSaid) {
             "b.yaml:12: simulation.shaft.J_2 is not below motor.J, of which it is a part");
   EXPECT_EQ(complaint("sensors: {lag: 1}"),
             "b.yaml:12: simulation.sensors.lag is not known here. Known: tacho_lag, ripple, ripple_second, "
-            "ripple_order, ripple_phase, tacho_stick, delay, torque_lag, current_lag");
+            "ripple_order, ripple_phase, tacho_stick, delay, torque_lag");
 }
 
 TEST(Registry, TheInstrumentsAreCheckedStrictly) {

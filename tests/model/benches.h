@@ -127,8 +127,7 @@ inline TestBench fast_bench() {
                                   {"tacho_lag.tau", 0.007},
                                   {"tacho_ripple.phase", 0.5},
                                   {"tacho_offset.omega_0", 1.5},
-                                  {"current_offset.i_0", 0.05},
-                                  {"current_lag.tau", 0.004}});
+                                  {"current_offset.i_0", 0.05}});
   return b;
 }
 

@@ -54,8 +54,7 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"tacho_offset", {"omega_0"}},
     {"torque_lag", {"tau"}},
     {"torque_offset", {"T_0"}},
-    {"current_offset", {"i_0"}},
-    {"current_lag", {"tau"}}};
+    {"current_offset", {"i_0"}}};
 
 TEST(Catalogue, BoundsHoldTheSizesOfAWatchAndOfASlowLinearAxis) {
   Ranges watch, axis;

@@ -282,11 +282,6 @@ Truth gauge_lags(WideBench& b, double size, Draw) {
   return {{"tau", b.plant.sensors.torque_lag}};
 }
 
-Truth current_lags(WideBench& b, double size, Draw) {
-  b.plant.sensors.current_lag = std::max(b.period, 0.1 * b.machine.tau) * size;
-  return {{"tau", b.plant.sensors.current_lag}};
-}
-
 Truth gauge_reads_high(WideBench& b, double size, Draw draw) {
   const double offset = draw.sign() * 0.04 * b.machine.torque * size;
   b.find(Signal::torque)->offset = offset;
@@ -355,7 +350,6 @@ constexpr std::array all{
     WideEffect{.id = "torque_lag", .possible = has_gauge, .hide = gauge_lags},
     WideEffect{.id = "torque_offset", .possible = has_gauge, .hide = gauge_reads_high},
     WideEffect{.id = "current_offset", .possible = has_current, .hide = current_reads_high},
-    WideEffect{.id = "current_lag", .possible = has_current, .hide = current_lags},
     WideEffect{.id = "speed_delay", .hide = speed_comes_late},
     WideEffect{.id = "friction_bump", .outside = true, .hide = outside::friction_bump},
     WideEffect{.id = "sector_friction", .outside = true, .possible = fine_enough, .hide = outside::sector_friction},
