@@ -34,12 +34,12 @@ struct Off {
     std::vector<double> near(sizes.begin() + static_cast<std::ptrdiff_t>(from),
                              sizes.begin() + static_cast<std::ptrdiff_t>(to));
     std::ranges::sort(near);
-    return sizes[k] > 0 && sizes[k] >= clearly * near[near.size() * 9 / 10];
+    return sizes[k] >= clearly * near[near.size() * 9 / 10];
   }
 
   bool stands_out_at(double time) const {
     const auto k = static_cast<std::size_t>(std::ranges::lower_bound(t, time) - t.begin());
-    return k < t.size() && t[k] == time && (stands_out(k) || sizes[k] >= far * usual);
+    return k < t.size() && t[k] == time && sizes[k] > 0 && (stands_out(k) || sizes[k] >= far * usual);
   }
 
   static constexpr double far = 10;  // times the usual

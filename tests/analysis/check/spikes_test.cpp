@@ -73,5 +73,17 @@ TEST(Spikes, AVoltageThatLeavesADeadZoneForARowIsNoSpikeWhereTheCurrentSeesItToo
   EXPECT_THAT(spikes(held(false)), of_the_voltage);
 }
 
+TEST(Spikes, ASignalThatStandsSeesNone) {
+  emtb::Run run;
+  run.name = "braked by nothing";
+  synthetic::Noise noise(3);
+  run.signals[Signal::u_ref] = synthetic::series(2e-3, 4, [](double) { return 1.0; });
+  run.signals[Signal::i_a] =
+      synthetic::series(2e-3, 4, [&](double t) { return (std::abs(t - 2) < 1e-3 ? 3 : 0.5) + noise(0.02); });
+  EXPECT_THAT(spikes(run), of_the_current);
+  run.signals[Signal::torque] = synthetic::series(2e-3, 4, [](double) { return 0.0; });
+  EXPECT_THAT(spikes(run), of_the_current);
+}
+
 }  // namespace
 }  // namespace emtb
