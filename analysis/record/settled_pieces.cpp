@@ -63,28 +63,39 @@ double tolerance_of(const std::vector<double>& input) {
   return smallest < a_step * (high - low) ? 1.5 * smallest : 0.5 * smallest;
 }
 
-/// Takes out of a piece what goes with the input at its rows and up to two rows before. A controller passes on the
-/// noise of what it reads: that moves the motor, and is no noise of what is read then.
+/// Takes out of a piece what follows the input at its rows and up to two rows before. A controller passes on the noise
+/// of what it reads: that moves the motor, and is no noise of what is read then. What goes against the input does not
+/// follow it: there the input is the controller's answer to the noise of that very reading, which stays.
 void take_out_input(std::vector<double>& piece, const std::vector<std::size_t>& rows,
                     const std::vector<double>& input) {
-  constexpr Eigen::Index back = 3, straight = 2;
+  constexpr Eigen::Index straight = 2;
   constexpr std::size_t enough = 10;  // readings for each of what is fitted
+  std::vector<std::size_t> lags{0, 1, 2};
   const auto n = static_cast<Eigen::Index>(piece.size());
   const bool varies = std::ranges::any_of(rows, [&](std::size_t row) { return input[row] != input[rows.front()]; });
-  if (!varies || piece.size() < enough * (back + straight)) return;
-  Eigen::MatrixXd a(n, back + straight);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t row = rows[static_cast<std::size_t>(i)];
-    for (std::size_t lag = 0; lag < back; ++lag) {
-      a(i, static_cast<Eigen::Index>(lag)) = input[row - std::min(row, lag)] - input[rows.front()];
-    }
-    a(i, back) = 1;
-    a(i, back + 1) = static_cast<double>(i) / static_cast<double>(n);
-  }
+  if (!varies || piece.size() < enough * (lags.size() + straight)) return;
   const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(piece.data(), n);
-  const Eigen::VectorXd by = solve_normal(gram(a), transposed_product(a, y));
-  const Eigen::VectorXd left = y - a.leftCols(back) * by.head(back);
-  std::ranges::copy(left, piece.begin());
+  while (!lags.empty()) {
+    const auto back = static_cast<Eigen::Index>(lags.size());
+    Eigen::MatrixXd a(n, back + straight);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const std::size_t row = rows[static_cast<std::size_t>(i)];
+      for (Eigen::Index k = 0; k < back; ++k) {
+        a(i, k) = input[row - std::min(row, lags[static_cast<std::size_t>(k)])] - input[rows.front()];
+      }
+      a(i, back) = 1;
+      a(i, back + 1) = static_cast<double>(i) / static_cast<double>(n);
+    }
+    const Eigen::VectorXd by = solve_normal(gram(a), transposed_product(a, y));
+    Eigen::Index against = 0;
+    if (by.head(back).minCoeff(&against) < 0) {
+      lags.erase(lags.begin() + against);
+      continue;
+    }
+    const Eigen::VectorXd left = y - a.leftCols(back) * by.head(back);
+    std::ranges::copy(left, piece.begin());
+    return;
+  }
 }
 
 /// Half-open stretches of the grid over which the input does not change, for long enough.

@@ -78,6 +78,20 @@ TEST(NoiseFloor, OfAShortRunIsToldByStretchesAsShortAsItsMachine) {
   EXPECT_NEAR(floor.sigma, 0.15, 0.02);
 }
 
+TEST(NoiseFloor, AControllerThatAnswersAReadingInItsOwnRowTakesNothingOfItsNoise) {
+  constexpr double speed = 80, noise_of_it = 0.15, gain = 0.01;  // [rad/s], [rad/s], [V s/rad]
+  synthetic::Noise noise(5);
+  emtb::Run run;
+  run.name = "closed loop";
+  run.signals[Signal::omega] = series(1e-3, 8, [&](double) { return speed + noise(noise_of_it); });
+  Series u_ref = run.at(Signal::omega);
+  for (double& u : u_ref.value.edit()) u = 1 - gain * (u - speed);
+  run.signals[Signal::u_ref] = u_ref;
+  const NoiseFloor floor = floor_of_omega(observe_run(run, servo_model()));
+  EXPECT_EQ(floor.from, FloorSource::settled);
+  EXPECT_NEAR(floor.sigma, noise_of_it, 0.01);
+}
+
 TEST(NoiseFloor, ASlowDriftIsNotNoise) {
   std::vector<double> noise = scaled(synthetic::coloured(24'000, 0, 3), 0.1);
   for (std::size_t k = 0; k < noise.size(); ++k) noise[k] += 2e-4 * static_cast<double>(k);  // 0.2 rad/s2: it warms up
