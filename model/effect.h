@@ -106,8 +106,9 @@ struct FittedMachine {
   double R_a = 0, K_b = 0, K_m = 0, B = 0, J = 0;  ///< [ohm], [V s/rad], [N m/A], [N m s/rad], [kg m2]
   bool current_driven = false;
   Ranges seen;
-  double turns = infinity;  ///< that the shaft makes in one run at most
-  bool same_place = true;   ///< what repeats with the angle is at the same place of its turn in all runs
+  double turns = infinity;           ///< that the shaft makes in one run at most
+  bool parts_of_a_turn_tell = true;  ///< what repeats with the angle is at the same place of its turn in all runs, or
+                                     ///< explains nearly all that there is in several
 
   /// [N m] that the motor makes at standstill with the most that it was given.
   double stall_torque() const { return K_m * (current_driven ? seen.current : seen.voltage / R_a); }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/diagnose/null_fit.h"
+#include "analysis/diagnose/refit.h"
 #include "analysis/fit/rotor_phase.h"
 #include "model/catalogue.h"
 #include "model/plausible.h"
@@ -14,15 +15,12 @@
 namespace emtb {
 namespace {
 
-/// Does what repeats with the angle stand at the same place of its turn in several runs, as read by an absolute
-/// encoder?
-bool at_the_same_place(std::span<const Record> records, const Model& fitted) {
+/// Do all of them point nearly the same way, as an absolute encoder reads it?
+bool at_the_same_place(std::span<const RotorPhase> phases) {
   constexpr double near = 0.5;  // [rad] by chance in one of six runs
-  const std::vector<double> values = fitted.values();
   std::vector<std::complex<double>> places;
   std::complex<double> sum;
-  for (const Record& record : records) {
-    const RotorPhase phase = best_phase(record, record.structure(fitted), values);
+  for (const RotorPhase& phase : phases) {
     if (phase.at.empty()) continue;
     places.push_back(std::polar(1.0, phase.at.front()));
     sum += places.back();
@@ -30,6 +28,32 @@ bool at_the_same_place(std::span<const Record> records, const Model& fitted) {
   return places.size() > 1 && std::ranges::all_of(places, [&](const std::complex<double>& place) {
            return std::abs(std::arg(place / sum)) < near;
          });
+}
+
+/// The model without what repeats with the angle.
+Model without_periodic(Model model) {
+  for (const std::size_t effect : model.structure().effects) {
+    if (model.about(effect).periodic) model.exclude(effect);
+  }
+  return model;
+}
+
+/// Does one size of what repeats with the angle explain nearly all that there is of several runs? A force that drifts
+/// can be followed by the phase that is free in each, but not where the shaft turns by a good part of a turn.
+bool explains_nearly_all(std::span<const Record> records, const Model& fitted, std::span<const Residuals> left) {
+  constexpr std::size_t several = 3;
+  constexpr double good_part = 0.25;       // turns
+  constexpr double nearly_nothing = 0.05;  // of the squares
+  constexpr int few = 8;                   // steps
+  if (records.size() < several || most_turns(records) < good_part) return false;
+  const Fit without = first_steps(records, without_periodic(fitted), few, {});
+  return without.cost < infinity && 0.5 * sum_of_squares(left) < nearly_nothing * without.cost;
+}
+
+/// Is what repeats with the angle told by parts of a turn, too?
+bool told_by_parts_of_a_turn(std::span<const Record> records, const Model& fitted) {
+  const ResidualsAtPhases at = residuals_at_best_phases(records, fitted, fitted.values(), {});
+  return at_the_same_place(at.phases) || explains_nearly_all(records, fitted, at.residuals);
 }
 
 /// What rests on a bound at which it is not absent. (A limit of the driver may be so far off that it is none.)
@@ -87,7 +111,7 @@ FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
   FittedMachine machine = motor_of(fitted);
   machine.seen = ranges_of(records, without_sensors(fitted));
   machine.turns = most_turns(records);
-  machine.same_place = machine.turns >= 1 || at_the_same_place(records, fitted);
+  machine.parts_of_a_turn_tell = machine.turns >= 1 || told_by_parts_of_a_turn(records, fitted);
   return machine;
 }
 

@@ -288,10 +288,11 @@ TEST(Catalogue, AWeightOffCentreTurnsOnceOrHangsAtOneAngle) {
   const std::size_t weight = effect_index("eccentric_load");
   const std::vector<double> little{0.01 * machine.stall_torque(), 0};
   for (const double turns : {0.2, 5.0}) {
-    for (const bool same_place : {false, true}) {
+    for (const bool parts_of_a_turn_tell : {false, true}) {
       machine.turns = turns;
-      machine.same_place = same_place;
-      EXPECT_EQ(implausible(weight, little, machine).empty(), turns > 1 || same_place) << turns << ' ' << same_place;
+      machine.parts_of_a_turn_tell = parts_of_a_turn_tell;
+      EXPECT_EQ(implausible(weight, little, machine).empty(), turns > 1 || parts_of_a_turn_tell)
+          << turns << ' ' << parts_of_a_turn_tell;
     }
   }
 }

@@ -37,7 +37,7 @@ struct Cogging {
 
   /// The motor turned past its teeth.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
-    if (machine.turns * p[1] < 1 && !machine.same_place) {
+    if (machine.turns * p[1] < 1 && !machine.parts_of_a_turn_tell) {
       return "no run passes a whole wave, and each would begin elsewhere in it";
     }
     return Plausible(info, p).at_most(0, machine.stall_torque(), "what stalls the motor");

@@ -3,9 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+#include <map>
+
 #include "analysis/diagnose/fitted_trials.h"
 #include "model/catalogue.h"
 #include "tests/analysis/diagnose/answers.h"
+#include "tests/analysis/synthetic.h"
 #include "tests/blind/recording.h"
 
 namespace emtb {
@@ -101,6 +106,56 @@ TEST(Plausibility, AnAmplitudeThatRestsOnItsBoundIsNotItsSize) {
   EXPECT_THAT(implausible_value(data_of_the_servo().train, soft, effect_index("shaft_compliance")),
               HasSubstr("k is 0.001 N m/rad, not above 0.001 N m/rad, a bound beyond which it would go"))
       << "absent is at infinity";
+}
+
+using OverAngleAndTime = std::function<double(double, double)>;
+
+/// A run of 0.1 s, in which the servo turns by half a turn at most.
+emtb::Run half_a_turn(double begins_at, const OverAngleAndTime& torque, unsigned seed) {
+  constexpr double h = 1e-5, row = 5e-4, R_a = 1.2, K = 0.042, B = 1.2e-5, J = 2e-4;
+  constexpr int rows = 200, steps = 50;
+  synthetic::Noise noise(seed);
+  emtb::Run run;
+  run.name = "half a turn";
+  double theta = begins_at, omega = 0;
+  for (int k = 0; k < rows; ++k) {
+    const double t = k * row, u = k < 20 ? 0 : 3 + 0.3 * (seed % 4);
+    for (const auto& [signal, value] : std::map<Signal, double>{{Signal::e_a, u},
+                                                                {Signal::omega, omega + noise(0.02)},
+                                                                {Signal::i_a, (u - K * omega) / R_a + noise(0.005)}}) {
+      run.signals[signal].t.push_back(t);
+      run.signals[signal].value.push_back(value);
+    }
+    for (int s = 0; s < steps; ++s) {
+      omega += h / J * (K * (u - K * omega) / R_a - B * omega - torque(theta, t + s * h));
+      theta += h * omega;
+    }
+  }
+  return run;
+}
+
+Diagnosis of_half_turns(const std::function<OverAngleAndTime(unsigned)>& torque) {
+  std::vector<emtb::Run> train, held_out;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    (seed < 5 ? train : held_out).push_back(half_a_turn(2.1 * seed, torque(seed), seed));
+  }
+  Model model = synthetic::servo_model();
+  model.input = Signal::e_a;
+  return diagnose(train, held_out, model);
+}
+
+TEST(Plausibility, AWeightThatExplainsAllOfPartsOfATurnIsNamed) {
+  const Diagnosis d =
+      of_half_turns([](unsigned) { return [](double theta, double) { return 0.03 * std::sin(theta); }; });
+  EXPECT_THAT(named(d), testing::ElementsAre("eccentric_load")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_e"), 0.03, 0.001);
+}
+
+TEST(Plausibility, AWeightThatExplainsLittleOfAForceThatDriftsIsNotNamed) {
+  const Diagnosis d = of_half_turns([](unsigned seed) {
+    return [seed](double, double t) { return 0.02 * std::sin(90 * t + 2 * seed) + 0.015 * std::sin(170 * t + seed); };
+  });
+  EXPECT_THAT(named_or_tied(d), Not(Contains("eccentric_load"))) << report(d);
 }
 
 TEST(Plausibility, AFieldThatHeatsInASecondIsNotNamedAndTheReasonIsTold) {
