@@ -12,4 +12,15 @@ void Finding::add(std::size_t effect, Trial with) {
       {"added " + std::string(current.model().about(effect).id), effect, current.train, current.held_out_error()});
 }
 
+void Finding::swap(std::size_t place, std::size_t effect, Trial with) {
+  const std::size_t member = effects[place];
+  const auto id = [&](std::size_t of) { return std::string(with.model().about(of).id); };
+  steps.push_back({"swapped " + id(member) + " for " + id(effect), effect, with.train, with.held_out_error()});
+  before.insert_or_assign(effect, before.at(member));
+  rivals.erase(member);
+  near.erase(member);
+  effects[place] = effect;
+  current = std::move(with);
+}
+
 }  // namespace emtb

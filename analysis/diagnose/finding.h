@@ -25,7 +25,7 @@ struct Step {
   double held_out = 0;
 };
 
-/// A model that does as well with another effect in the place of a member.
+/// A model that does as well, or nearly so, with another effect in the place of a member.
 struct Rival {
   std::size_t effect = 0;
   Model model;
@@ -37,11 +37,16 @@ struct Finding {
   std::vector<std::size_t> effects;                  ///< in the order found
   std::map<std::size_t, Loss> before;                ///< each effect was added
   std::map<std::size_t, std::vector<Rival>> rivals;  ///< of each member
+  std::map<std::size_t, std::vector<Rival>> near;    ///< of each that says how late edges come: what does not do as
+                                                     ///< well, but comes near, in the order tried
   std::vector<Candidate> candidates;                 ///< in the order tried
   std::vector<Step> steps;
 
   /// An effect more. @param with the model with it
   void add(std::size_t effect, Trial with);
+
+  /// Another effect in the place of one of them, which goes. @param with the model with it
+  void swap(std::size_t place, std::size_t effect, Trial with);
 };
 
 }  // namespace emtb

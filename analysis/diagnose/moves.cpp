@@ -46,6 +46,16 @@ bool says_how_late(std::size_t effect) {
   return shapes_edges(alone) || std::ranges::any_of(all_signals(), says);
 }
 
+bool does_as_well(const Criterion& criterion, const Trial& current, std::size_t member, const Trial& other,
+                  std::size_t in_its_place) {
+  constexpr double window = 3;  // [nats] Occam's, of Madigan and Raftery (1994)
+  const Loss &own = current.held_out, &others = other.held_out;
+  if (!criterion.tied(own, others)) return false;
+  const auto parameters = [&](std::size_t effect) { return current.model().about(effect).parameter_count; };
+  if (parameters(in_its_place) <= parameters(member) || !own.quality || !others.quality) return true;
+  return gain(*others.quality, *own.quality) <= window;
+}
+
 std::vector<std::size_t> absent_waves(const Model& model) {
   std::vector<std::size_t> waves = absent_effects(model);
   std::erase_if(waves, [&](std::size_t effect) { return !model.about(effect).is_wave(); });

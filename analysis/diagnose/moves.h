@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "analysis/diagnose/criterion.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/diagnose/trials.h"
 #include "model/model.h"
@@ -26,6 +27,11 @@ std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<
 /// Does an effect say how late an edge or a reading comes? Such effects stand in for each other, and a score at nothing
 /// may not tell: a resistance that has bent to a lag leaves no room for an inductance.
 bool says_how_late(std::size_t effect);
+
+/// Is a model with another effect in the place of a member tied with it? Not where it needs more parameters for that,
+/// and its likelihood does not pay for them.
+bool does_as_well(const Criterion& criterion, const Trial& current, std::size_t member, const Trial& other,
+                  std::size_t in_its_place);
 
 /// The effects of the library that repeat several times a turn, as far as a model does not include them.
 std::vector<std::size_t> absent_waves(const Model& model);

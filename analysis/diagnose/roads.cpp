@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -65,6 +66,44 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
   return false;
 }
 
+/// What comes near a member that says how late edges come is held against it at the timing and the starts that it tells
+/// itself: those that are set are the member's own, and bend every other.
+/// @return whether one has taken a member's place, and its timing and starts are set
+bool rivals_at_their_own_timing(Dataset& data, WholeSearch& search, const Criterion& criterion, Finding& found) {
+  constexpr std::size_t most = 2;  // of each member
+  FittedTrials& trials = search.trials();
+  bool taken = false;
+  for (std::size_t place = 0; place < found.effects.size(); ++place) {
+    const std::size_t member = found.effects[place];
+    const std::vector<Rival> near = std::exchange(found.near[member], {});
+    for (const Rival& rival : std::span(near).first(std::min(near.size(), most))) {
+      if (trials.exhausted()) return taken;
+      const Circumstances as_set = circumstances_of(data);
+      std::optional<Trial> other;
+      const Model* told_by = &rival.model;
+      for (int again = 0; again < 2; ++again) {
+        const bool starts = settle_starts(data, *told_by);
+        if (settle_timing(data, *told_by) == TimingChange::none && !starts) break;
+        other = trials.fit_to_the_end(rival.model);
+        if (!other) break;
+        told_by = &other->model();
+      }
+      const bool counts = other && trials.determined(other->model(), rival.effect);
+      if (counts && does_as_well(criterion, found.current, member, *other, rival.effect)) {
+        found.rivals[member].push_back({rival.effect, other->model()});
+      } else if (counts && likelier(other->held_out, found.current.held_out) &&
+                 !criterion.tied(other->held_out, found.current.held_out) &&
+                 !criterion.material(other->held_out, found.current.held_out)) {
+        found.swap(place, rival.effect, std::move(*other));
+        taken = true;
+        break;
+      }
+      set(data, as_set);
+    }
+  }
+  return taken;
+}
+
 /// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
 /// lacked may have looked like another timing, or another start. The first answer stands where it still does better. By
 /// how little an instrument is behind the others only the answer tells.
@@ -103,6 +142,10 @@ Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion,
   if (criterion.worth_a_wide_search(found.current.held_out) && joins_its_family(data, search, criterion, found))
     change = TimingChange::slight;
   if (change != TimingChange::none) {
+    first = search.again(first);
+    found = search.again(std::move(found), first.held_out);
+  }
+  if (rivals_at_their_own_timing(data, search, criterion, found)) {
     first = search.again(first);
     found = search.again(std::move(found), first.held_out);
   }

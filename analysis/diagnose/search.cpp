@@ -21,7 +21,7 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
                Progress progress)
-    : Search(trials, criterion, Finding{std::move(first), {}, {}, {}, {}, {}}, std::move(as_given),
+    : Search(trials, criterion, Finding{std::move(first), {}, {}, {}, {}, {}, {}}, std::move(as_given),
              std::move(progress)) {
   longest_list_ = longest_list;
   found_.steps.push_back({"fitted", {}, found_.current.train, found_.current.held_out_error()});
@@ -45,6 +45,7 @@ Finding Search::without_superfluous() {
 Finding Search::held_against_others() {
   if (auto fitted = trials_.fit_to_the_end(found_.current.model())) found_.current = std::move(*fitted);
   found_.rivals.clear();
+  found_.near.clear();
   for (Candidate& candidate : found_.candidates) candidate.held_out_error.reset();
   swap();
   prune();
@@ -318,21 +319,29 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
     const auto foretells_worse = [&] { return criterion_.material(trial.held_out, current.held_out); };
     if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out) &&
         !foretells_worse()) {
-      found_.steps.push_back(
-          {"swapped " + id(member) + " for " + id(a.effect()), a.effect(), trial.train, trial.held_out_error()});
-      current = trial;
-      found_.effects[place] = a.effect();
-      found_.before.insert_or_assign(a.effect(), found_.before.at(member));
-      found_.rivals.erase(member);
+      found_.swap(place, a.effect(), trial);
       rivals_are_stale_ = taken = true;
-    } else if (does_as_well(found_.effects[place], a)) {
-      std::vector<Rival>& rivals = found_.rivals[found_.effects[place]];
-      if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
-        rivals.push_back({a.effect(), trial.model()});
+    } else {
+      set_beside(found_.effects[place], reduced, a);
     }
     remember(a.score, trial.held_out_error());
   }
   return taken;
+}
+
+/// Keeps a rival that does as well as a member; or comes near, where both say how late edges come: the timing and the
+/// starts that are set are those which the member tells.
+void Search::set_beside(std::size_t member, const Round& reduced, const Addition& a) {
+  const auto keep = [&](std::vector<Rival>& rivals) {
+    if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
+      rivals.push_back({a.effect(), a.trial.model()});
+  };
+  if (does_as_well(criterion_, found_.current, member, a.trial, a.effect())) {
+    keep(found_.rivals[member]);
+  } else if (says_how_late(member) && says_how_late(a.effect()) &&
+             removes_most(reduced.fitted.held_out, a.trial.held_out)) {
+    keep(found_.near[member]);
+  }
 }
 
 /// Where something is left, it may be that a member stands in for what the scores passed by.
@@ -351,6 +360,7 @@ void Search::try_all_in_the_place_of_each() {
 void Search::renew_rivals() {
   tell(0.88, "trying rivals again");
   found_.rivals.clear();
+  found_.near.clear();
   if (trials_.exhausted()) return;
   for (std::size_t i = 0; i < found_.effects.size(); ++i) {
     const std::size_t member = found_.effects[i];
@@ -358,8 +368,7 @@ void Search::renew_rivals() {
     Round* reduced = round_without(i);
     if (reduced == nullptr) continue;
     const auto collect = [&](const Addition& a) {
-      if (!is_rival(*reduced, a, member) || !does_as_well(member, a)) return;
-      found_.rivals[member].push_back({a.effect(), a.trial.model()});
+      if (is_rival(*reduced, a, member)) set_beside(member, *reduced, a);
     };
     std::ranges::for_each(reduced->refits, collect);
     if (says_how_late(member)) std::ranges::for_each(rounds_.late_refits_of(*reduced), collect);
@@ -383,17 +392,6 @@ bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t membe
          trials_.determined(a.trial.model(), a.effect());
 }
 
-/// Is an addition in the place of a member tied with it? Not where it needs more parameters for that, and its
-/// likelihood does not pay for them.
-bool Search::does_as_well(std::size_t member, const Addition& a) const {
-  constexpr double window = 3;  // [nats] Occam's, of Madigan and Raftery (1994)
-  const Loss &current = found_.current.held_out, &other = a.trial.held_out;
-  if (!criterion_.tied(current, other)) return false;
-  const auto parameters = [&](std::size_t effect) { return a.trial.model().about(effect).parameter_count; };
-  if (parameters(a.effect()) <= parameters(member) || !current.quality || !other.quality) return true;
-  return gain(*other.quality, *current.quality) <= window;
-}
-
 /// What the others have made superfluous goes.
 void Search::prune() {
   for (std::size_t i = 0; i < found_.effects.size();) {
@@ -407,6 +405,7 @@ void Search::prune() {
     found_.steps.push_back({"dropped " + id(effect), {}, without->train, without->held_out_error()});
     found_.current = std::move(*without);
     found_.rivals.erase(effect);
+    found_.near.erase(effect);
     rivals_are_stale_ = true;
     dropped_.insert(effect);
     found_.effects.erase(found_.effects.begin() + static_cast<std::ptrdiff_t>(i));

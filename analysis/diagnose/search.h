@@ -73,7 +73,7 @@ class Search {
   void prune();
   void renew_rivals();
   Round* round_without(std::size_t place);
-  bool does_as_well(std::size_t member, const Addition& a) const;
+  void set_beside(std::size_t member, const Round& reduced, const Addition& a);
   bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
   bool superfluous(std::size_t effect, std::optional<Trial>& without);
 

@@ -9,6 +9,7 @@
 #include "analysis/fit/residuals.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
+#include "model/lateness.h"
 
 namespace emtb {
 namespace {
@@ -16,7 +17,8 @@ namespace {
 /// May the driver be anywhere at the start?
 bool driver_is_free(const Record& record, const Model& model) {
   const DriverModel driver = model.structure().driver;
-  const bool at_once = driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited;
+  const bool at_once = driver.rise >= DriverModel::unlimited && driver.fall >= DriverModel::unlimited &&
+                       !shapes_edges(model.structure());
   const bool told = record.find(Signal::e_a) != nullptr && record.excitation.initial.e_driver;  // by its first readings
   return model.input == Signal::u_ref && !at_once && !told;
 }

@@ -255,6 +255,16 @@ TEST_F(SearchOnMadeUpFits, NamesTheRivalThatDoesAsWell) {
   EXPECT_EQ(f.rivals.at(dry)[0].effect, air);
 }
 
+TEST_F(SearchOnMadeUpFits, KeepsWhatComesNearWhereBothSayHowLateEdgesCome) {
+  trials.errors = {{{}, 9}, {{lag}, 1}, {{coil}, 1.08}, {{dry}, 1.08}};
+  const Finding f = found();
+  ASSERT_THAT(f.effects, ElementsAre(lag));
+  EXPECT_EQ(f.rivals.count(lag), 0U);
+  ASSERT_EQ(f.near.count(lag), 1U);
+  ASSERT_EQ(f.near.at(lag).size(), 1U);
+  EXPECT_EQ(f.near.at(lag)[0].effect, coil);
+}
+
 TEST_F(SearchOnMadeUpFits, DropsWhatTheOthersMadeSuperfluous) {
   trials.errors = {{{}, 9}, {{air}, 4}, {{air, dry}, 2}, {{air, dry, brush}, 1}, {{dry, brush}, 1}};
   EXPECT_THAT(found().effects, ElementsAre(dry, brush));

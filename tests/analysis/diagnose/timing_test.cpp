@@ -9,6 +9,7 @@
 #include <map>
 
 #include "analysis/diagnose/diagnose.h"
+#include "session/spec.h"
 #include "tests/analysis/diagnose/answers.h"
 #include "tests/analysis/synthetic.h"
 #include "tests/blind/recording.h"
@@ -157,6 +158,21 @@ TEST(TimingOfADriver, NamesADelayBesideALagWhereBothLeaveNothing) {
   const Diagnosis d = of_a_driver({.delay = 2, .first = 0.01});
   EXPECT_THAT(answers::named(d), testing::UnorderedElementsAre("driver_lag", "driver_delay")) << answers::report(d);
   EXPECT_NEAR(answers::fitted(d, "t_d"), 2e-3, 2e-4);
+}
+
+TEST(TimingOfADriver, HoldsALagAgainstAnInductanceAtItsOwnStart) {
+  // The runs begin amid an edge, and nobody reads the terminals: how far the driver has come by then is another where
+  // the coil makes the current late.
+  const auto amid_an_edge = [](unsigned seed) {
+    emtb::Run run = cut(behind({.first = 0.01}, seed), 0.125, 1.5);
+    run.signals.erase(Signal::e_a);
+    return run;
+  };
+  Model model = synthetic::servo_model();
+  model.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
+  const Diagnosis d = diagnose(std::vector{amid_an_edge(1), amid_an_edge(2)}, std::vector{amid_an_edge(3)}, model);
+  EXPECT_THAT(answers::named_or_tied(d), testing::UnorderedElementsAre("driver_lag", "armature_inductance"))
+      << answers::report(d);
 }
 
 TEST(TimingOfADriver, NamesNoDelayForASecondPole) {
