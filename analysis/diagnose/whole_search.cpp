@@ -11,6 +11,14 @@ namespace {
 
 bool is_torque(Signal signal) { return signal == Signal::torque; }
 
+/// The model without what says something of the load.
+Model without_the_load(Model model) {
+  for (const std::size_t effect : model.structure().effects) {
+    if (concerns_the_load(model.about(effect))) model.exclude(effect);
+  }
+  return model;
+}
+
 }  // namespace
 
 WholeSearch::WholeSearch(Dataset& data, FittedTrials& trials, const Criterion& criterion, const Options& options,
@@ -22,24 +30,25 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
   if (torque_left_out_) return search(without_effects_of_the_load(first));
   std::optional<Finding> by_law;
   std::vector<std::size_t> law_tried;
-  if (std::optional<Finding> law = law_beside(first.model(), first)) {
+  const auto ask_for_a_law_beside = [&](const Model& motion) {
+    std::optional<Finding> law = law_beside(motion, first);
+    if (!law || law->effects == law_tried) return;
     law_tried = law->effects;
-    by_law = with_the_motion(std::move(*law), first);
-    if (!criterion_.remainder(by_law->current.held_out)) return std::move(*by_law);
+    Finding found = with_the_motion(std::move(*law), first);
+    if (!by_law || criterion_.material(by_law->current.held_out, found.current.held_out)) by_law = std::move(found);
+  };
+  ask_for_a_law_beside(first.model());
+  if (by_law && by_law->effects.size() > law_tried.size()) {  // of the motion as it is with what it lacked
+    ask_for_a_law_beside(without_the_load(by_law->current.model()));
   }
+  if (by_law && !criterion_.remainder(by_law->current.held_out)) return std::move(*by_law);
   // What the load does at rest is what friction leaves to it, and a law beside a motion that the model lacks may be of
   // that: the motion first, under the torque as it was read.
   Readings torque = leave_out(data_, is_torque);
   const Trial without_torque = again(first);
   Finding motion = search(without_effects_of_the_load(without_torque));
   put_back(data_, std::move(torque));
-  if (!motion.effects.empty()) {
-    std::optional<Finding> law = law_beside(motion.current.model(), first);
-    if (law && law->effects != law_tried) {
-      Finding found = with_the_motion(std::move(*law), first);
-      if (!by_law || criterion_.material(by_law->current.held_out, found.current.held_out)) by_law = std::move(found);
-    }
-  }
+  if (!motion.effects.empty()) ask_for_a_law_beside(motion.current.model());
   if (by_law && !spoils_the_motion(by_law->current, motion.current)) return std::move(*by_law);
   leave_out(data_, is_torque);
   torque_left_out_ = true;
