@@ -13,6 +13,7 @@
 #include "model/effects/armature/armature_heating.h"
 #include "model/effects/armature/armature_inductance.h"
 #include "model/effects/armature/brush_drop.h"
+#include "model/effects/driver/current_limit.h"
 #include "model/effects/driver/discontinuous_conduction.h"
 #include "model/effects/driver/driver_dead_zone.h"
 #include "model/effects/driver/driver_delay.h"
@@ -50,9 +51,10 @@ namespace emtb {
 
 /// All effects. A new one is its file and one line here, in the order of the stages.
 using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance,
-                              DriverLag, DriverDelay, OneQuadrantDriver, DiscontinuousConduction, PwmDrive,  //
-                              ArmatureHeating, ArmatureInductance, BrushDrop,                                //
-                              ArmatureReaction, FieldHeating,                                                //
+                              DriverLag, DriverDelay, CurrentLimit, OneQuadrantDriver, DiscontinuousConduction,
+                              PwmDrive,                                        //
+                              ArmatureHeating, ArmatureInductance, BrushDrop,  //
+                              ArmatureReaction, FieldHeating,                  //
                               CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction,
                               PreslidingFriction, Windage, BearingDrag, FrictionWarmup,  //
                               Cogging, Backlash, ShaftCompliance,                        //

@@ -239,6 +239,7 @@ struct Balance {
   Scalar chop_period{};         ///< [1] of a chopper, in time constants L_a/R_a; 0: its current has no gaps
   Scalar chop_supply{};         ///< [V] that it chops
   Scalar chop_decay{};          ///< [V] against which the current runs on between the pulses
+  Scalar current_limit{};       ///< [A] that the driver does not exceed
   bool one_quadrant = false;    ///< the driver takes no current back
   // armature: e_a = R i + L di/dt + K_b flux omega + contact drop
   Scalar resistance{};    ///< [ohm]

@@ -17,6 +17,7 @@
 #include "model/machine/reaction.h"
 #include "model/machine/rotor_angle.h"
 #include "model/machine/shaft.h"
+#include "model/machine/source_under_load.h"
 #include "model/machine/speed_as_read.h"
 #include "model/machine/user_terms.h"
 #include "model/simulation.h"
@@ -82,6 +83,7 @@ class Machine : public Motion<Scalar> {
     is_gathered_ = false;
     reset_motor(equations_);
     late_.start();
+    source_ = {};
     omega = omega_before = Scalar(initial.omega);
     angle_.start(initial.theta, shortest_period(structure_, equations_.p), in);
     driver_.start(in.u_ref, initial, equations_);
@@ -207,6 +209,7 @@ class Machine : public Motion<Scalar> {
     }
     const Scalar back_emf = armature_.k_b() * omega_end;
     e_a_reading = circuit == Circuit::blocked ? back_emf : driver_.terminal_voltage(equations_.terms, i_a, back_emf);
+    if (is_there_.current_limit && circuit == Circuit::closed) e_a_reading -= source_.withheld();
     omega_before = omega;
     omega = omega_end;
   }
@@ -247,7 +250,8 @@ class Machine : public Motion<Scalar> {
         structure_.measured_voltage ? Scalar(in.e_a_end) : driver_.chopped_voltage(equations_.terms, back_emf);
     const Scalar current = (e - back_emf) / equations_.p[base::R_a];
     const bool blocked = in.armature_open || (equations_.terms.one_quadrant && value_of(current) < 0);
-    return blocked ? Scalar(0.0) : current;
+    const Scalar& limit = equations_.terms.current_limit;
+    return blocked ? Scalar(0.0) : clamped(current, -limit, limit);
   }
 
   /// The state in the middle of the step, extrapolated from the last one: what the effects see.
@@ -304,16 +308,11 @@ class Machine : public Motion<Scalar> {
     const bool conducts = circuit == Circuit::closed;
     if (is_there_.reaction) weaken_flux(in, circuit, h, e);
     solve_for(h, conducts);
-    if (conducts && !structure_.measured_voltage && is_there_.light_load_rise) {
-      e += armature_.light_load_rise(e.mean() + user_.voltage(), *this, equations_.terms);
-    }
-    bool without_pulse = false;
-    if (conducts && !structure_.measured_voltage && is_there_.chopping) {
-      const Scalar back_emf = armature_.k_b() * omega_in_middle();
-      const Scalar mean = chopped(e.mean(), back_emf, equations_.terms);
-      const Scalar end = chopped(e.end, armature_.k_b() * (2.0 * omega - omega_before), equations_.terms);
-      without_pulse = value_of(mean) == value_of(back_emf);
-      e = {2.0 * mean - end, end};
+    const bool without_pulse = conducts && !structure_.measured_voltage &&
+                               source_.bend(e, user_.voltage(), *this, armature_, equations_.terms, is_there_);
+    if (is_there_.current_limit && structure_.measured_voltage) {  // which is what it gave
+      source_.limit(driver_.voltage() - equations_.terms.output_resistance * i_a, user_.voltage(), *this, armature_,
+                    equations_.terms);
     }
     // A measured voltage is the motor's own while the driver blocks, give or take noise: the driver tells.
     const bool follows_driver = structure_.input == Signal::u_ref;
@@ -343,7 +342,8 @@ class Machine : public Motion<Scalar> {
     if (circuit == Circuit::driven) terms.flux *= flux_left(terms, Scalar(in.i_a));
     if (circuit != Circuit::closed) return;
     if (h != solved_h_ || !solved_conducts_ || any(armature_.circuit_changed(resistance(), terms))) solve_for(h, true);
-    const Scalar pushed = armature_.mean_current(e.start - contact_drop_, e.end - contact_drop_, i_a);
+    const Scalar lost = contact_drop_ + source_.withheld();
+    const Scalar pushed = armature_.mean_current(e.start - lost, e.end - lost, i_a);
     const Scalar taken =
         (armature_.mean().v0 + armature_.mean().v1) * equations_.p[base::K_b] * full_flux_ * omega_in_middle();
     terms.flux *= flux_left(terms, current_under_reaction(pushed - taken, taken, value_of(i_a), terms));
@@ -481,16 +481,16 @@ class Machine : public Motion<Scalar> {
   std::optional<Ramp<Scalar>> added_;  ///< [V] by a measured voltage to the driver's, in the next step
   Scalar steady_load_{};               ///< [N m] of the load's effects, where they add the same in every step
   Scalar full_flux_{};                 ///< [1] before the armature's own field weakens it
-  Scalar contact_drop_{};              ///< [V] of the brushes, over the last step
-  Scalar late_theta_{};                ///< [rad]
-  bool is_late_ = false;               ///< speed and angle are read late
-  Scalar braked_{};                    ///< [N m] by a brake of the load, over the last step
-  double field_on_ = 0;                ///< [s] for which the field had been on at the start
-  double solved_h_ = 0;                ///< [s] the step that armature and shaft are solved for
+  SourceUnderLoad<Scalar> source_;
+  Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
+  Scalar late_theta_{};    ///< [rad]
+  bool is_late_ = false;   ///< speed and angle are read late
+  Scalar braked_{};        ///< [N m] by a brake of the load, over the last step
+  double field_on_ = 0;    ///< [s] for which the field had been on at the start
+  double solved_h_ = 0;    ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
   bool is_steady_ = false;    ///< all effects but the sensors' add the same in every step
   bool is_gathered_ = false;  ///< and were asked for it
-
   TermsThere is_there_;
   bool is_linear_ = false;  ///< all of it but dry friction is linear and stays from step to step
   LinearStep<Scalar> linear_;

@@ -52,6 +52,7 @@ DriverParameters read_driver(const YamlMap& yaml) {
              "knee",
              "dead_zone",
              "output_resistance",
+             "current_limit",
              "lag",
              "delay",
              "sampling",
@@ -75,6 +76,7 @@ DriverParameters read_driver(const YamlMap& yaml) {
       .not_negative("dead_zone", driver.dead_zone)
       .not_negative("knee", driver.knee)
       .not_negative("output_resistance", driver.output_resistance)
+      .positive("current_limit", driver.current_limit)
       .not_negative("lag", driver.lag)
       .not_negative("sampling", driver.sampling)
       .not_negative("play", driver.play)

@@ -229,7 +229,19 @@ void Plant::open_armature(bool open) noexcept {
 
 double Plant::e_a() const noexcept {
   if (open_ || blocks(driving_voltage(state_, state_.e, time_), state_.i)) return back_emf(state_);
-  return output(state_, state_.e, time_) - p_.driver.output_resistance * state_.i;
+  return output(state_, state_.e, time_) - withheld(state_, state_.e, time_) - p_.driver.output_resistance * state_.i;
+}
+
+/// [V] What a source at its current limit does not give.
+double Plant::withheld(const State& x, double e, double t) const noexcept {
+  if (std::abs(x.i) < p_.driver.current_limit) return 0;
+  const double over = driving_voltage(x, e, t) - resistance_ * x.i - brush_drop(x.i);
+  return over * x.i > 0 ? over : 0;
+}
+
+double Plant::brush_drop(double i) const noexcept {
+  const auto& motor = p_.motor;
+  return motor.brush_drop == 0 ? 0 : motor.brush_drop * contact(i / motor.brush_current, p_.laws).share;
 }
 
 double Plant::tacho() const noexcept { return on_the_bus_.empty() ? read_now().tacho : arrived().tacho; }
@@ -324,7 +336,7 @@ double Plant::driving_voltage(const State& x, double e, double t) const noexcept
 double Plant::armature_current(double voltage, double guess) const noexcept {
   if (open_ || blocks(voltage, 0)) return 0;
   const double drop = p_.motor.brush_drop;
-  if (drop == 0) return voltage / resistance_;
+  if (drop == 0) return let_through(voltage / resistance_, p_.driver, p_.laws);
   // For positive current the left side is concave, so Newton's steps from below the root stay below it and cannot
   // cycle.
   const double v = std::abs(voltage);
@@ -339,7 +351,7 @@ double Plant::armature_current(double voltage, double guess) const noexcept {
     i += change;
     if (std::abs(change) <= 1e-12 * (i + knee)) break;
   }
-  return std::copysign(i, voltage);
+  return let_through(std::copysign(i, voltage), p_.driver, p_.laws);
 }
 
 double Plant::load_torque(double omega, double theta) const noexcept {
@@ -392,9 +404,7 @@ Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, 
     i = 0;
   } else if (inductance_ > 0) {
     i = x.i;
-    const double brushes =
-        motor.brush_drop == 0 ? 0 : motor.brush_drop * contact(i / motor.brush_current, p_.laws).share;
-    rate.i = (driving - resistance_ * i - brushes) / inductance_;
+    rate.i = (driving - resistance_ * i - brush_drop(i) - withheld(x, e, t)) / inductance_;
   } else {
     i = armature_current(driving, i);
   }
@@ -442,8 +452,8 @@ Plant::State Plant::integrate(const State& from, double dt, const Grip& grip) co
   to.e = e_end;
   if (inductance_ == 0) {
     to.i = armature_current(driving_voltage(to, e_end, time_ + dt), i);
-  } else if (one_way_) {
-    to.i = std::max(to.i, 0.0);
+  } else {
+    to.i = std::clamp(to.i, one_way_ ? 0.0 : -p_.driver.current_limit, p_.driver.current_limit);
   }
   return to;
 }

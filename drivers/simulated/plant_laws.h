@@ -59,6 +59,13 @@ inline double chopped(double mean, double back_emf, const DriverParameters& driv
   return way * (on * supply - flows * against + (off - flows) * own);
 }
 
+/// [A] What a source that limits its current lets through of one that would flow.
+inline double let_through(double i, const DriverParameters& driver, Laws laws) noexcept {
+  const double gives_way = laws == Laws::usual ? 0 : 0.04;
+  const double beyond = std::max(0.0, std::abs(i) - driver.current_limit);
+  return i - std::copysign((1 - gives_way) * beyond, i);
+}
+
 /// How much of the brushes' drop there is at a current, and how that grows with x = i/i_b.
 struct Contact {
   double share = 0;  ///< -1 to 1

@@ -39,6 +39,8 @@ struct DriverParameters {
   double sampling = 0;           ///< [s] between the moments at which the driver looks at its reference; 0: always
   double play = 0;               ///< [V] of reference that a reversal takes up first: a worn potentiometer
 
+  double current_limit = unlimited;  ///< [A] that it holds by giving less voltage. other: gives way by a little beyond
+
   bool one_quadrant = false;   ///< the current cannot reverse; while it is blocked, the terminals show the back-EMF
   double conduction_rise = 0;  ///< [V] by which e_a is too high at no current, e > 0: V_d exp(-|i|/i_c);
   double conduction_current = 0.1;  ///< [A] i_c. other: V_d (1 - |i|/(3 i_c))^2 until the current flows all the time

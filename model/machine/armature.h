@@ -105,6 +105,14 @@ class Armature {
   /// [ohm] what a current at the end of the step costs of that voltage, per ampere.
   Scalar stopping_resistance() const { return inductive_ ? resistance_ + holding_ : resistance_; }
 
+  /// [V] What a source that limits its current takes from its voltage: all that would drive more.
+  Scalar beyond_limit(const Scalar& e, const Scalar& omega, const Scalar& i_a, const Balance<Scalar>& terms) const {
+    Scalar stopping = e - k_b_ * omega;
+    if (inductive_) stopping += holding_ * i_a;
+    const Scalar most = stopping_resistance() * terms.current_limit + terms.contact_drop;
+    return stopping - clamped(stopping, -most, most);
+  }
+
   /// What the output of a rectifier rises by as the current gets gaps: V exp(-|i|/i_c), implicit.
   Scalar light_load_rise(const Scalar& e, const Motion<Scalar>& motion, const Balance<Scalar>& terms) const {
     if (value_of(e) <= 0) return Scalar(0.0);

@@ -33,6 +33,7 @@ class Driver {
     terms.delay = terms.offset = terms.lag = Scalar(0.0);
     terms.output_resistance = terms.light_load_rise = terms.light_load_current = Scalar(0.0);
     terms.chop_period = terms.chop_supply = terms.chop_decay = Scalar(0.0);
+    terms.current_limit = Scalar(infinity);
     terms.one_quadrant = false;
   }
 

@@ -49,7 +49,7 @@ struct Equations {
 
 /// Which terms of the equations there are: what is not there costs no time.
 struct TermsThere {
-  bool reaction = false, light_load_rise = false, chopping = false, contact_drop = false;
+  bool reaction = false, light_load_rise = false, chopping = false, current_limit = false, contact_drop = false;
   bool gear_friction = false, brake = false, bristle = false;
   bool operator==(const TermsThere&) const = default;
 };
@@ -60,6 +60,7 @@ TermsThere terms_in(const Balance<Scalar>& terms) {
   return {.reaction = there(terms.reaction),
           .light_load_rise = there(terms.light_load_rise),
           .chopping = there(terms.chop_period),
+          .current_limit = any(differs(terms.current_limit, Scalar(infinity))),
           .contact_drop = there(terms.contact_drop),
           .gear_friction = there(terms.gear_friction),
           .brake = there(terms.brake),

@@ -150,6 +150,25 @@ TEST(Driver, SagsWithItsOutputResistance) {
   EXPECT_NEAR(plant.i_a(), (12 - 0.042 * plant.omega()) / 1.5, 1e-9);
 }
 
+TEST(Driver, HoldsItsCurrentAtItsLimitByGivingLessVoltage) {
+  for (const double L_a : {0.0, 1e-3}) {
+    for (const Laws laws : {Laws::usual, Laws::other}) {
+      PlantParameters p = servo();
+      p.laws = laws;
+      p.motor.L_a = L_a;
+      p.driver.current_limit = 2;
+      Plant plant(p);
+      run(plant, 0.02, 5);
+      const double gives_way = laws == Laws::other && L_a == 0 ? 0.04 * (20 / 1.2) : 0;
+      EXPECT_GE(plant.i_a(), 2 - 1e-3) << L_a;
+      EXPECT_LE(plant.i_a(), 2 + 1e-3 + gives_way) << L_a;
+      EXPECT_NEAR(plant.e_a(), 1.2 * plant.i_a() + 0.042 * plant.omega(), 1e-3) << L_a;
+      run(plant, 2, 5);
+      EXPECT_NEAR(plant.e_a(), 20, 1e-9) << "fast enough, it asks for less";
+    }
+  }
+}
+
 TEST(Plant, BrushesTakeTheirVoltage) {
   for (const double L_a : {0.0, 1e-3}) {
     PlantParameters p = servo();

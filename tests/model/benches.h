@@ -88,6 +88,7 @@ inline TestBench fast_bench() {
                                   {"driver_dead_zone.u_d", 0.07},
                                   {"driver_saturation.e_max", 22},
                                   {"driver_output_resistance.R_o", 0.2},
+                                  {"current_limit.i_max", 6},
                                   {"driver_lag.tau", 0.01},
                                   {"driver_delay.t_d", 0.00537},
                                   {"speed_delay.t_d", 0.00537},

@@ -25,6 +25,28 @@ TEST(Step, ASaturatedDriverGivesItsOwnLimitInPlaceOfTheKnownOne) {
   EXPECT_NEAR(y.e_a[28], -21.5, 1e-12);
 }
 
+TEST(Step, ALimitedSourceHoldsItsCurrentByGivingLessVoltage) {
+  constexpr double limit = 3;  // [A]
+  ModelStructure s = with({"current_limit"});
+  s.driver = {.gain = 4, .min = -24, .max = 24};
+  const Excitation x = holds(1e-4, {{0.005, 0}, {0.15, 4}, {0.7, -4}});
+  ModelStructure unlimited = with({});
+  unlimited.driver = s.driver;
+  const Trajectory<double> y = run(s, and_(servo, {limit}), x), free = run(unlimited, servo, x);
+  const auto [R_a, K_b, K_m, B, J] = std::tie(servo[0], servo[1], servo[2], servo[3], servo[4]);
+  double held = 0;
+  for (std::size_t k = 1; k < x.t.size(); ++k) {
+    ASSERT_LE(std::abs(y.i_a[k]), limit * 1.001) << x.t[k];
+    EXPECT_NEAR(y.e_a[k], R_a * y.i_a[k] + K_b * y.omega[k], 0.02) << x.t[k];
+    if (std::abs(y.i_a[k]) < 0.999 * limit || std::abs(y.i_a[k - 1]) < 0.999 * limit) continue;
+    held += x.t[k] - x.t[k - 1];
+    const double torque = K_m * std::copysign(limit, y.i_a[k]) - B * y.omega[k];
+    EXPECT_NEAR((y.omega[k] - y.omega[k - 1]) / (x.t[k] - x.t[k - 1]), torque / J, 0.01 * std::abs(torque) / J);
+  }
+  EXPECT_GT(held, 0.1) << "the limit is reached";
+  EXPECT_NEAR(y.omega.back(), free.omega.back(), 0.01 * std::abs(free.omega.back())) << "and the top speed";
+}
+
 TEST(Step, ADelayedDriverDoesTheSameLaterByAnyFractionOfASample) {
   ModelStructure s = with({"driver_delay"});
   s.driver = {.gain = 4, .rise = 2000, .fall = 2000};

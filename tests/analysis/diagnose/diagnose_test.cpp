@@ -77,6 +77,15 @@ TEST(Diagnose, FindsWhatOnlyTrainingRunsShow) {
   EXPECT_FALSE(diagnose_on(blind::fast_bench()).training_judges);
 }
 
+TEST(Diagnose, NamesTheLimitOfASourceThatHoldsItsCurrent) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.current_limit = 2;  // [A]
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("current_limit")) << report(d);
+  EXPECT_NEAR(fitted(d, "i_max"), 2, 0.02);
+  EXPECT_EQ(d.verdict, Verdict::found);
+}
+
 // What is fitted to the other has seen nothing of it: the run is judged on itself, as a single one would be.
 TEST(Diagnose, FindsWhatASingleTrainingRunShows) {
   blind::Bench bench = blind::fast_bench();

@@ -75,6 +75,11 @@ Truth saturates(WideBench& b, double size, Draw) {
   return {{"e_max", driver.max}};
 }
 
+Truth limits_the_current(WideBench& b, double size, Draw) {
+  b.plant.driver.current_limit = b.machine.voltage / b.machine.R * std::max(0.6 - 0.1 * size, 0.1);
+  return {{"i_max", b.plant.driver.current_limit}};
+}
+
 Truth output_resistance(WideBench& b, double size, Draw) {
   b.plant.driver.output_resistance = 0.15 * b.machine.R * size;
   return {{"R_o", b.plant.driver.output_resistance}};
@@ -306,6 +311,7 @@ constexpr std::array all{
     WideEffect{.id = "driver_slew", .possible = has_reference, .hide = slew},
     WideEffect{.id = "driver_dead_zone", .possible = has_reference, .hide = dead_zone},
     WideEffect{.id = "driver_saturation", .possible = has_reference, .hide = saturates},
+    WideEffect{.id = "current_limit", .possible = has_reference, .hide = limits_the_current},
     WideEffect{.id = "driver_output_resistance", .possible = terminal_and_current, .hide = output_resistance},
     WideEffect{.id = "driver_lag", .possible = has_reference, .hide = driver_lag},
     WideEffect{.id = "driver_delay", .possible = has_reference, .hide = driver_delay},
