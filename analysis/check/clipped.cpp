@@ -100,9 +100,24 @@ bool made_by_input(const Run& run, const Series& series, Signal signal, const Eq
   return s.end < series.t.size() && jumps(series.t[s.begin], at_begin) && jumps(series.t[s.end], at_end);
 }
 
+/// Did the readings just before a stretch hop beyond their neighbours? A speed of counts that has settled does not, and
+/// may come to rest amid a count, however much it hopped on the way there.
+bool hopped_before(std::span<const double> x, const EqualReadings& s, double step) {
+  constexpr std::size_t just = 24, enough = 4;  // readings; turns
+  if (s.begin < just) return true;
+  std::size_t turns = 0, far = 0;
+  for (std::size_t k = s.begin - just + 1; k < s.begin; ++k) {
+    const double there = x[k] - x[k - 1], back = x[k + 1] - x[k];
+    if (there * back >= 0) continue;
+    ++turns;
+    far += std::max(std::abs(there), std::abs(back)) > 1.5 * step ? 1 : 0;
+  }
+  return turns < enough || 10 * far > 3 * turns;
+}
+
 struct Extreme {
   std::size_t readings = 0, first = 0, last = 0;
-  std::size_t longest = 0;  ///< of what is no top of a wave
+  std::size_t longest = 0;  ///< of what is no top of a wave, and no rest amid a step
   bool cut = false;
 };
 
@@ -116,7 +131,8 @@ Extreme at_extreme(const Run& run, Signal signal, double value, double sign, dou
     e.readings += s.length();
     e.last = s.end - 1;
     if (tops_a_wave(x, s, sign, step) || made_by_input(run, series, signal, s)) continue;
-    e.longest = std::max(e.longest, s.length());
+    const bool of_counts_at_rest = signal == Signal::omega && !hopped_before(x, s, step);
+    if (!of_counts_at_rest) e.longest = std::max(e.longest, s.length());
     e.cut = e.cut || (s.length() >= 4 && cuts_off(x, s, sign, step, noise));
   }
   return e;

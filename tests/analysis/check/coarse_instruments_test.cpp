@@ -102,6 +102,31 @@ TEST(CoarseInstruments, ASpeedThatADriversSlopeLedAndThatSettlesWithinAStepIsNot
   EXPECT_THAT(check(std::vector{run}), Contains(tells(Flaw::clipped))) << "it stops as it rises";
 }
 
+TEST(CoarseInstruments, ASpeedOfCountsThatSettlesAmidACountIsNotClipped) {
+  constexpr double count = 0.01404494;  // rad/s
+  emtb::Run run;
+  Series& omega = run.signals[Signal::omega];
+  omega.lsb = count;
+  const auto add = [&](int counts, int times) {
+    for (int k = 0; k < times; ++k) {
+      omega.t.push_back(8e-3 * static_cast<double>(omega.t.size()));
+      omega.value.push_back(count * counts);
+    }
+  };
+  add(0, 24);
+  // As a linear axis was read by the counts from row to row: each hops on the way up, and stands once it has settled.
+  for (const int counts :
+       {-1,  -2,  -5,  -6,  -9,  -10, -11, -13, -13, -14, -15, -15, -16, -17, -16, -18, -17, -18, -17, -18,
+        -18, -19, -18, -18, -19, -19, -18, -19, -19, -18, -19, -19, -19, -19, -19, -19, -19, -19, -19, -18})
+    add(counts, 1);
+  add(-19, 82);
+  for (const int counts :
+       {-17, -14, -12, -11, -9, -8, -6, -6, -5, -4, -3, -3, -3, -2, -2, -2, -1, -1, -1, -1, -1, -1, 0, -1, 0, -1})
+    add(counts, 1);
+  add(0, 31);
+  EXPECT_THAT(check(std::vector{run}), Not(Contains(tells(Flaw::clipped))));
+}
+
 TEST(CoarseInstruments, TheOneStepOfAReferenceIsAChange) {
   emtb::Run run;
   for (int k = 0; k < 100; ++k) {
