@@ -160,9 +160,9 @@ struct EffectInfo {
   std::string_view source;
   std::array<EffectParameter, max_parameters> parameter_list{};
   std::size_t parameter_count = 1;
-  std::size_t memory = 0;       ///< how many states of its own it keeps
-  bool opposes_motion = false;  ///< an amplitude that cannot be negative
-  bool clips = false;           ///< acts beyond its parameter only: what the data reach is its null
+  std::size_t memory = 0;            ///< how many states of its own it keeps
+  bool opposes_motion = false;       ///< an amplitude that cannot be negative
+  std::optional<Signal> clips = {};  ///< acts beyond its parameter only: what the data reach of it is its null
   AtNull at_null = AtNull::all;
   Family family = Family::none;
   bool periodic = false;            ///< in the angle; its shapes are found from the data's own spectrum

@@ -401,7 +401,7 @@ class Machine : public Motion<Scalar> {
   /// current, is extrapolated.
   Scalar torque_in_gears(const StepInput& in, const Scalar& mean_current, Circuit circuit) const {
     Scalar current = mean_current;
-    if (circuit == Circuit::closed) current -= armature_.mean().v1 * armature_.k_b() * (2.0 * omega - omega_before);
+    if (circuit == Circuit::closed) current -= armature_.mean().v1 * armature_.k_b() * this->omega_at_end();
     const Balance<Scalar>& terms = equations_.terms;
     const Scalar load = structure_.measured_load ? in.load - terms.load_offset : terms.load_torque + braked_;
     return armature_.k_m() * current + load;

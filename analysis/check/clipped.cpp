@@ -105,14 +105,9 @@ bool made_by_input(const Run& run, const Series& series, Signal signal, const Eq
 bool hopped_before(std::span<const double> x, const EqualReadings& s, double step) {
   constexpr std::size_t just = 24, enough = 4;  // readings; turns
   if (s.begin < just) return true;
-  std::size_t turns = 0, far = 0;
-  for (std::size_t k = s.begin - just + 1; k < s.begin; ++k) {
-    const double there = x[k] - x[k - 1], back = x[k + 1] - x[k];
-    if (there * back >= 0) continue;
-    ++turns;
-    far += std::max(std::abs(there), std::abs(back)) > 1.5 * step ? 1 : 0;
-  }
-  return turns < enough || 10 * far > 3 * turns;
+  Hops hops;
+  for (std::size_t k = s.begin - just + 1; k < s.begin; ++k) hops.add(x[k - 1], x[k], x[k + 1], step);
+  return hops.turns < enough || hops.beyond_neighbours();
 }
 
 struct Extreme {

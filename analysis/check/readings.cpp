@@ -63,6 +63,13 @@ double noise_of(std::span<const double> x, double rest) {
   return second.size() < 30 ? 0 : robust_sigma(second) / std::sqrt(6.0);
 }
 
+void Hops::add(double before, double reading, double after, double step) {
+  const double there = reading - before, back = after - reading;
+  if (there * back >= 0) return;
+  ++turns;
+  far += std::max(std::abs(there), std::abs(back)) > 1.5 * step ? 1 : 0;
+}
+
 Restlessness restlessness(std::span<const double> x, double rest, double step, std::optional<double> without) {
   std::vector<std::size_t> lengths;
   std::size_t readings = 0;
@@ -81,23 +88,17 @@ Restlessness restlessness(std::span<const double> x, double rest, double step, s
     if (2 * sum >= readings) break;
   }
   std::vector<double> second;
-  std::size_t turns = 0, far = 0;
+  Hops hops;
   for (std::size_t k = 1; k + 1 < x.size(); ++k) {
     if (std::abs(x[k]) <= rest || x[k - 1] == without || x[k] == without || x[k + 1] == without) continue;
     second.push_back(std::abs(x[k + 1] - 2 * x[k] + x[k - 1]));
-    const double there = x[k] - x[k - 1], back = x[k + 1] - x[k];
-    if (there * back >= 0) continue;
-    ++turns;
-    far += std::max(std::abs(there), std::abs(back)) > 1.5 * step ? 1 : 0;
+    hops.add(x[k - 1], x[k], x[k + 1], step);
   }
   if (second.size() < 30) return r;
   const double noise = robust_sigma(second) / std::sqrt(6.0);
   // A ramp changes at each reading, too, but not to and fro.
-  const bool to_and_fro = static_cast<double>(turns) > 0.15 * static_cast<double>(second.size());
-  // A speed from counts hops between two neighbours by itself (to the next but one while it gathers speed), and where
-  // the counts are whole it does not.
-  const bool beyond_neighbours = static_cast<double>(far) > 0.3 * static_cast<double>(turns);
-  r.noisy = to_and_fro && beyond_neighbours && (noise > 0.7 * step || r.length <= 3);
+  const bool to_and_fro = static_cast<double>(hops.turns) > 0.15 * static_cast<double>(second.size());
+  r.noisy = to_and_fro && hops.beyond_neighbours() && (noise > 0.7 * step || r.length <= 3);
   return r;
 }
 

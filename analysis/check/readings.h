@@ -23,6 +23,15 @@ double step_of_speed(const Series& speed);
 /// @param rest what is nearer to zero than this is left out
 double noise_of(std::span<const double> x, double rest);
 
+/// How often readings turn back, and how often of that beyond a neighbouring step. A speed from counts hops between two
+/// neighbours by itself (to the next but one while it gathers speed), and where the counts are whole it does not.
+struct Hops {
+  std::size_t turns = 0, far = 0;
+
+  void add(double before, double reading, double after, double step);
+  bool beyond_neighbours() const { return static_cast<double>(far) > 0.3 * static_cast<double>(turns); }
+};
+
 /// How a signal goes on from reading to reading where it is off rest.
 struct Restlessness {
   std::size_t length = 1;  ///< half of the readings stand in stretches at least as long as this

@@ -23,6 +23,13 @@ bool makes_sense(std::size_t effect, const Model& model) {
   return needs.empty() || model.includes(effect_index(needs));
 }
 
+Model without(Model model, bool (*goes)(const EffectInfo&)) {
+  for (const std::size_t effect : model.structure().effects) {
+    if (goes(model.about(effect))) model.exclude(effect);
+  }
+  return model;
+}
+
 bool needed(std::size_t effect, const Model& model) {
   return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
     return effect_catalogue()[e.effect].needs == model.about(effect).id;
@@ -44,6 +51,10 @@ bool says_how_late(std::size_t effect) {
   alone.effects = {effect};
   const auto says = [&](Signal signal) { return says_how_late(alone, signal); };
   return shapes_edges(alone) || std::ranges::any_of(all_signals(), says);
+}
+
+bool does_better(const Criterion& criterion, const Loss& other, const Loss& current) {
+  return likelier(other, current) && !criterion.tied(other, current) && !criterion.material(other, current);
 }
 
 bool does_as_well(const Criterion& criterion, const Trial& current, std::size_t member, const Trial& other,

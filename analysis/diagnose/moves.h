@@ -17,6 +17,9 @@ std::vector<std::size_t> absent_effects(const Model& model);
 /// Friction that falls with speed is a part of dry friction: without that it makes no sense.
 bool makes_sense(std::size_t effect, const Model& model);
 
+/// The model without those of its effects that go.
+Model without(Model model, bool (*goes)(const EffectInfo&));
+
 /// Does some effect of the model need this one?
 bool needed(std::size_t effect, const Model& model);
 
@@ -27,6 +30,9 @@ std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<
 /// Does an effect say how late an edge or a reading comes? Such effects stand in for each other, and a score at nothing
 /// may not tell: a resistance that has bent to a lag leaves no room for an inductance.
 bool says_how_late(std::size_t effect);
+
+/// Does one model do better than another, more than a tie, and foretell nothing clearly worse?
+bool does_better(const Criterion& criterion, const Loss& other, const Loss& current);
 
 /// Is a model with another effect in the place of a member tied with it? Not where it needs more parameters for that,
 /// and its likelihood does not pay for them.

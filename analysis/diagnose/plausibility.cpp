@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/null_fit.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/rotor_phase.h"
@@ -30,14 +31,6 @@ bool at_the_same_place(std::span<const RotorPhase> phases) {
          });
 }
 
-/// The model without what repeats with the angle.
-Model without_periodic(Model model) {
-  for (const std::size_t effect : model.structure().effects) {
-    if (model.about(effect).periodic) model.exclude(effect);
-  }
-  return model;
-}
-
 /// Does one size of what repeats with the angle explain nearly all that there is of several runs? A force that drifts
 /// can be followed by the phase that is free in each, but not where the shaft turns by a good part of a turn.
 bool explains_nearly_all(std::span<const Record> records, const Model& fitted, std::span<const Residuals> left) {
@@ -46,12 +39,15 @@ bool explains_nearly_all(std::span<const Record> records, const Model& fitted, s
   constexpr double nearly_nothing = 0.05;  // of the squares
   constexpr int few = 8;                   // steps
   if (records.size() < several || most_turns(records) < good_part) return false;
-  const Fit without = first_steps(records, without_periodic(fitted), few, {});
-  return without.cost < infinity && 0.5 * sum_of_squares(left) < nearly_nothing * without.cost;
+  const Model rest = without(fitted, [](const EffectInfo& about) { return about.periodic; });
+  const double cost = first_steps(records, rest, few, {}).cost;
+  return cost < infinity && 0.5 * sum_of_squares(left) < nearly_nothing * cost;
 }
 
 /// Is what repeats with the angle told by parts of a turn, too?
 bool told_by_parts_of_a_turn(std::span<const Record> records, const Model& fitted) {
+  const auto repeats = [&](std::size_t effect) { return fitted.about(effect).periodic; };
+  if (std::ranges::none_of(fitted.structure().effects, repeats)) return false;
   const ResidualsAtPhases at = residuals_at_best_phases(records, fitted, fitted.values(), {});
   return at_the_same_place(at.phases) || explains_nearly_all(records, fitted, at.residuals);
 }

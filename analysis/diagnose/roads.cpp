@@ -66,6 +66,20 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
   return false;
 }
 
+/// A model fitted at the timing and the starts that it tells itself, which are set; none where those that are set are
+/// its own, or it has no fit.
+std::optional<Trial> at_its_own_timing(Dataset& data, FittedTrials& trials, const Model& model) {
+  std::optional<Trial> fitted;
+  for (int again = 0; again < 2; ++again) {
+    const Model& told_by = fitted ? fitted->model() : model;
+    const bool other_starts = settle_starts(data, told_by);
+    if (settle_timing(data, told_by) == TimingChange::none && !other_starts) break;
+    fitted = trials.fit_to_the_end(model);
+    if (!fitted) break;
+  }
+  return fitted;
+}
+
 /// What comes near a member that says how late edges come is held against it at the timing and the starts that it tells
 /// itself: those that are set are the member's own, and bend every other.
 /// @return whether one has taken a member's place, and its timing and starts are set
@@ -79,21 +93,11 @@ bool rivals_at_their_own_timing(Dataset& data, WholeSearch& search, const Criter
     for (const Rival& rival : std::span(near).first(std::min(near.size(), most))) {
       if (trials.exhausted()) return taken;
       const Circumstances as_set = circumstances_of(data);
-      std::optional<Trial> other;
-      const Model* told_by = &rival.model;
-      for (int again = 0; again < 2; ++again) {
-        const bool starts = settle_starts(data, *told_by);
-        if (settle_timing(data, *told_by) == TimingChange::none && !starts) break;
-        other = trials.fit_to_the_end(rival.model);
-        if (!other) break;
-        told_by = &other->model();
-      }
+      std::optional<Trial> other = at_its_own_timing(data, trials, rival.model);
       const bool counts = other && trials.determined(other->model(), rival.effect);
       if (counts && does_as_well(criterion, found.current, member, *other, rival.effect)) {
         found.rivals[member].push_back({rival.effect, other->model()});
-      } else if (counts && likelier(other->held_out, found.current.held_out) &&
-                 !criterion.tied(other->held_out, found.current.held_out) &&
-                 !criterion.material(other->held_out, found.current.held_out)) {
+      } else if (counts && does_better(criterion, other->held_out, found.current.held_out)) {
         found.swap(place, rival.effect, std::move(*other));
         taken = true;
         break;

@@ -135,8 +135,8 @@ Score score_of(const NullFit& fitted, const Hypothesis& h, const Evidence& evide
   if (h.whole) {
     // `size` is a share of this effect; its parameter lies between where it is absent and where it was tried, about
     // evenly, or where it is absent at infinity evenly in the inverse.
-    const bool of_current = about.parameter_list[0].unit == "A";
-    const double absent = about.clips ? 1 / (of_current ? fitted.seen.current : fitted.seen.voltage) : 0;
+    const double reached = about.clips == Signal::i_a ? fitted.seen.current : fitted.seen.voltage;
+    const double absent = about.clips ? 1 / reached : 0;
     if (about.at_null == AtNull::small) {  // the first of its starts is its null
       size *= std::abs(h.at[0] - starts_of(h.effect, fitted.seen).front()[0]);
     } else if (about.at_null == AtNull::nothing) {

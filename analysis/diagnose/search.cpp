@@ -316,9 +316,7 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
   for (const Addition& a : refits) {
     const Trial& trial = a.trial;
     if (!is_rival(reduced, a, member)) continue;
-    const auto foretells_worse = [&] { return criterion_.material(trial.held_out, current.held_out); };
-    if (likelier(trial.held_out, current.held_out) && !criterion_.tied(trial.held_out, current.held_out) &&
-        !foretells_worse()) {
+    if (does_better(criterion_, trial.held_out, current.held_out)) {
       found_.swap(place, a.effect(), trial);
       rivals_are_stale_ = taken = true;
     } else {

@@ -5,19 +5,12 @@
 #include <vector>
 
 #include "analysis/diagnose/load_law.h"
+#include "analysis/diagnose/moves.h"
 
 namespace emtb {
 namespace {
 
 bool is_torque(Signal signal) { return signal == Signal::torque; }
-
-/// The model without what says something of the load.
-Model without_the_load(Model model) {
-  for (const std::size_t effect : model.structure().effects) {
-    if (concerns_the_load(model.about(effect))) model.exclude(effect);
-  }
-  return model;
-}
 
 }  // namespace
 
@@ -39,7 +32,7 @@ Finding WholeSearch::from(Trial& first, const Resettle& resettle) {
   };
   ask_for_a_law_beside(first.model());
   if (by_law && by_law->effects.size() > law_tried.size()) {  // of the motion as it is with what it lacked
-    ask_for_a_law_beside(without_the_load(by_law->current.model()));
+    ask_for_a_law_beside(without(by_law->current.model(), concerns_the_load));
   }
   if (by_law && !criterion_.remainder(by_law->current.held_out)) return std::move(*by_law);
   // What the load does at rest is what friction leaves to it, and a law beside a motion that the model lacks may be of

@@ -228,15 +228,16 @@ void Plant::open_armature(bool open) noexcept {
 }
 
 double Plant::e_a() const noexcept {
-  if (open_ || blocks(driving_voltage(state_, state_.e, time_), state_.i)) return back_emf(state_);
-  return output(state_, state_.e, time_) - withheld(state_, state_.e, time_) - p_.driver.output_resistance * state_.i;
+  const double driving = driving_voltage(state_, state_.e, time_), i = state_.i;
+  if (open_ || blocks(driving, i)) return back_emf(state_);
+  return output(state_, state_.e, time_) - withheld(driving, i) - p_.driver.output_resistance * i;
 }
 
 /// [V] What a source at its current limit does not give.
-double Plant::withheld(const State& x, double e, double t) const noexcept {
-  if (std::abs(x.i) < p_.driver.current_limit) return 0;
-  const double over = driving_voltage(x, e, t) - resistance_ * x.i - brush_drop(x.i);
-  return over * x.i > 0 ? over : 0;
+double Plant::withheld(double driving, double i) const noexcept {
+  if (std::abs(i) < p_.driver.current_limit) return 0;
+  const double over = driving - resistance_ * i - brush_drop(i);
+  return over * i > 0 ? over : 0;
 }
 
 double Plant::brush_drop(double i) const noexcept {
@@ -404,7 +405,7 @@ Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, 
     i = 0;
   } else if (inductance_ > 0) {
     i = x.i;
-    rate.i = (driving - resistance_ * i - brush_drop(i) - withheld(x, e, t)) / inductance_;
+    rate.i = (driving - resistance_ * i - brush_drop(i) - withheld(driving, i)) / inductance_;
   } else {
     i = armature_current(driving, i);
   }

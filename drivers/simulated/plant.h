@@ -92,7 +92,7 @@ class Plant {
   double output(const State& x, double e, double t) const noexcept;
   double wave(double e, double t) const noexcept;
   bool blocks(double driving, double i) const noexcept;
-  double withheld(const State& x, double e, double t) const noexcept;
+  double withheld(double driving, double i) const noexcept;
   double brush_drop(double i) const noexcept;
   double flux(double past) const noexcept;
   double armature_current(double voltage, double guess) const noexcept;

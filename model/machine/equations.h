@@ -37,6 +37,9 @@ struct Motion {
   /// Extrapolated to the middle of the step to come.
   Scalar i_a_in_middle() const { return i_a + 0.5 * (i_a - i_a_before); }
   Scalar omega_in_middle() const { return omega + 0.5 * (omega - omega_before); }
+
+  /// The same to its end.
+  Scalar omega_at_end() const { return 2.0 * omega - omega_before; }
 };
 
 /// The equations of one step, which the stages of a machine share.

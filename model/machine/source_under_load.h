@@ -20,13 +20,12 @@ class SourceUnderLoad {
   bool bend(Ramp<Scalar>& e, const Scalar& added, const Motion<Scalar>& motion, const Armature<Scalar>& armature,
             const Balance<Scalar>& terms, const TermsThere& there) {
     if (there.light_load_rise) e += armature.light_load_rise(e.mean() + added, motion, terms);
-    const Scalar omega_end = 2.0 * motion.omega - motion.omega_before;
     bool without_pulse = false;
     if (there.chopping) {
       const Scalar back_emf = armature.k_b() * motion.omega_in_middle();
       const Scalar mean = chopped(e.mean(), back_emf, terms);
       without_pulse = value_of(mean) == value_of(back_emf);
-      go_through(e, mean, chopped(e.end, armature.k_b() * omega_end, terms));
+      go_through(e, mean, chopped(e.end, armature.k_b() * motion.omega_at_end(), terms));
     }
     if (there.current_limit) {
       const Scalar mean =
@@ -40,7 +39,7 @@ class SourceUnderLoad {
   /// Says what a limited source does not give at the end of the step, where it would give `end`.
   void limit(const Scalar& end, const Scalar& added, const Motion<Scalar>& motion, const Armature<Scalar>& armature,
              const Balance<Scalar>& terms) {
-    withheld_ = armature.beyond_limit(end + added, 2.0 * motion.omega - motion.omega_before, motion.i_a, terms);
+    withheld_ = armature.beyond_limit(end + added, motion.omega_at_end(), motion.i_a, terms);
   }
 
  private:

@@ -23,7 +23,7 @@ struct CurrentLimit {
       .source = "Leonhard, Control of Electrical Drives: current-limited starting",
       .parameter_list =
           {{{.symbol = "i_max", .unit = "A", .null = infinity, .min = 1e-4, .max = 1e5, .typical = 0.15}}},
-      .clips = true,
+      .clips = Signal::i_a,
       .bench = {.driver = true}};
 
   template <class Scalar>

@@ -19,7 +19,7 @@ struct DriverSaturation {
       .told_apart = "From windage and driver_gain_error by its knee: those act at all levels.",
       .source = "Leonhard, Control of Electrical Drives; static limit",
       .parameter_list = {{{.symbol = "e_max", .unit = "V", .null = infinity, .min = 1e-3, .max = 1e4, .typical = 105}}},
-      .clips = true,
+      .clips = Signal::e_a,
       .bench = {.driver = true}};
 
   template <class Scalar>

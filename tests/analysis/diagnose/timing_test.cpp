@@ -148,10 +148,12 @@ emtb::Run behind(const Poles& driver, unsigned seed) {
   return run;
 }
 
-Diagnosis of_a_driver(const Poles& driver) {
+Diagnosis of_a_driver(
+    const Poles& driver, emtb::Run (*as_recorded)(emtb::Run) = [](emtb::Run run) { return run; }) {
   Model model = synthetic::servo_model();
   model.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
-  return diagnose(std::vector{behind(driver, 1), behind(driver, 2)}, std::vector{behind(driver, 3)}, model);
+  const auto run = [&](unsigned seed) { return as_recorded(behind(driver, seed)); };
+  return diagnose(std::vector{run(1), run(2)}, std::vector{run(3)}, model);
 }
 
 TEST(TimingOfADriver, NamesADelayBesideALagWhereBothLeaveNothing) {
@@ -163,14 +165,11 @@ TEST(TimingOfADriver, NamesADelayBesideALagWhereBothLeaveNothing) {
 TEST(TimingOfADriver, HoldsALagAgainstAnInductanceAtItsOwnStart) {
   // The runs begin amid an edge, and nobody reads the terminals: how far the driver has come by then is another where
   // the coil makes the current late.
-  const auto amid_an_edge = [](unsigned seed) {
-    emtb::Run run = cut(behind({.first = 0.01}, seed), 0.125, 1.5);
+  const Diagnosis d = of_a_driver({.first = 0.01}, [](emtb::Run run) {
+    run = cut(run, 0.125, 1.5);
     run.signals.erase(Signal::e_a);
     return run;
-  };
-  Model model = synthetic::servo_model();
-  model.driver = DriverModel{.gain = 1, .min = -24, .max = 24};
-  const Diagnosis d = diagnose(std::vector{amid_an_edge(1), amid_an_edge(2)}, std::vector{amid_an_edge(3)}, model);
+  });
   EXPECT_THAT(answers::named_or_tied(d), testing::UnorderedElementsAre("driver_lag", "armature_inductance"))
       << answers::report(d);
 }
