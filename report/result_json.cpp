@@ -174,6 +174,8 @@ json to_json(const Diagnosis& d) {
       if (!with.empty()) parameters[p.symbol]["scaled_with"] = with;
     }
     out["missing"].push_back({{"id", d.id(m.effect)}, {"tied_with", tied}, {"parameters", parameters}});
+    for (const OtherValue& other : m.otherwise)
+      out["missing"].back()["otherwise"][d.id(other.effect)][other.name] = number_json(other.value);
   }
   out["candidates"] = json::array();
   for (const Candidate& c : d.candidates) {

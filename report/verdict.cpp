@@ -76,6 +76,19 @@ std::string fall(const Diagnosis& d) {
                            : judged_on(d) + from_to(d.base_held_out, d.final_held_out);
 }
 
+/// What the base parameters would be with a rival in the place of what was named; nothing where they are the same.
+std::string otherwise_in_words(const Diagnosis& d, const MissingEffect& m, std::size_t rival) {
+  std::vector<std::string> values;
+  for (const OtherValue& other : m.otherwise) {
+    if (other.effect != rival) continue;
+    const std::vector<std::string> names = d.final.names();
+    const auto place = std::ranges::find(names, other.name) - names.begin();
+    const Parameter& p = d.final.at(static_cast<std::size_t>(place));
+    values.push_back(other.name + " = " + pretty(other.value, 4) + with_space(p.unit));
+  }
+  return values.empty() ? "" : "With it " + joined(values, ", ") + ".";
+}
+
 }  // namespace
 
 std::string verdict_text(const Diagnosis& d) {
@@ -108,8 +121,10 @@ std::string verdict_text(const Diagnosis& d) {
                                : pretty(p.value) + with_space(p.unit));
     }
     out << "\n";
-    for (const std::size_t rival : m.tied_with)
+    for (const std::size_t rival : m.tied_with) {
       out << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";
+      if (const std::string other = otherwise_in_words(d, m, rival); !other.empty()) out << "      " << other << "\n";
+    }
   }
   if (d.cut) out << "  " << cut_in_words() << "\n";
   if (!d.next.empty()) out << "  " << in_words(d.next.front()) << "\n";

@@ -13,6 +13,7 @@
 #include "analysis/diagnose/load_law.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
+#include "analysis/diagnose/tied_values.h"
 #include "analysis/diagnose/told_names.h"
 #include "analysis/diagnose/whole_search.h"
 #include "analysis/fit/logging_errors.h"
@@ -85,6 +86,7 @@ bool named(const Finding& found, std::size_t effect) {
 /// Names what was found, with what is tied with it, and what would tell them apart.
 void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> train, const Dataset& data,
                       const Reach& reach) {
+  std::vector<Model> all_rivals;
   for (const std::size_t effect : found.effects) {
     MissingEffect m{effect, {}, {}};
     std::vector<Model> rival_models;
@@ -93,13 +95,17 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
       if (named(found, rival.effect)) continue;  // a member: both are needed
       m.tied_with.push_back(rival.effect);
       rival_models.push_back(rival.model);
+      for (OtherValue& other : values_that_differ(d.final, rival.model, rival.effect))
+        m.otherwise.push_back(std::move(other));
     }
+    all_rivals.insert(all_rivals.end(), rival_models.begin(), rival_models.end());
     if (d.next.empty() && !rival_models.empty()) {
       d.next = next_experiments(train, data, d.final, rival_models, reach);
     }
-    m.parameters = d.final.parameters_of(effect);
     d.missing.push_back(std::move(m));
   }
+  widen_by_ties(all_rivals, d.final);
+  for (MissingEffect& m : d.missing) m.parameters = d.final.parameters_of(m.effect);
 }
 
 void sort_best_first(std::vector<Candidate>& candidates) {

@@ -15,6 +15,7 @@
 #include "analysis/diagnose/next_experiment.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/diagnose/search.h"
+#include "analysis/diagnose/tied_values.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/gauge.h"
 #include "model/effect.h"
@@ -35,7 +36,8 @@ std::string_view word(Verdict verdict) noexcept;
 struct MissingEffect {
   std::size_t effect = 0;  ///< as the model numbers them: Model::about()
   std::vector<std::size_t> tied_with;
-  std::vector<Parameter> parameters;  ///< as fitted, with standard errors
+  std::vector<Parameter> parameters;       ///< as fitted, with standard errors
+  std::vector<OtherValue> otherwise = {};  ///< where a base parameter is another with one of those in its place
 };
 
 struct Diagnosis {

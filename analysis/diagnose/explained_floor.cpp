@@ -22,9 +22,9 @@ bool promises_half(const Score& score, const Loss& left) {
 
 }  // namespace
 
-std::optional<Noise> floors_without_a_law(Trials& trials, const Noise& noise, const Trial& fitted) {
+std::optional<Noise> floors_without_a_law(FittedTrials& trials, const Noise& noise, const Trial& fitted) {
   constexpr double all_but = 0.25;  // of a mean square
-  std::vector<Score> worth = trials.scores(fitted.model());
+  std::vector<Score> worth = trials.scores_about(fitted);
   std::erase_if(worth, [&](const Score& s) { return !promises_half(s, fitted.held_out); });
   std::optional<Noise> quieter;
   if (worth.empty()) return quieter;

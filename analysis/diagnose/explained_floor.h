@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "analysis/diagnose/trials.h"
+#include "analysis/diagnose/fitted_trials.h"
 #include "analysis/record/noise_floor.h"
 
 namespace emtb {
@@ -12,6 +12,6 @@ namespace emtb {
 /// foretells three quarters of what is left of a signal, in runs that its fit never saw, it is a part of that floor:
 /// the floors without it. None where all stay.
 /// @param fitted a model that leaves no more than its floors
-std::optional<Noise> floors_without_a_law(Trials& trials, const Noise& noise, const Trial& fitted);
+std::optional<Noise> floors_without_a_law(FittedTrials& trials, const Noise& noise, const Trial& fitted);
 
 }  // namespace emtb

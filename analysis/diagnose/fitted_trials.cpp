@@ -220,9 +220,19 @@ Loss FittedTrials::loss_on(std::span<const Record> runs, const Model& model, con
   return loss;
 }
 
-std::vector<Score> FittedTrials::scores(const Model& fitted) {
+std::vector<Score> FittedTrials::scores(const Trial& fitted) {
   if (exhausted()) return {};
-  return score(data_.train, fitted, absent_effects(fitted), score_);
+  std::vector<std::size_t> absent = absent_effects(fitted.model());
+  std::vector<Score> scores = score(data_.train, fitted.model(), absent, score_);
+  scored_ = {std::move(absent), fitted.fit.cost, std::move(scores)};
+  return scored_.scores;
+}
+
+std::vector<Score> FittedTrials::scores_about(const Trial& fitted) {
+  constexpr double as_good = 0.01;  // no decision is about less of the cost
+  const bool is_the_same = scored_.absent == absent_effects(fitted.model()) &&
+                           std::abs(fitted.fit.cost - scored_.cost) <= as_good * scored_.cost;
+  return is_the_same ? scored_.scores : scores(fitted);
 }
 
 Refits FittedTrials::refits(const Trial& fitted, const std::vector<Score>& all, Breadth breadth) {

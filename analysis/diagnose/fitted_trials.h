@@ -32,7 +32,12 @@ class FittedTrials final : public Trials {
   std::optional<Trial> fit(const Model& start, const Trial* known) override;
   std::optional<Trial> fit_to_the_end(const Model& start) override;
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override;
-  std::vector<Score> scores(const Model& fitted) override;
+  std::vector<Score> scores(const Trial& fitted) override;
+
+  /// The scores that were made last, where the fit is one that they hold for but for what decides nothing; else new
+  /// ones.
+  std::vector<Score> scores_about(const Trial& fitted);
+
   Refits refits(const Trial& fitted, const std::vector<Score>& scores, Breadth breadth) override;
   std::vector<Addition> go_on(const Trial& fitted, const std::vector<Begun>& begun) override;
   std::optional<Addition> refit_at_whole_orders(const Trial& fitted) override;
@@ -76,6 +81,13 @@ class FittedTrials final : public Trials {
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
 
  private:
+  /// Scores and what they were made of.
+  struct Scored {
+    std::vector<std::size_t> absent;  ///< effects, from the fit
+    double cost = -1;                 ///< of it
+    std::vector<Score> scores;
+  };
+
   std::string pushed_to_a_bound(const Fit& judged) const;
   std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
   std::vector<Addition> ended(const Trial& fitted, std::span<const Begun> begun);
@@ -98,6 +110,7 @@ class FittedTrials final : public Trials {
   std::size_t refits_;
   Judges judges_;
   Valleys valleys_;
+  Scored scored_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;
   std::uint64_t most_steps_ = std::numeric_limits<std::uint64_t>::max();

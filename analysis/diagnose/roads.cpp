@@ -42,7 +42,7 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
   if (!search.has_room(found)) return false;
   const Circumstances as_set = circumstances_of(data);
   FittedTrials& trials = search.trials();
-  std::vector<Score> family = trials.scores(found.current.model());
+  std::vector<Score> family = trials.scores(found.current);
   std::erase_if(family, [&](const Score& s) {
     return !same_family_as(s.effect, found.effects, found.current.model()) || !says_how_late(s.effect);
   });

@@ -30,7 +30,7 @@ Round* Rounds::explored(const std::vector<std::size_t>& effects, const std::func
   std::optional<Trial> trial = fitted();
   if (!trial) return nullptr;
   Round r{std::move(*trial), {}, {}, {}, {}, {}};
-  r.scores = trials_.scores(r.fitted.model());
+  r.scores = trials_.scores(r.fitted);
   if (criterion_.anything_left(r.fitted.held_out))
     r.refits = trials_.refits(r.fitted, r.scores, Breadth::promising).done;
   return &rounds_.emplace(std::move(key), std::move(r)).first->second;

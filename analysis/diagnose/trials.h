@@ -77,7 +77,7 @@ class Trials {
   virtual std::optional<Trial> fit_from_elsewhere_too(const Model& start) = 0;
 
   /// The scores of all effects that a model lacks.
-  virtual std::vector<Score> scores(const Model& fitted) = 0;
+  virtual std::vector<Score> scores(const Trial& fitted) = 0;
 
   /// Refits with one effect more. All of them descend a few steps; those that by then remove far less than the best do
   /// not go on.

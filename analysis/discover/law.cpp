@@ -100,7 +100,7 @@ void compare_with_library(Law& law, const Dataset& data, const Trial& base, Fitt
   Model without = law.model;
   without.terms.pop_back();
   const std::vector<double> own = change(data, law.model, without);
-  const std::vector<Score> scores = trials.scores(base.model());
+  const std::vector<Score> scores = trials.scores(base);
   const std::vector<Withheld> withheld = withheld_effects(without, data.train);
   std::vector<double> likeness(scores.size(), 0.0);
   parallel_for(scores.size(), [&](std::size_t i) {

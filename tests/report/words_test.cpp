@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "model/catalogue.h"
 #include "report/verdict.h"
 
 namespace emtb {
@@ -43,6 +44,22 @@ TEST(VerdictInWords, SaysOfASearchThatWasCutHowToGoOn) {
   d.cut = true;
   EXPECT_THAT(verdict_in_words(d), HasSubstr("--effort 10"));
   EXPECT_THAT(verdict_text(d), HasSubstr("--effort 10"));
+}
+
+TEST(VerdictInWords, SaysWhatTheModelWouldBeWithATiedEffect) {
+  Diagnosis d;
+  d.verdict = Verdict::tied;
+  for (const auto& known : base_parameters) {
+    Parameter p;
+    p.symbol = known.symbol;
+    d.final.base.push_back(p);
+  }
+  d.final.at(base::R_a).unit = "ohm";
+  const std::size_t lag = effect_index("driver_lag"), coil = effect_index("armature_inductance");
+  d.missing.push_back({lag, {coil}, {}, {{coil, "R_a", 9.6921}}});
+  EXPECT_THAT(verdict_text(d), HasSubstr("With it R_a = 9.692 ohm."));
+  d.missing[0].otherwise.clear();
+  EXPECT_THAT(verdict_text(d), Not(HasSubstr("With it")));
 }
 
 }  // namespace

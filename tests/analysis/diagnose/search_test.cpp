@@ -109,7 +109,7 @@ class MadeUp final : public Trials {
   }
   std::optional<Trial> fit_to_the_end(const Model& start) override { return trial(start); }
   std::optional<Trial> fit_from_elsewhere_too(const Model& start) override { return trial(start); }
-  std::vector<Score> scores(const Model&) override { return {}; }
+  std::vector<Score> scores(const Trial&) override { return {}; }
   bool exhausted() override { return refitted >= most_refits; }
   Refits refits(const Trial& fitted, const std::vector<Score>&, Breadth breadth) override {
     ++refitted;

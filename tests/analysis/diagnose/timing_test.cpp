@@ -172,6 +172,14 @@ TEST(TimingOfADriver, HoldsALagAgainstAnInductanceAtItsOwnStart) {
   });
   EXPECT_THAT(answers::named_or_tied(d), testing::UnorderedElementsAre("driver_lag", "armature_inductance"))
       << answers::report(d);
+  // Each has a resistance of its own, and both lie within the interval that is told.
+  ASSERT_EQ(d.missing.size(), 1U);
+  const Parameter& R_a = d.final.at(base::R_a);
+  const auto other = std::ranges::find(d.missing[0].otherwise, "R_a", &OtherValue::name);
+  ASSERT_NE(other, d.missing[0].otherwise.end());
+  EXPECT_GT(std::abs(other->value - R_a.value), 0.05);
+  EXPECT_NEAR(R_a.value, other->value, 1.96 * R_a.std_error.value());
+  EXPECT_NEAR(R_a.value, 1.2, 1.96 * R_a.std_error.value());
 }
 
 TEST(TimingOfADriver, NamesNoDelayForASecondPole) {
