@@ -1,7 +1,6 @@
 #include "analysis/record/counted_speed.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -71,15 +70,25 @@ double off_a_turn(double step) {
   return a_turn > least && a_turn < most ? std::abs(a_turn - std::round(a_turn)) : 0.5;
 }
 
-/// May a speed have been rounded to a number of at most two digits, in a unit that parts a turn as an encoder does?
-bool a_round_number(double speed) {
+/// By how much a speed is off a number of at most two digits, in the last of them, in that unit which parts a turn as
+/// an encoder does in which it is nearest to one.
+double off_a_round_number(double speed) {
   constexpr double rpm = 2 * std::numbers::pi / 60, turns = 2 * std::numbers::pi, degrees = std::numbers::pi / 180;
-  constexpr double close = 1e-3;
-  return std::ranges::any_of(std::array{rpm, turns, degrees}, [&](double unit) {
+  double least = 0.5;
+  for (const double unit : {rpm, turns, degrees}) {
     const double in_unit = speed / unit;
     const double digits = in_unit / std::pow(10, std::floor(std::log10(in_unit)) - 1);  // 10 to 100
-    return std::abs(digits - std::round(digits)) < close * digits;
-  });
+    least = std::min(least, std::abs(digits - std::round(digits)));
+  }
+  return least;
+}
+
+/// Is a step far nearer to a part of a turn than the speed of one in a row is to a round number? One that was rounded
+/// to such a number is as near to it as it was written, and one that was counted happens to be near to one of so many.
+bool rather_of_a_turn(double step, double interval) {
+  constexpr double far_nearer = 0.01, is_one = 1e-4;
+  const double off_round = off_a_round_number(step / interval);
+  return off_round > is_one && off_a_turn(step) < far_nearer * off_round;
 }
 
 /// What a third difference of the summed counts is beyond a smooth motion, over a lag: root of its mean square.
@@ -221,7 +230,7 @@ std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
                      close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times
     constexpr std::size_t brief = 8, long_enough = 32;
     const double off = off_a_turn(*step);
-    const bool hardly_else = off < no_chance && !a_round_number(*step / mean_interval(speeds.front().t));
+    const bool hardly_else = off < no_chance && rather_of_a_turn(*step, mean_interval(speeds.front().t));
     if (!measured_time) {
       if (const auto mean = mean_of_counts(speeds, *step)) return mean;
     }

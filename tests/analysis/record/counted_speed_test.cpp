@@ -151,6 +151,19 @@ TEST(CountedSpeed, OfAControllerThatKeepsASpeedOnceIsToldByATurnOfWholeSteps) {
   EXPECT_NEAR(found->step, per_line / 1654, 1e-9);
 }
 
+TEST(CountedSpeed, IsToldWhereACountARowHappensToBeNearARoundSpeed) {
+  // 83.026 degrees a second: near 83 by chance, where the turn has 1084.0000 steps.
+  const auto found = look_at(restless(0.004, per_line / 1084 / 0.004));
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, per_line / 1084, 1e-9);
+}
+
+TEST(CountedSpeed, IsNotThatOfRoundSpeedsThatWereWrittenWithFewDigits) {
+  emtb::Run run = restless(0.05, per_line / 60);
+  for (double& y : run.signals.at(Signal::omega).value.edit()) y = std::round(y * 1e4) / 1e4;
+  EXPECT_FALSE(look_at(run));
+}
+
 TEST(CountedSpeed, IsNotThatOfSpeedsThatWereRoundedToWholeRevolutionsPerMinute) {
   for (const double rpm : {1.0, 2.0, 0.5}) EXPECT_FALSE(look_at(restless(0.05, rpm * per_line / 60))) << rpm;
 }
