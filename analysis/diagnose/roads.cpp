@@ -14,7 +14,10 @@ namespace {
 
 /// As the runs were recorded, but for what was taken out of them.
 Timing as_recorded_in(const Dataset& data) {
-  return {.voltage_late = data.timing.voltage_late, .lags_in_itself = data.timing.lags_in_itself};
+  Timing recorded{.voltage_late = data.timing.voltage_late, .lags_in_itself = data.timing.lags_in_itself};
+  if (const auto terminals = data.timing.late.find(Signal::e_a); terminals != data.timing.late.end())
+    recorded.late.insert(*terminals);
+  return recorded;
 }
 
 /// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is

@@ -334,6 +334,8 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
   Timing timing = fitted_timing(data.train, fitted);
   const Timing& before = data.timing;
   timing.voltage_late = before.voltage_late;
+  if (const auto terminals = before.late.find(Signal::e_a); terminals != before.late.end())
+    timing.late.insert(*terminals);
   timing.lags_in_itself = before.lags_in_itself;
   const double interval = mean_interval(data.train.front().excitation.t);
   const auto late = [](const Timing& of, Signal signal) {

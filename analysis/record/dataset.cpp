@@ -10,6 +10,7 @@
 #include "analysis/record/counted_speed.h"
 #include "analysis/record/reference_row.h"
 #include "analysis/record/shaft_angle.h"
+#include "analysis/record/terminal_lateness.h"
 #include "analysis/record/voltage_noise.h"
 #include "analysis/record/weights.h"
 #include "session/resolution.h"
@@ -105,7 +106,8 @@ void set_timing(std::span<Record> records, const Timing& timing) {
     record.excitation.reads_circuit_late = record.excitation.reads_shaft_late = false;
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);
-      o.late = late != timing.late.end() && !o.slow ? late->second : 0;
+      const bool told_by_runs = o.signal == Signal::e_a && late == timing.late.end();
+      if (!told_by_runs) o.late = late != timing.late.end() && !o.slow ? late->second : 0;
       o.late_by_row = late_by_row(o.late, record.excitation.t);
       if (o.late > 0 && o.signal != Signal::e_a && o.signal != Signal::torque)
         record.excitation.reads_shaft_late = true;
@@ -171,9 +173,16 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
     held_out = held_out_earlier = with_voltage_earlier(held_out, data.timing.voltage_late, model);
   }
   const std::optional<double> order = data.ripple_order = ripple_order(train);
-  if (chaining == Chaining::staged) data.timing.acts_after = reference_acts_after(train, model);
+  double voltage_late = 0;
+  if (chaining == Chaining::staged) {
+    const double as_terminals_tell = reference_acts_after(train, model);
+    voltage_late = terminals_are_late(train, model, as_terminals_tell);
+    data.timing.acts_after = as_terminals_tell;
+    if (voltage_late > 0) data.timing.acts_after -= voltage_late * mean_interval(train.front().at(model.input).t);
+  }
   const Logging logging{.order = order,
                         .acts_after = data.timing.acts_after,
+                        .voltage_late = voltage_late,
                         .angle_noise = angle_noise(train, held_out),
                         .voltage_hops = voltage_hops_alone(train, model)};
   std::vector<ObservedRun> observed(train.size() + held_out.size());
@@ -190,6 +199,10 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   data.effort = std::make_shared<Effort>();
   for (auto* records : {&data.train, &data.held_out}) {
     for (Record& record : *records) record.effort = data.effort;
+  }
+  if (voltage_late > 0) {
+    data.timing.late[Signal::e_a] = voltage_late;
+    set_timing(data, data.timing);
   }
   return data;
 }

@@ -262,13 +262,20 @@ MeasuredInput quiet_voltage(std::span<const double> e_a, double interval) {
   return {moving_mean(e_a, half), noise_of_means(noise, half, interval)};
 }
 
-MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model) {
+MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model,
+                                 double late) {
   const std::vector<double> measured = on_grid(e_a, x.t, run + ": e_a_V");
   const double interval = mean_interval(x.t);
   const auto longest = longest_reach(interval);
   const std::vector<double> values = model.values(), expected = driver_voltage(model, values, x);
   std::vector<double> added(measured.size());
-  std::ranges::transform(measured, expected, added.begin(), std::minus{});
+  if (late > 0) {
+    Excitation as_read = x;
+    as_read.acts_after += late * interval;
+    std::ranges::transform(measured, driver_voltage(model, values, as_read), added.begin(), std::minus{});
+  } else {
+    std::ranges::transform(measured, expected, added.begin(), std::minus{});
+  }
   const ColouredNoise noise = coloured_noise(added, e_a.lsb / std::sqrt(12.0));
   const auto half = trusted_reach(added, distance_to_corner(expected, 0.5 * noise.sigma, longest), noise);
   std::vector<double> quiet = moving_mean(added, half);

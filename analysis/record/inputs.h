@@ -54,7 +54,9 @@ MeasuredInput measured_load(const std::string& run, const Series& torque, std::s
 struct MeasuredVoltage : MeasuredInput {
   std::vector<double> bulge;  ///< see Excitation::e_a_bulge
 };
-MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model);
+/// @param late [samples] by which the terminals are read behind the other instruments
+MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model,
+                                 double late = 0);
 
 /// The same of a voltage that is the model's input, whose driver nobody knows: never across a corner that is clear of
 /// its noise.

@@ -103,9 +103,10 @@ void observe_load(ObservedRun& record, const Run& run) {
 }
 
 /// The terminal voltage as what drives the motor.
-void drive_by_voltage(ObservedRun& record, const Series& e_a, const Model& model) {
+/// @param late [samples] by which it is read behind the others
+void drive_by_voltage(ObservedRun& record, const Series& e_a, const Model& model, double late) {
   Excitation& x = record.excitation;
-  MeasuredVoltage voltage = measured_voltage(record.name, e_a, x, model);
+  MeasuredVoltage voltage = measured_voltage(record.name, e_a, x, model, late);
   x.e_a = std::move(voltage.value);
   x.e_a_bulge = std::move(voltage.bulge);
   record.voltage_noise = std::move(voltage.noise);
@@ -170,7 +171,7 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, c
   record.excitation.initial = first_states(record, run, model);
   record.excitation.initial.field_on = run.field_on;
   if (chaining == Chaining::staged && drives_the_motor(run, model)) {
-    drive_by_voltage(record, run.at(Signal::e_a), model);
+    drive_by_voltage(record, run.at(Signal::e_a), model, logging.voltage_late);
   }
   set_steps(record.excitation, model);
   return record;

@@ -66,6 +66,7 @@ enum class Chaining { staged, chained };
 struct Logging {
   std::optional<double> order = {};  ///< of the shaft with which the speeds repeat, see ripple_order(); absent: none
   double acts_after = 0;             ///< [s] when the reference acts, see reference_acts_after()
+  double voltage_late = 0;           ///< [samples] see terminals_are_late()
   AngleNoise angle_noise = {};       ///< of an encoder, beyond its counts
   bool voltage_hops = false;         ///< the input is a noisy reading, see voltage_hops_alone()
 };
