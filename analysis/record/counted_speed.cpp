@@ -156,6 +156,31 @@ bool adds_up(std::span<const Series> speeds, double step) {
   return false;
 }
 
+/// Mean square of the third differences of the sum of some counts, over a lag.
+double bend_of_sum(std::span<const double> counts, std::size_t lag) {
+  std::vector<double> sum{0};
+  for (const double c : counts) sum.push_back(sum.back() + c);
+  double squares = 0;
+  for (std::size_t k = 3 * lag; k < sum.size(); ++k)
+    squares += std::pow(sum[k] - 3 * sum[k - lag] + 3 * sum[k - 2 * lag] - sum[k - 3 * lag], 2);
+  return squares / static_cast<double>(sum.size() - 3 * lag);
+}
+
+/// Are the sums of brief pieces as wrong over a few readings as over one, by the counts that make them? Noise of each
+/// reading leaves as many times more as there are readings in between. In half of the pieces at least: a shaft that
+/// speeds up makes it more in the others.
+bool errs_as_a_counter(std::span<const Series> speeds, double step) {
+  constexpr std::size_t length = 32, few = 4, fewest_pieces = 24;
+  constexpr double twice = 2;      // a counter leaves once, noise four times
+  constexpr double of_counts = 2;  // counts²; a counter leaves 20/12 at the most
+  std::vector<double> bends, ratios;
+  for (const std::vector<double>& counts : hopping(speeds, step, length)) {
+    bends.push_back(bend_of_sum(counts, 1));
+    ratios.push_back(bends.back() > 0 ? bend_of_sum(counts, few) / bends.back() : infinity);
+  }
+  return bends.size() >= fewest_pieces && median(std::move(bends)) < of_counts && median(std::move(ratios)) < twice;
+}
+
 /// What second differences are, rms, where the shaft is steady: a counter leaves sqrt(20/12) at the most, however it
 /// turns.
 /// @param length of the pieces, in readings @param share of these that are steady
@@ -234,7 +259,8 @@ std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
     if (!measured_time) {
       if (const auto mean = mean_of_counts(speeds, *step)) return mean;
     }
-    if (adds_up(speeds, *step) || (off < close && only_counts(speeds, *step, long_enough, often)) ||
+    if (adds_up(speeds, *step) || errs_as_a_counter(speeds, *step) ||
+        (off < close && only_counts(speeds, *step, long_enough, often)) ||
         (hardly_else && only_counts(speeds, *step, brief, hardly_ever)))
       return CountedSpeed{.step = *step, .measured_time = measured_time};
   }

@@ -115,6 +115,34 @@ TEST(CountedSpeed, OfAnAxisWhoseCountsAreRareIsToldBecauseTheyAddUp) {
   EXPECT_NEAR(found->step, 4.2017e-3, 1e-9);
 }
 
+/// An axis that swings, and stays nowhere, over 8 s; its speed as it is made of counts, or of a converter.
+Run swinging(double step, bool is_counted, double noise) {
+  constexpr double interval = 0.005, amplitude = 4;
+  const auto place = [](double t) {
+    return amplitude * (-std::cos(2.5 * t) / 2.5 - 0.6 * std::cos(3.7 * t + 1) / 3.7);
+  };
+  std::mt19937 random(5);
+  std::normal_distribution<double> draw(0, 1);
+  Series omega;
+  for (int k = 1; k < 1600; ++k) {
+    const double t = interval * k, lsb = step / interval;
+    const double counts = std::floor(place(t) / step) - std::floor(place(t - interval) / step);
+    const double speed = (place(t) - place(t - interval)) / interval;
+    omega.t.push_back(t);
+    omega.value.push_back(lsb * (is_counted ? counts : std::round(speed / lsb + noise * draw(random))));
+  }
+  return {.name = "swinging", .signals = {{Signal::omega, omega}}};
+}
+
+TEST(CountedSpeed, OfAnAxisThatStaysNowhereIsToldByHowItsCountsErr) {
+  for (const double step : {4.2017e-3, 1.31e-3}) {
+    const auto found = look_at(swinging(step, true, 0));
+    ASSERT_TRUE(found) << step;
+    EXPECT_NEAR(found->step, step, 1e-9);
+    for (const double noise : {0.0, 0.1, 0.3, 0.6, 1.0}) EXPECT_FALSE(look_at(swinging(step, false, noise))) << noise;
+  }
+}
+
 TEST(CountedSpeed, IsNotThatOfNoiseThatSeldomReachesTheNextCode) {
   emtb::Run run = counted({.interval = 2e-4, .step = 4.2017e-3, .speed = 1.2});
   std::mt19937 random(4);
