@@ -12,18 +12,10 @@
 namespace emtb {
 namespace {
 
-/// As the runs were recorded, but for what was taken out of them.
-Timing as_recorded_in(const Dataset& data) {
-  Timing recorded{.voltage_late = data.timing.voltage_late, .lags_in_itself = data.timing.lags_in_itself};
-  if (const auto terminals = data.timing.late.find(Signal::e_a); terminals != data.timing.late.end())
-    recorded.late.insert(*terminals);
-  return recorded;
-}
-
 /// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is
 /// fitted to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
 bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
-  const Timing recorded = as_recorded_in(data);
+  const Timing recorded = timing_as_recorded(data.timing);
   if (data.timing == recorded) return false;
   const Circumstances as_set = circumstances_of(data);
   set_timing(data, recorded);
@@ -50,10 +42,10 @@ bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& crite
     return !same_family_as(s.effect, found.effects, found.current.model()) || !says_how_late(s.effect);
   });
   if (family.empty()) return false;
-  set_timing(data, as_recorded_in(data));
+  set_timing(data, timing_as_recorded(data.timing));
   const std::vector<Addition> refits = trials.refits(search.again(found.current), family, Breadth::all).done;
   for (const Addition& a : refits) {
-    set_timing(data, as_recorded_in(data));
+    set_timing(data, timing_as_recorded(data.timing));
     settle_timing(data, a.trial.model());
     std::optional<Trial> both = trials.fit_to_the_end(a.trial.model());
     if (!both || !trials.determined(both->model(), a.effect())) continue;

@@ -329,14 +329,21 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   return usual;
 }
 
+Timing timing_as_recorded(const Timing& timing) {
+  Timing recorded{.voltage_late = timing.voltage_late, .lags_in_itself = timing.lags_in_itself};
+  if (const auto terminals = timing.late.find(Signal::e_a); terminals != timing.late.end())
+    recorded.late.insert(*terminals);
+  return recorded;
+}
+
 TimingChange settle_timing(Dataset& data, const Model& fitted) {
   constexpr double same = 0.1;  // of a sample: what a search on a grid of sixteenths may differ by
   Timing timing = fitted_timing(data.train, fitted);
   const Timing& before = data.timing;
-  timing.voltage_late = before.voltage_late;
-  if (const auto terminals = before.late.find(Signal::e_a); terminals != before.late.end())
-    timing.late.insert(*terminals);
-  timing.lags_in_itself = before.lags_in_itself;
+  Timing recorded = timing_as_recorded(before);
+  timing.voltage_late = recorded.voltage_late;
+  timing.lags_in_itself = recorded.lags_in_itself;
+  timing.late.merge(recorded.late);
   const double interval = mean_interval(data.train.front().excitation.t);
   const auto late = [](const Timing& of, Signal signal) {
     const auto found = of.late.find(signal);

@@ -22,6 +22,9 @@ namespace emtb {
 /// @param fitted to these records
 Timing fitted_timing(std::span<const Record> records, const Model& fitted);
 
+/// As the runs were recorded: what was taken out of them and what they told themselves, which no fit changes.
+Timing timing_as_recorded(const Timing& timing);
+
 /// How far a timing is from that before: `slight` where only instruments are read a little earlier or later, by less
 /// than a tenth of a sample, or a gauge whose torque loads the shaft as it was read. That bends no fit, but what is
 /// left of a good one.

@@ -268,14 +268,11 @@ MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, cons
   const double interval = mean_interval(x.t);
   const auto longest = longest_reach(interval);
   const std::vector<double> values = model.values(), expected = driver_voltage(model, values, x);
+  Excitation as_read = x;
+  as_read.acts_after += late * interval;
   std::vector<double> added(measured.size());
-  if (late > 0) {
-    Excitation as_read = x;
-    as_read.acts_after += late * interval;
-    std::ranges::transform(measured, driver_voltage(model, values, as_read), added.begin(), std::minus{});
-  } else {
-    std::ranges::transform(measured, expected, added.begin(), std::minus{});
-  }
+  std::ranges::transform(measured, late > 0 ? driver_voltage(model, values, as_read) : expected, added.begin(),
+                         std::minus{});
   const ColouredNoise noise = coloured_noise(added, e_a.lsb / std::sqrt(12.0));
   const auto half = trusted_reach(added, distance_to_corner(expected, 0.5 * noise.sigma, longest), noise);
   std::vector<double> quiet = moving_mean(added, half);
