@@ -86,7 +86,7 @@ std::string otherwise_in_words(const Diagnosis& d, const MissingEffect& m, std::
     const Parameter& p = d.final.at(static_cast<std::size_t>(place));
     values.push_back(other.name + " = " + pretty(other.value, 4) + with_space(p.unit));
   }
-  return values.empty() ? "" : "With it " + joined(values, ", ") + ".";
+  return joined(values);
 }
 
 }  // namespace
@@ -123,7 +123,8 @@ std::string verdict_text(const Diagnosis& d) {
     out << "\n";
     for (const std::size_t rival : m.tied_with) {
       out << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";
-      if (const std::string other = otherwise_in_words(d, m, rival); !other.empty()) out << "      " << other << "\n";
+      if (const std::string other = otherwise_in_words(d, m, rival); !other.empty())
+        out << "      With it " << other << ".\n";
     }
   }
   if (d.cut) out << "  " << cut_in_words() << "\n";
@@ -141,14 +142,20 @@ std::string answer_in_words(const Diagnosis& d) {
              fall(d) + "; nothing else is missing that these runs could show." + rest_without_law(d);
     case Verdict::tied: {
       std::vector<std::string> rivals;
+      std::string otherwise;
       for (const MissingEffect& m : d.missing) {
         std::vector<std::string> names;
-        for (const std::size_t rival : m.tied_with) names.emplace_back(d.about(rival).name);
+        for (const std::size_t rival : m.tied_with) {
+          names.emplace_back(d.about(rival).name);
+          if (const std::string other = otherwise_in_words(d, m, rival); !other.empty())
+            otherwise += " With " + names.back() + ", " + other + ".";
+        }
         if (!names.empty())
           rivals.push_back(joined(names, " or ") + " in the place of " + std::string(d.about(m.effect).name));
       }
       return "The model lacks " + found + ", or what does as well in these runs: " + joined(rivals) +
-             ". The error on " + fall(d) + " either way; other runs must tell which it is." + rest_without_law(d);
+             ". The error on " + fall(d) + " either way; other runs must tell which it is." + otherwise +
+             rest_without_law(d);
     }
     case Verdict::unknown_effect:
       if (!d.shown_by.empty()) {

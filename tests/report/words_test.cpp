@@ -58,6 +58,7 @@ TEST(VerdictInWords, SaysWhatTheModelWouldBeWithATiedEffect) {
   const std::size_t lag = effect_index("driver_lag"), coil = effect_index("armature_inductance");
   d.missing.push_back({lag, {coil}, {}, {{coil, "R_a", 9.6921}}});
   EXPECT_THAT(verdict_text(d), HasSubstr("With it R_a = 9.692 ohm."));
+  EXPECT_THAT(verdict_in_words(d), HasSubstr("With armature inductance, R_a = 9.692 ohm."));
   d.missing[0].otherwise.clear();
   EXPECT_THAT(verdict_text(d), Not(HasSubstr("With it")));
 }
