@@ -91,12 +91,25 @@ bool rather_of_a_turn(double step, double interval) {
   return off_round > is_one && off_a_turn(step) < far_nearer * off_round;
 }
 
-/// What a third difference of the summed counts is beyond a smooth motion, over a lag: root of its mean square.
-double third_difference(const std::vector<double>& sum, std::size_t lag) {
+/// Counts, summed up to each reading.
+std::vector<double> summed(std::span<const double> counts) {
+  std::vector<double> sum{0};
+  for (const double c : counts) sum.push_back(sum.back() + c);
+  return sum;
+}
+
+/// Sizes of the third differences of summed counts, over a lag: what is beyond a smooth motion.
+std::vector<double> third_differences(const std::vector<double>& sum, std::size_t lag) {
   std::vector<double> sizes;
   for (std::size_t k = 3 * lag; k < sum.size(); ++k)
     sizes.push_back(std::abs(sum[k] - 3 * sum[k - lag] + 3 * sum[k - 2 * lag] - sum[k - 3 * lag]));
-  return sizes.empty() ? infinity : robust_sigma(std::move(sizes));
+  return sizes;
+}
+
+double mean_square(std::span<const double> sizes) {
+  double squares = 0;
+  for (const double size : sizes) squares += size * size;
+  return squares / static_cast<double>(sizes.size());
 }
 
 /// Speeds in counts over the usual time, in pieces of so many readings, where they hop: where the shaft turns.
@@ -147,23 +160,11 @@ bool adds_up(std::span<const Series> speeds, double step) {
     for (const std::vector<double>& counts : hopping(speeds, step, length)) {
       const auto lag = static_cast<std::size_t>(std::ceil(clear / (6 * hop_variance(counts))));
       if (4 * lag > length) continue;
-      std::vector<double> sum{0};
-      for (const double c : counts) sum.push_back(sum.back() + c);
-      left.push_back(third_difference(sum, lag));
+      left.push_back(robust_sigma(third_differences(summed(counts), lag)));
     }
     if (left.size() >= pieces) return of_the_steady(std::move(left), often) < most;
   }
   return false;
-}
-
-/// Mean square of the third differences of the sum of some counts, over a lag.
-double bend_of_sum(std::span<const double> counts, std::size_t lag) {
-  std::vector<double> sum{0};
-  for (const double c : counts) sum.push_back(sum.back() + c);
-  double squares = 0;
-  for (std::size_t k = 3 * lag; k < sum.size(); ++k)
-    squares += std::pow(sum[k] - 3 * sum[k - lag] + 3 * sum[k - 2 * lag] - sum[k - 3 * lag], 2);
-  return squares / static_cast<double>(sum.size() - 3 * lag);
 }
 
 /// Are the sums of brief pieces as wrong over a few readings as over one, by the counts that make them? Noise of each
@@ -172,13 +173,15 @@ double bend_of_sum(std::span<const double> counts, std::size_t lag) {
 bool errs_as_a_counter(std::span<const Series> speeds, double step) {
   constexpr std::size_t length = 32, few = 4, fewest_pieces = 24;
   constexpr double twice = 2;      // a counter leaves once, noise four times
-  constexpr double of_counts = 2;  // counts²; a counter leaves 20/12 at the most
+  constexpr double most_bend = 2;  // counts²; a counter leaves 20/12 at the most
   std::vector<double> bends, ratios;
   for (const std::vector<double>& counts : hopping(speeds, step, length)) {
-    bends.push_back(bend_of_sum(counts, 1));
-    ratios.push_back(bends.back() > 0 ? bend_of_sum(counts, few) / bends.back() : infinity);
+    const std::vector<double> sum = summed(counts);
+    const double bend = mean_square(third_differences(sum, 1));
+    bends.push_back(bend);
+    ratios.push_back(bend > 0 ? mean_square(third_differences(sum, few)) / bend : infinity);
   }
-  return bends.size() >= fewest_pieces && median(std::move(bends)) < of_counts && median(std::move(ratios)) < twice;
+  return bends.size() >= fewest_pieces && median(std::move(bends)) < most_bend && median(std::move(ratios)) < twice;
 }
 
 /// What second differences are, rms, where the shaft is steady: a counter leaves sqrt(20/12) at the most, however it

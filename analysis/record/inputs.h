@@ -56,7 +56,7 @@ struct MeasuredVoltage : MeasuredInput {
 };
 /// @param late [samples] by which the terminals are read behind the other instruments
 MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, const Excitation& x, const Model& model,
-                                 double late = 0);
+                                 double late);
 
 /// The same of a voltage that is the model's input, whose driver nobody knows: never across a corner that is clear of
 /// its noise.

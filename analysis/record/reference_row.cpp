@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/numerics/even_series.h"
+#include "analysis/numerics/parabola.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/statistics.h"
 #include "analysis/record/driver_voltage.h"
@@ -87,12 +88,6 @@ std::vector<double> costs_of(std::span<const Run* const> runs, const Model& mode
   return sum;
 }
 
-/// The share at which a parabola through the costs of a share amid a row and both of its neighbours is lowest.
-double lowest_about(std::span<const double> costs, std::size_t place) {
-  const double before = costs[place - 1], after = costs[place + 1], bend = before - 2 * costs[place] + after;
-  return shares[place] + (bend > 0 ? eighth * std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0);
-}
-
 /// What the changes of a current leave that do not go with those of a voltage, `rows` rows later.
 double unlike(std::span<const double> current, std::span<const double> voltage, std::size_t rows) {
   double ii = 0, iv = 0, vv = 0;
@@ -105,14 +100,12 @@ double unlike(std::span<const double> current, std::span<const double> voltage, 
   return vv > 0 ? ii - iv * iv / vv : ii;
 }
 
-/// Is a signal read anew at the times of the model's input, all of them? Elsewhere there is nothing to compare row by
-/// row.
+}  // namespace
+
 bool read_in_every_row(const Run& run, Signal signal, const Model& model) {
   return run.has(signal) && run.at(signal).window <= 0 && run.at(model.input).t.size() >= 10 &&
          run.at(signal).t == run.at(model.input).t && rows_an_update(run.at(signal).value) == 1;
 }
-
-}  // namespace
 
 bool drives_the_motor(const Run& run, const Model& model) {
   return model.input == Signal::u_ref && run.has(Signal::u_ref) && run.has(Signal::e_a) &&
@@ -144,7 +137,8 @@ double reference_acts_after(std::span<const Run> runs, const Model& model) {
     const double least = std::ranges::min(std::span(all).first(whole));
     const auto amid = std::min_element(all.begin() + whole + 1, all.end() - 1);
     if (*amid - noise < little * (least - noise) && tells(all, *amid))
-      return interval * lowest_about(all, static_cast<std::size_t>(amid - all.begin()));
+      return interval * (shares[static_cast<std::size_t>(amid - all.begin())] +
+                         eighth * lowest_about(*(amid - 1), *amid, *(amid + 1)));
   }
   return tells(costs, *best) ? interval * shares[static_cast<std::size_t>(best - costs.begin())] : 0;
 }

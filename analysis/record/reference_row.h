@@ -22,6 +22,10 @@ double reference_acts_after(std::span<const Run> runs, const Model& model);
 /// within its row shows a jump a row later than one that is not. As the changes of both from row to row tell.
 int rows_voltage_is_late(std::span<const Run> runs, const Model& model);
 
+/// Is a signal read anew at the times of the model's input, all of them? Elsewhere there is nothing to compare row by
+/// row.
+bool read_in_every_row(const Run& run, Signal signal, const Model& model);
+
 /// Does a reading of the terminals come often enough to drive a simulation of this run?
 bool drives_the_motor(const Run& run, const Model& model);
 

@@ -2,17 +2,19 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <vector>
 
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/linear_algebra.h"
+#include "analysis/numerics/parabola.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/record/driver_voltage.h"
 #include "analysis/record/reference_row.h"
-#include "analysis/record/repeats.h"
 
 namespace emtb {
 namespace {
@@ -87,14 +89,6 @@ class Voltage {
   std::vector<double> value_;
 };
 
-/// @return the readings of a signal, where it is read anew at the times of the reference, all of them
-const std::vector<double>* read_in_every_row(const Run& run, Signal signal) {
-  if (!run.has(signal) || run.at(signal).window > 0 || run.at(signal).t.size() < 10) return nullptr;
-  if (run.at(signal).t != run.at(Signal::u_ref).t || rows_an_update(run.at(signal).value) != 1) return nullptr;
-  const std::vector<double>& value = run.at(signal).value;
-  return &value;
-}
-
 void add_current(Plane& plane, const std::vector<double>& i_a, const Voltage& e) {
   for (std::size_t k = 1; k < i_a.size(); ++k)
     plane.add(i_a[k] - i_a[k - 1], e.at_row(k) - e.at_row(k - 1), 0.5 * (i_a[k] + i_a[k - 1]));
@@ -118,17 +112,20 @@ void add(Plane& plane, Signal signal, const std::vector<double>& readings, const
   if (signal == Signal::theta) add_angle(plane, readings, e);
 }
 
-/// What a signal leaves, where the edges come by so many parts of a row earlier than the terminals show them.
-std::vector<Plane> planes_of(std::span<const Run> runs, const Model& model, Signal signal, double acts_after) {
-  std::vector<Plane> planes(parts + 1);
-  parallel_for(planes.size(), [&](std::size_t earlier) {
+/// What each signal leaves, where the edges come by so many parts of a row earlier than the terminals show them.
+using Planes = std::array<Plane, parts + 1>;
+
+std::map<Signal, Planes> planes_of(std::span<const Run> runs, const Model& model, double acts_after) {
+  std::map<Signal, Planes> planes{{Signal::i_a, {}}, {Signal::omega, {}}, {Signal::theta, {}}};
+  parallel_for(parts + 1, [&](std::size_t earlier) {
     for (const Run& run : runs) {
-      const std::vector<double>* readings = drives_the_motor(run, model) ? read_in_every_row(run, signal) : nullptr;
-      if (readings == nullptr) continue;
+      if (!drives_the_motor(run, model)) continue;
       const Series& reference = run.at(Signal::u_ref);
       const double by = static_cast<double>(earlier) / parts * mean_interval(reference.t);
-      add(planes[earlier], signal, *readings,
-          Voltage(reference, model, run.at(Signal::e_a).value.front(), acts_after - by));
+      const Voltage voltage(reference, model, run.at(Signal::e_a).value.front(), acts_after - by);
+      for (auto& [signal, of] : planes) {
+        if (read_in_every_row(run, signal, model)) add(of[earlier], signal, run.at(signal).value, voltage);
+      }
     }
   });
   return planes;
@@ -144,8 +141,7 @@ std::optional<double> told_by(std::span<const Plane> planes) {
   const double least = squares[place], now = squares.front(), count = planes.front().count();
   if (count == 0 || place == 0 || least > much * now || (now / least - 1) * count < clear) return std::nullopt;
   if (place + 1 == squares.size()) return 1;
-  const double before = squares[place - 1], after = squares[place + 1], bend = before - 2 * least + after;
-  return (static_cast<double>(place) + (bend > 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0)) / parts;
+  return (static_cast<double>(place) + lowest_about(squares[place - 1], least, squares[place + 1])) / parts;
 }
 
 }  // namespace
@@ -156,8 +152,8 @@ double terminals_are_late(std::span<const Run> runs, const Model& model, double 
   const double interval = mean_interval(runs.front().at(Signal::u_ref).t), rows = acts_after / interval;
   if (std::abs(rows) < amid || std::abs(rows) > 1 - amid) return 0;  // no edge was seen amid a row
   double late = 0;
-  for (const Signal signal : {Signal::i_a, Signal::omega, Signal::theta})
-    late = std::max(late, told_by(planes_of(runs, model, signal, acts_after)).value_or(0));
+  for (const auto& [signal, planes] : planes_of(runs, model, acts_after))
+    late = std::max(late, told_by(planes).value_or(0));
   // A row is read before it is written or after: edges that come nearly with it do.
   const double with_its_row = rows > 0 ? rows : rows + 1;
   return late > 0 && std::abs(late - with_its_row) < near ? with_its_row : late;
