@@ -42,6 +42,28 @@ Mapping::Source read_source(const YamlMap& yaml, Signal signal) {
   return source;
 }
 
+double seconds(const YamlMap& yaml, std::string_view key) {
+  const std::string unit = yaml.text(key);
+  const auto scale = time_unit(unit);
+  if (!scale) yaml.fail(key, "is `" + unit + "`. Write s, ms, us, min or h");
+  return *scale;
+}
+
+/// The time's column: by its name, or written as those of the signals are.
+void read_time(const YamlMap& yaml, Mapping& mapping) {
+  if (yaml.has("time_unit")) mapping.time_scale = seconds(yaml, "time_unit");
+  if (!yaml.has("time")) return;
+  if (!yaml.node()["time"].IsMap()) {
+    mapping.time = yaml.text("time");
+    return;
+  }
+  const YamlMap time = yaml.map("time");
+  time.only({"from", "unit", "scale"});
+  mapping.time = time.text("from");
+  if (time.has("unit")) mapping.time_scale = seconds(time, "unit");
+  if (time.has("scale")) mapping.time_scale *= time.positive("scale");
+}
+
 }  // namespace
 
 Mapping read_mapping(const std::filesystem::path& path) { return read_mapping(YamlMap::load(path)); }
@@ -49,12 +71,7 @@ Mapping read_mapping(const std::filesystem::path& path) { return read_mapping(Ya
 Mapping read_mapping(const YamlMap& yaml) {
   yaml.only({"time", "time_unit", "run", "columns", "window", "delimiter", "decimal"});
   Mapping mapping;
-  mapping.time = yaml.text_or("time", mapping.time);
-  if (yaml.has("time_unit")) {
-    const auto scale = time_unit(yaml.text("time_unit"));
-    if (!scale) yaml.fail("time_unit", "is `" + yaml.text("time_unit") + "`. Write s, ms, us, min or h");
-    mapping.time_scale = *scale;
-  }
+  read_time(yaml, mapping);
   mapping.run = yaml.text_or("run", mapping.run);
   if (yaml.has("columns")) {
     const YamlMap columns = yaml.map("columns");

@@ -193,6 +193,9 @@ struct EffectInfo {
     return std::nullopt;
   }
 
+  /// It holds the current back: where nobody reads the terminals, as the edges of a driver do.
+  constexpr bool holds_current() const { return stage == Stage::armature && quick; }
+
   /// It repeats several times a turn, how often is to be found.
   constexpr bool is_wave() const { return periodic && place_of(Role::order); }
 

@@ -13,8 +13,7 @@ namespace emtb {
 inline bool says_how_late(const ModelStructure& structure, Signal signal) {
   return std::ranges::any_of(structure.effects, [signal](std::size_t effect) {
     const EffectInfo& about = effect_catalogue()[effect];
-    const bool holds_current = about.stage == Stage::armature && about.quick;
-    if (signal == Signal::i_a && holds_current) return true;
+    if (signal == Signal::i_a && about.holds_current()) return true;
     const bool of_any_speed = about.reads == Signal::omega && !about.bench.tachogenerator;
     const bool its_own = about.reads == signal || (signal == Signal::theta && of_any_speed);
     return its_own && (about.parameter_list[0].unit == "s" || about.periodic);  // a wave has a phase of its own

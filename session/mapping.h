@@ -10,7 +10,7 @@ namespace emtb {
 /// How the columns of somebody else's file become signals: `--map FILE`.
 ///
 ///     time: t_s
-///     time_unit: ms                             # optional, default s
+///     time_unit: ms                             # optional, default s; or time: {from: t_ms, unit: ms}
 ///     run: run                                  # optional: splits the file into runs
 ///     columns: {theta: {from: pos_m, scale: 1, offset: 0}, omega: {from: n, unit: rpm}}
 ///     window: {i_a: 0.4}                        # [s]

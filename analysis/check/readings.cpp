@@ -170,6 +170,13 @@ bool quarters_differ(std::span<const double> x) {
   return most - least > clear * coloured * scatter / std::sqrt(static_cast<double>(length));
 }
 
+/// The size of a reading in the middle of all.
+double middle_size(std::span<const double> x) {
+  std::vector<double> sizes;
+  for (const double value : x) sizes.push_back(std::abs(value));
+  return median(std::move(sizes));
+}
+
 /// Whether a reading is nothing mostly, and now and then a count, to the same side.
 bool counts_to_one_side(std::span<const double> x) {
   constexpr std::ptrdiff_t enough = 30;
@@ -191,6 +198,7 @@ bool moves(const Series& series) {
   const double step = step_of(series), noise = noise_of(x, 0);
   // Second differences make coloured noise four times too small.
   if (noise > 0.5 * step ? high - low > 40 * noise : step > 0 && high - low > 3.5 * step) return true;
+  if (noise > 0.5 * step && middle_size(x) > 12 * noise) return true;  // a short run goes up, and stays there
   if (high - low > 0.9 * step && (quarters_differ(x) || counts_to_one_side(x))) return true;
   const std::size_t length = std::min<std::size_t>(100, x.size());
   double far = 0;

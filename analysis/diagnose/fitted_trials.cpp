@@ -367,7 +367,7 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
   const Loss& alone = fitted.held_out;
   if (!criterion_.worth_a_wide_search(alone) || exhausted()) return std::nullopt;
   const double left_in_training = largest_excess(loss_on(data_.train, fitted.model(), fitted.fit.phases));
-  const std::vector<Score> best = worth_pairing(scores, fitted.model(), added, score_);
+  const std::vector<Score> best = worth_pairing(scores, fitted, added, score_);
   std::optional<Pair> found;
   for (std::size_t i = 0; i + 1 < best.size(); ++i) {
     if (exhausted()) break;

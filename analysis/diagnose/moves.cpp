@@ -37,10 +37,17 @@ bool needed(std::size_t effect, const Model& model) {
 }
 
 std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<std::size_t>& found,
-                                          const Model& model) {
-  const EffectInfo& about = model.about(effect);
+                                          const Trial& fitted) {
+  const std::vector<Signal> compared = fitted.held_out.signals();
+  const bool terminals_read = std::ranges::find(compared, Signal::e_a) != compared.end();
+  const auto same = [&](const EffectInfo& a, const EffectInfo& b) {
+    const bool of_one_edge = a.family == Family::driver_edges && b.holds_current();
+    return a.same_family(b) || (of_one_edge && !terminals_read);
+  };
+  const EffectInfo& about = fitted.model().about(effect);
   for (const std::size_t other : found) {
-    if (other != effect && about.same_family(model.about(other))) return other;
+    const EffectInfo& of_other = fitted.model().about(other);
+    if (other != effect && (same(about, of_other) || same(of_other, about))) return other;
   }
   return std::nullopt;
 }
@@ -129,12 +136,13 @@ std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const 
   return all;
 }
 
-std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& fitted,
+std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Trial& fitted,
                                  const std::vector<std::size_t>& added, const ScoreOptions& options) {
   constexpr std::size_t tried = 4;  // the best scored: six pairs
   std::vector<Score> best = promising(scores, options);
-  std::erase_if(
-      best, [&](const Score& s) { return !makes_sense(s.effect, fitted) || same_family_as(s.effect, added, fitted); });
+  std::erase_if(best, [&](const Score& s) {
+    return !makes_sense(s.effect, fitted.model()) || same_family_as(s.effect, added, fitted);
+  });
   if (best.size() > tried) best.resize(tried);
   return best;
 }

@@ -23,9 +23,10 @@ Model without(Model model, bool (*goes)(const EffectInfo&));
 /// Does some effect of the model need this one?
 bool needed(std::size_t effect, const Model& model);
 
-/// Which of the effects found is of the same family as this one, if any?
+/// Which of the effects found is of the same family as this one, if any? What holds the current back is of that of the
+/// driver's edges where nobody reads the terminals: each has the transients of the other.
 std::optional<std::size_t> same_family_as(std::size_t effect, const std::vector<std::size_t>& found,
-                                          const Model& model);
+                                          const Trial& fitted);
 
 /// Does an effect say how late an edge or a reading comes? Such effects stand in for each other, and a score at nothing
 /// may not tell: a resistance that has bent to a lag leaves no room for an inductance.
@@ -52,7 +53,7 @@ std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const 
                                         const FittedMachine& machine);
 
 /// The scored effects that are worth trying two at a time, best first.
-std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Model& fitted,
+std::vector<Score> worth_pairing(const std::vector<Score>& scores, const Trial& fitted,
                                  const std::vector<std::size_t>& added, const ScoreOptions& options);
 
 /// The first steps, other than that with `begun_with`, that came near the best: what a search passed by.

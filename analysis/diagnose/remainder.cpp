@@ -17,6 +17,16 @@ bool is_a_share(const Loss& left, Signal signal, std::span<const Signal> inputs,
          !left.floor_is_upper_bound(signal) && left.share_left(signal) >= rule.remainder_share;
 }
 
+/// Is what is left of a signal alike for more than some readings?
+bool lasts(const Dataset& data, const Loss& left, Signal signal, double readings) {
+  if (!left.quality) return false;
+  const auto memory = left.quality->memory.find(signal);
+  const Observation* o = data.train.front().find(signal);
+  if (memory == left.quality->memory.end() || o == nullptr || o->size() < 2) return false;
+  const double interval = (o->end.back() - o->end.front()) / static_cast<double>(o->size() - 1);
+  return memory->second > readings * interval;
+}
+
 }  // namespace
 
 bool leaves_a_share(const Loss& left, std::span<const Signal> inputs, const Materiality& rule) {
@@ -25,14 +35,18 @@ bool leaves_a_share(const Loss& left, std::span<const Signal> inputs, const Mate
 
 bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out, std::span<const Signal> inputs,
                   const Materiality& rule) {
-  constexpr double coloured = 8;  // by so much differences underrate noise that keeps 0.97 from reading to reading
+  // Noise that keeps 0.97 from reading to reading is underrated by so much by differences, and lasts 33 readings.
+  constexpr double coloured = 8, longest_noise = 33;
   constexpr double chance = 0.1;  // six runs tell no less than a thirtieth
   std::vector<Signal> unsure;
   for (const Signal signal : held_out.signals()) {
     if (!is_a_share(held_out, signal, inputs, rule)) continue;
-    // Where the noise is only known to be no less than the floor, it may be all that is left.
+    // Where the noise is only known to be no less than the floor, it may be all that is left: but not a large part of
+    // what the signal does, for longer than such noise lasts.
+    const bool lasts_too_long =
+        held_out.share_left(signal) > rule.far_off && lasts(data, held_out, signal, longest_noise);
     const bool may_be_noise =
-        held_out.floor_is_lower_bound(signal) && held_out.mean_square(signal) < coloured * coloured;
+        held_out.floor_is_lower_bound(signal) && held_out.mean_square(signal) < coloured * coloured && !lasts_too_long;
     if (held_out.share_left(signal) > rule.disturbance_share && !may_be_noise) return true;
     unsure.push_back(signal);
   }

@@ -1,64 +1,59 @@
 #include "analysis/diagnose/roads.h"
 
 #include <algorithm>
+#include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/plausibility.h"
 #include "analysis/fit/timing.h"
+#include "model/catalogue.h"
 
 namespace emtb {
 namespace {
 
-/// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is
-/// fitted to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
-bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
-  const Timing recorded = timing_as_recorded(data.timing);
-  if (data.timing == recorded) return false;
+/// Adds an effect that leaves less, but only at the timing that it tells together with what was found.
+/// @param recorded the timing from which both are told @param asked of which effects
+/// @return whether one was added, and that timing set
+bool joins_at_its_own_timing(Dataset& data, WholeSearch& search, const Criterion& criterion, const Timing& recorded,
+                             const std::function<bool(std::size_t effect)>& asked, Finding& found) {
+  if (!search.has_room(found)) return false;
   const Circumstances as_set = circumstances_of(data);
+  FittedTrials& trials = search.trials();
+  std::vector<Score> scores = trials.scores(found.current);
+  std::erase_if(scores, [&](const Score& s) { return !asked(s.effect); });
+  if (scores.empty()) return false;
   set_timing(data, recorded);
-  Trial anew = search.again(answer);
-  settle_timing(data, anew.model());
-  settle_starts(data, anew.model());
-  anew = search.again(anew);
-  if (criterion.material(answer.held_out, anew.held_out)) {
-    answer = std::move(anew);
+  const std::vector<Addition> refits = trials.refits(search.again(found.current), scores, Breadth::all).done;
+  for (const Addition& a : refits) {
+    set_timing(data, recorded);
+    settle_timing(data, a.trial.model());
+    std::optional<Trial> both = trials.fit_to_the_end(a.trial.model());
+    if (!both || !trials.determined(both->model(), a.effect())) continue;
+    const Loss& without = found.current.held_out;
+    if (!criterion.material(without, both->held_out)) continue;
+    if (const auto member = same_family_as(a.effect(), found.effects, found.current)) {
+      const auto before = found.before.find(*member);
+      const Loss& before_both = before != found.before.end() ? before->second : without;
+      if (!criterion.material_beside_same_edges(before_both, without, both->held_out)) continue;
+    }
+    found.add(a.effect(), std::move(*both));
     return true;
   }
   set(data, as_set);
   return false;
 }
 
-/// What shapes the same edges as a member may leave nothing beside it, but only at the timing that both tell.
-/// @return whether it was added, and that timing set
+/// What shapes the same edges as a member may leave nothing beside it.
 bool joins_its_family(Dataset& data, WholeSearch& search, const Criterion& criterion, Finding& found) {
-  if (!search.has_room(found)) return false;
-  const Circumstances as_set = circumstances_of(data);
-  FittedTrials& trials = search.trials();
-  std::vector<Score> family = trials.scores(found.current);
-  std::erase_if(family, [&](const Score& s) {
-    return !same_family_as(s.effect, found.effects, found.current.model()) || !says_how_late(s.effect);
-  });
-  if (family.empty()) return false;
-  set_timing(data, timing_as_recorded(data.timing));
-  const std::vector<Addition> refits = trials.refits(search.again(found.current), family, Breadth::all).done;
-  for (const Addition& a : refits) {
-    set_timing(data, timing_as_recorded(data.timing));
-    settle_timing(data, a.trial.model());
-    std::optional<Trial> both = trials.fit_to_the_end(a.trial.model());
-    if (!both || !trials.determined(both->model(), a.effect())) continue;
-    const Loss& without = found.current.held_out;
-    const auto before = found.before.find(*same_family_as(a.effect(), found.effects, found.current.model()));
-    const Loss& before_both = before != found.before.end() ? before->second : without;
-    if (!criterion.material(without, both->held_out)) continue;
-    if (!criterion.material_beside_same_edges(before_both, without, both->held_out)) continue;
-    found.add(a.effect(), std::move(*both));
-    return true;
-  }
-  set(data, as_set);
-  return false;
+  const auto of_the_family = [&](std::size_t effect) {
+    return says_how_late(effect) && same_family_as(effect, found.effects, found.current).has_value();
+  };
+  return joins_at_its_own_timing(data, search, criterion, timing_as_recorded(data.timing), of_the_family, found);
 }
 
 /// A model fitted at the timing and the starts that it tells itself, which are set; none where those that are set are
@@ -151,20 +146,49 @@ Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion,
   return {std::move(first), std::move(found), circumstances_of(data)};
 }
 
+/// Is half a row of it how the runs were logged, as the timing is set, and the machine where no timing has its shape?
+bool may_lag_in_itself(std::size_t effect, const FittedMachine& as_set, const FittedMachine& in_itself) {
+  if (effect >= effect_count) return false;
+  const std::array half_a_row{0.5 * as_set.seen.sample};
+  return effect_catalogue()[effect].parameter_count == half_a_row.size() &&
+         !implausible(effect, half_a_row, as_set).empty() && implausible(effect, half_a_row, in_itself).empty();
+}
+
+/// What lags by less than a row may be how the runs were logged. Where much is left at the timing that is set, it is
+/// the machine: no timing has the shape of a lag.
+Road with_a_lag_within_a_row(Dataset& data, WholeSearch& search, const Criterion& criterion, Road road) {
+  if (data.timing.lags_in_itself || search.trials().exhausted()) return road;
+  const Trial& found = road.found.current;
+  if (!criterion.worth_a_wide_search(found.held_out)) return road;
+  const FittedMachine as_set = machine_of(data.train, found.model());
+  Timing timing = timing_as_recorded(data.timing);
+  timing.lags_in_itself = true;
+  set_timing(data, timing);
+  const FittedMachine in_itself = machine_of(data.train, found.model());
+  set(data, road.circumstances);
+  const auto lags = [&](std::size_t effect) { return may_lag_in_itself(effect, as_set, in_itself); };
+  if (!joins_at_its_own_timing(data, search, criterion, timing, lags, road.found)) return road;
+  road.first = search.again(road.first);
+  road.found = search.again(std::move(road.found), road.first.held_out);
+  road.circumstances = circumstances_of(data);
+  return road;
+}
+
 Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   const TimingChange change = settle_timing(data, as_recorded.model());
-  if (change == TimingChange::none) return search_from(data, search, criterion, as_recorded, true);
-  if (change == TimingChange::slight) return search_from(data, search, criterion, search.again(as_recorded));
-  Road told = search_from(data, search, criterion, search.again(as_recorded));
-  if (!criterion.remainder(told.found.current.held_out) || search.trials().exhausted()) return told;
-  Circumstances in_itself = recorded;
-  in_itself.timing.lags_in_itself = true;
-  set(data, in_itself);
-  Road plain = search_from(data, search, criterion, search.again(as_recorded));
-  Road& best = criterion.material(told.found.current.held_out, plain.found.current.held_out) ? plain : told;
-  set(data, best.circumstances);
-  return std::move(best);
+  const bool told = change == TimingChange::none;
+  Road best = search_from(data, search, criterion, told ? as_recorded : search.again(as_recorded), told);
+  const bool remains = criterion.remainder(best.found.current.held_out) && !search.trials().exhausted();
+  if (change == TimingChange::other && remains) {
+    Circumstances in_itself = recorded;
+    in_itself.timing.lags_in_itself = true;
+    set(data, in_itself);
+    Road plain = search_from(data, search, criterion, search.again(as_recorded));
+    if (criterion.material(best.found.current.held_out, plain.found.current.held_out)) best = std::move(plain);
+    set(data, best.circumstances);
+  }
+  return with_a_lag_within_a_row(data, search, criterion, std::move(best));
 }
 
 }  // namespace
@@ -183,6 +207,23 @@ void set(Dataset& data, const Circumstances& circumstances) {
   for (auto* records : {&data.train, &data.held_out}) {
     for (Record& record : *records) record.excitation.initial = *start++;
   }
+}
+
+bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
+  const Timing recorded = timing_as_recorded(data.timing);
+  if (data.timing == recorded) return false;
+  const Circumstances as_set = circumstances_of(data);
+  set_timing(data, recorded);
+  Trial anew = search.again(answer);
+  settle_timing(data, anew.model());
+  settle_starts(data, anew.model());
+  anew = search.again(anew);
+  if (criterion.material(answer.held_out, anew.held_out)) {
+    answer = std::move(anew);
+    return true;
+  }
+  set(data, as_set);
+  return false;
 }
 
 Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {

@@ -35,4 +35,9 @@ struct Road {
 /// @param as_recorded the model as given, fitted to the data as they are
 Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded);
 
+/// Parameters bend to the timing at which they are fitted, and may then tell that timing again: what was found is
+/// fitted to the runs as they were recorded, and tells the timing from there. It is set where that leaves clearly less.
+/// @return whether it was, and the answer is fitted anew
+bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer);
+
 }  // namespace emtb

@@ -42,6 +42,11 @@ Finding Search::without_superfluous() {
   return std::move(found_);
 }
 
+Finding Search::with_rivals_renewed() {
+  renew_rivals();
+  return std::move(found_);
+}
+
 Finding Search::held_against_others() {
   if (auto fitted = trials_.fit_to_the_end(found_.current.model())) found_.current = std::move(*fitted);
   found_.rivals.clear();
@@ -428,7 +433,7 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
   }
   if (stays && without && mends_another(effect, found_.effects, without->held_out, current.held_out)) {
     // The lesser of the two goes.
-    const auto other = fit_without(*same_family_as(effect, found_.effects, current.model()));
+    const auto other = fit_without(*same_family_as(effect, found_.effects, current));
     stays = other && other->held_out.error() < without->held_out.error();
   }
   return !stays;
@@ -438,7 +443,7 @@ bool Search::superfluous(std::size_t effect, std::optional<Trial>& without) {
 /// one that removes a material share of what was there before both.
 bool Search::mends_another(std::size_t effect, const std::vector<std::size_t>& others, const Loss& without,
                            const Loss& with) const {
-  const auto other = same_family_as(effect, others, found_.current.model());
+  const auto other = same_family_as(effect, others, found_.current);
   if (!other) return false;
   const auto own = found_.before.find(effect);
   const Loss& of_other = found_.before.at(*other);

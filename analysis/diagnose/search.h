@@ -45,7 +45,10 @@ class Search {
   /// What was found, fitted again, without what has become superfluous.
   Finding without_superfluous();
 
-  /// The same, with every other effect tried in the place of each.
+  /// What was found, of which a member has gone since, with what does as well in the place of each that stayed.
+  Finding with_rivals_renewed();
+
+  /// What was found, fitted again, with every other effect tried in the place of each.
   Finding held_against_others();
 
  private:

@@ -33,8 +33,9 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 /// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
 /// all and leaves enough itself. What fitted to the end has gone where it is not what it is called goes as well.
 /// @return what is known of the errors of the rest
-std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& trials, const Criterion& criterion,
+std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& search, const Criterion& criterion,
                                                  Dataset& data, const WorthAName& worth) {
+  FittedTrials& trials = search.trials();
   constexpr double by_far = 5, hardly = 2;            // errors
   constexpr double likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
   std::optional<Calibration> judged = with_all_errors(data, found.current.model());
@@ -47,9 +48,12 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
     Model without = found.current.model();
     without.exclude(effect);
     std::optional<Trial> trial = trials.fit_from_elsewhere_too(without);
+    const Circumstances as_set = circumstances_of(data);
     Timing before = data.timing;
     if (trial && settle_timing(data, trial->model()) != TimingChange::none)
       trial = trials.fit_to_the_end(trial->model());
+    if (trial && criterion.worth_a_wide_search(trial->held_out))
+      told_from_the_recorded(data, search, criterion, *trial);
     if (trial && !may_be && !before.lags_in_itself && criterion.remainder(trial->held_out)) {
       // What lags by less than a row, and no timing has its shape, is the machine.
       const Timing without_it = data.timing;
@@ -67,6 +71,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, FittedTrials& t
                     (removes_most(trial->held_out, found.current.held_out) &&
                      worth_a_name(data, trial->model(), trial->held_out, worth.inputs, worth.rule))));
     if (is_needed) {
+      set(data, as_set);
       set_timing(data, before);
       continue;
     }
@@ -115,8 +120,9 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
     Finding& found = road.found;
     if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
     const std::vector<std::size_t> before = found.effects;
-    std::optional<Calibration> judged = drop_what_is_not_told(found, trials, criterion, data, worth);
+    std::optional<Calibration> judged = drop_what_is_not_told(found, search, criterion, data, worth);
     const std::vector<std::size_t> dropped = gone(before, found.effects);
+    if (!dropped.empty()) found = search.with_rivals_renewed(std::move(found), road.first.held_out);
     if (dropped.empty() || !criterion.remainder(found.current.held_out) || trials.exhausted()) return judged;
     std::vector<std::size_t> refused = dropped;
     std::erase_if(refused, [&](std::size_t effect) { return !trials.refused().contains(effect); });

@@ -72,6 +72,10 @@ Finding WholeSearch::again(Finding found, const Loss& as_given) {
   return Search(trials_, criterion_, std::move(found), as_given, progress_).without_superfluous();
 }
 
+Finding WholeSearch::with_rivals_renewed(Finding found, const Loss& as_given) {
+  return Search(trials_, criterion_, std::move(found), as_given, progress_).with_rivals_renewed();
+}
+
 Finding WholeSearch::gone_on(Finding found, const Loss& as_given) {
   if (options_.torque_only_loads) found.current = without_effects_of_the_load(found.current);
   return Search(trials_, criterion_, std::move(found), as_given, progress_).gone_on(options_.longest_list);

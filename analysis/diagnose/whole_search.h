@@ -35,6 +35,9 @@ class WholeSearch {
   /// What was found, in data whose timing has changed slightly: without what stood in for that.
   Finding again(Finding found, const Loss& as_given);
 
+  /// What was found, of which a member has gone since, with what ties with each that stayed.
+  Finding with_rivals_renewed(Finding found, const Loss& as_given);
+
   /// Goes on with what was found, in which something is left. What its model withholds is not added.
   Finding gone_on(Finding found, const Loss& as_given);
 

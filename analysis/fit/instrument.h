@@ -57,6 +57,13 @@ class Instrument {
       return;
     }
     if (late_ > 0 && !o_.late_by_row.empty()) late_ = o_.late_by_row[k];
+    if (k == 0 && first_is_of_before_the_run(now)) {
+      first_waits_ = true;
+      sample_before_ = now;
+      return;
+    }
+    if (first_waits_) take(done_++, sample_before_ - late_ * (now - sample_before_));
+    first_waits_ = false;
     const Scalar x = late_ > 0 && k > 0 ? before(now, y) : now;
     if (late_ > 0) sample_before_ = now;
     if (o_.functional == Functional::slope) {
@@ -84,6 +91,12 @@ class Instrument {
   }
 
  private:
+  /// A shaft that turns when a run begins turned before: its late reading goes on straight from what comes.
+  bool first_is_of_before_the_run(const Scalar& first) const {
+    const bool of_the_shaft = o_.functional == Functional::instant && o_.simulated() == Signal::omega;
+    return late_ > 0 && of_the_shaft && o_.size() > 0 && o_.last.front() == 0 && value_of(first) != 0;
+  }
+
   /// The signal a part of a sample before a grid point: straight between the readings, but for what goes with the
   /// shaft, and for a voltage or a current while the driver moves.
   Scalar before(const Scalar& now, const SimulatedReadings<Scalar>& y) const {
@@ -123,6 +136,7 @@ class Instrument {
   double late_;  ///< [samples], of a row where they differ
   bool averages_;
   bool at_once_;                      ///< a reading is the signal's value at one grid point
+  bool first_waits_ = false;          ///< for the grid point after it
   std::size_t begun_ = 0, done_ = 0;  ///< readings whose first and whose last grid point has passed
   Scalar integral_{}, before_{};
   Scalar sample_before_{};     ///< the signal at the grid point before, for a late instrument

@@ -73,7 +73,8 @@ std::optional<FirstValue> SimulatedMotor::first_value_of(std::span<const LiveTic
     t.push_back(tick.t);
     value.push_back(tick.at(signal));
   }
-  return first_value(t, value, ahead.front().t, lsb_of(signal));
+  const auto& tell = signal == Signal::e_a ? first_value_of_what_jumps : first_value;
+  return tell(t, value, ahead.front().t, lsb_of(signal));
 }
 
 std::optional<double> SimulatedMotor::first_speed(std::span<const LiveTick> ahead) const {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <vector>
+
+#include "analysis/numerics/statistics.h"
 
 namespace emtb {
 namespace {
@@ -42,6 +45,13 @@ Line line_through(std::span<const double> t, std::span<const double> y, double s
   return line;
 }
 
+/// The readings that are looked at.
+std::size_t first_readings(std::span<const double> t, double start) {
+  std::size_t n = 0;
+  while (n < t.size() && (n < fewest || t[n] < start + first_value_within)) ++n;
+  return n;
+}
+
 }  // namespace
 
 bool FirstValue::is_other_than(double expected) const { return std::abs(value - expected) > clear * error; }
@@ -55,8 +65,7 @@ bool FirstValue::may_move() const { return std::abs(slope) > slope_error; }
 bool FirstValue::may_move_at(double speed) const { return std::abs(slope - speed) <= clear * slope_error; }
 
 std::optional<FirstValue> first_value(std::span<const double> t, std::span<const double> y, double start, double lsb) {
-  std::size_t n = 0;
-  while (n < y.size() && (n < fewest || t[n] < start + first_value_within)) ++n;
+  std::size_t n = first_readings(t, start);
   if (n < fewest) return std::nullopt;
   Line line = line_through(t.first(n), y.first(n), start, lsb);
   // A small servo rests and is at full speed within that time: where the readings bend more than they scatter, half as
@@ -66,6 +75,20 @@ std::optional<FirstValue> first_value(std::span<const double> t, std::span<const
     line = line_through(t.first(n), y.first(n), start, lsb);
   }
   return line.first;
+}
+
+std::optional<FirstValue> first_value_of_what_jumps(std::span<const double> t, std::span<const double> y, double start,
+                                                    double lsb) {
+  constexpr std::size_t enough = 12;  // readings, of which a jump bends few
+  const std::size_t n = first_readings(t, start);
+  if (n < enough) return first_value(t, y, start, lsb);
+  std::vector<double> bends;
+  for (std::size_t i = 2; i < n; ++i) bends.push_back(std::abs(y[i] - 2 * y[i - 1] + y[i - 2]));
+  const double noise = robust_sigma(std::move(bends)) / std::sqrt(6.0) + lsb;
+  if (line_through(t.first(fewest), y.first(fewest), start, lsb).scatter <= clear * noise)
+    return first_value(t, y, start, lsb);
+  const double interval = t[1] - t[0];
+  return FirstValue{y[0], 2 * noise, (y[1] - y[0]) / interval, 2 * noise / interval};
 }
 
 std::size_t end_of_first_hold(std::span<const double> input) {

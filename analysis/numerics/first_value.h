@@ -27,6 +27,11 @@ inline constexpr double first_value_within = 0.03;
 /// @return none of fewer than three readings
 std::optional<FirstValue> first_value(std::span<const double> t, std::span<const double> y, double start, double lsb);
 
+/// The same of what may go far from one reading to the next, as a voltage does: where no line goes through even three
+/// readings, the first tells the value, and the next how fast it changes.
+std::optional<FirstValue> first_value_of_what_jumps(std::span<const double> t, std::span<const double> y, double start,
+                                                    double lsb);
+
 /// So many readings of an input stand before its first change, which may bend all that follows it; all of an input that
 /// changes from the start on.
 std::size_t end_of_first_hold(std::span<const double> input);

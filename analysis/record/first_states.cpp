@@ -13,14 +13,15 @@
 namespace emtb {
 namespace {
 
-/// Of the readings that lie before a grid point.
-std::optional<FirstValue> first_value_of(const Observation& o, std::span<const double> grid, std::size_t end) {
+/// Of the readings that lie before a grid point. @param tell first_value(), or what knows of jumps
+std::optional<FirstValue> first_value_of(const Observation& o, std::span<const double> grid, std::size_t end,
+                                         decltype(first_value)& tell = first_value) {
   std::vector<double> times;
   for (std::size_t i = 0; i < o.size() && o.last[i] < end; ++i) {
     times.push_back(0.5 * (grid[o.first[i]] + grid[o.last[i]]));
     if (times.size() > 2 && times.back() > grid.front() + first_value_within) break;
   }
-  return first_value(times, std::span(o.value).first(times.size()), grid.front(), o.lsb);
+  return tell(times, std::span(o.value).first(times.size()), grid.front(), o.lsb);
 }
 
 /// The first angles of an encoder: they begin with the run, where the readings of a speed that is their slope begin in
@@ -84,7 +85,7 @@ InitialState first_states(const ObservedRun& observed, const Run& run, const Mod
   }
   const Observation* voltage = observed.find(Signal::e_a);
   if (voltage != nullptr && !voltage->slow && !x.u_ref.empty()) {
-    const auto first = first_value_of(*voltage, x.t, end_of_first_hold(x.u_ref));
+    const auto first = first_value_of(*voltage, x.t, end_of_first_hold(x.u_ref), first_value_of_what_jumps);
     if (first && first->is_other_than(settled_driver(x.u_ref.front(), model))) {
       initial.e_driver = first->value;
       if (first->moves()) initial.e_driver_slope = first->slope;

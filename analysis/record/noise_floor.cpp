@@ -155,7 +155,8 @@ bool repeats(const ObservedRun& a, const ObservedRun& b) {
   if (n == 0 || static_cast<double>(n) < 0.98 * static_cast<double>(std::max(x.size(), y.size()))) return false;
   double range = 0;
   for (const double u : x) range = std::max(range, std::abs(u));
-  std::size_t apart = 0;  // where an edge fell between other readings
+  if (range == 0) return false;  // an idle bridge is quieter than one that drives
+  std::size_t apart = 0;         // where an edge fell between other readings
   for (std::size_t k = 0; k < n; ++k) apart += std::abs(x[k] - y[k]) > 0.005 * range;
   return 200 * apart <= n;
 }

@@ -49,6 +49,14 @@ TEST_F(MappingFile, UnitsBecomeAScaleAndAnOffset) {
   EXPECT_NEAR(m.columns.at(Signal::temperature).scale * 212 + m.columns.at(Signal::temperature).offset, 100, 1e-9);
 }
 
+TEST_F(MappingFile, TheTimeMayBeWrittenAsAColumnIs) {
+  const Mapping m = mapping("time: {from: clock, unit: ms, scale: 2}\n");
+  EXPECT_EQ(m.time, "clock");
+  EXPECT_DOUBLE_EQ(m.time_scale, 2e-3);
+  EXPECT_THAT(complaint("time: {from: clock, unit: fortnight}\n"), HasSubstr("time.unit is `fortnight`. Write s, ms"));
+  EXPECT_THAT(complaint("time: {from: clock, offset: 1}\n"), HasSubstr("time.offset is not known here"));
+}
+
 TEST_F(MappingFile, ComplaintsNameFileLineAndKey) {
   EXPECT_THAT(complaint("time: t\ncolumn: {}\n"), HasSubstr("map.yaml:2: column is not known here"));
   EXPECT_THAT(complaint("columns:\n  omga: {from: n}\n"),

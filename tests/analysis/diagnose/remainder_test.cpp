@@ -7,6 +7,7 @@
 
 #include "analysis/diagnose/criterion.h"
 #include "model/catalogue.h"
+#include "tests/analysis/synthetic.h"
 
 namespace emtb {
 namespace {
@@ -55,6 +56,28 @@ Loss left(double speed, double torque) {
   Loss loss({{Signal::omega, {.sigma = 1}}, {Signal::torque, {.sigma = 1}}});
   loss.add(std::vector{run}, residuals);
   return loss;
+}
+
+/// Five floors, a quarter of what a speed does, of an instrument whose noise may be coloured.
+Loss lasting(const Dataset& data, double seconds) {
+  const Observation& o = *data.train[0].find(Signal::omega);
+  const auto n = static_cast<Eigen::Index>(o.size());
+  Loss loss({{Signal::omega, {.sigma = 1, .lower_bound = true}}});
+  loss.add(data.train, std::vector<Residuals>{{0, Signal::omega, Eigen::VectorXd::Constant(n, 5), {}}});
+  loss.quality.emplace().memory = {{Signal::omega, seconds}};
+  return loss;
+}
+
+TEST(Remainder, IsNoNoiseWhereItIsALargePartOfTheSignalForLongerThanNoiseLasts) {
+  const Model servo = synthetic::servo_model();
+  emtb::Run run = synthetic::record({}, {{1, 0.25}, {1, -0.25}}, 1e-2, {.omega = 0.1});
+  Dataset data = prepare(std::vector{run}, {}, servo);
+  for (Observation& o : data.train[0].observations) {
+    if (o.signal != Signal::omega) continue;
+    o.sigma.assign(o.size(), 1);
+  }
+  EXPECT_FALSE(worth_a_name(data, servo, lasting(data, 0.1), {}, {})) << "ten readings";
+  EXPECT_TRUE(worth_a_name(data, servo, lasting(data, 0.5), {}, {})) << "fifty";
 }
 
 TEST(MaterialityCriterion, AsksNoMoreOfATorqueThatOnlyLoads) {

@@ -319,6 +319,23 @@ TEST_F(SearchOnMadeUpFits, HoldsAnAnswerAgainstOthersWhereTheDataHaveChanged) {
   EXPECT_NEAR(held_out(air).value(), 4, 1e-9) << "as the data are now";
 }
 
+TEST_F(SearchOnMadeUpFits, CollectsTheRivalsAgainOfWhatStayedWhenAMemberHasGone) {
+  trials.errors = {{{}, 9}, {{dry}, 1}};
+  Finding stayed = found();
+  ASSERT_THAT(stayed.rivals[dry], testing::IsEmpty());
+  trials.errors = {{{}, 9}, {{dry}, 1}, {{air}, 1.001}};
+  const Finding f = Search(trials, criterion, stayed, trials.trial({}).held_out).with_rivals_renewed();
+  EXPECT_THAT(f.effects, ElementsAre(dry));
+  ASSERT_EQ(f.rivals.at(dry).size(), 1U);
+  EXPECT_EQ(f.rivals.at(dry)[0].effect, air);
+}
+
+TEST_F(SearchOnMadeUpFits, AsksMoreOfACoilThatMendsTheLawOfADriver) {
+  criterion.edges_tell_two = false;
+  trials.errors = {{{}, 9}, {{lag}, 2}, {{lag, coil}, 1}, {{lag, dry}, 1.2}};
+  EXPECT_THAT(found().effects, ElementsAre(lag, dry)) << "nobody reads the terminals";
+}
+
 TEST_F(SearchOnMadeUpFits, GoesOnFromAnAnswerWithoutWhatItsModelWithholds) {
   trials.errors = {{{}, 9}, {{air}, 4}};
   const Finding before = found();

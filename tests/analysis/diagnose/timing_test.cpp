@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "analysis/diagnose/diagnose.h"
 #include "session/spec.h"
@@ -113,6 +114,7 @@ TEST(TimingOfALog, DoesNotStandInForALagOfLessThanARowWhoseShapeItDoesNotHave) {
 struct Poles {
   std::size_t delay = 0;         ///< [rows]
   double first = 0, second = 0;  ///< [s] 0: none
+  double load = 0;               ///< [N m] that pulls the shaft
 };
 
 /// A motor behind such a driver, logged every 1 ms with the voltage at its terminals.
@@ -142,7 +144,7 @@ emtb::Run behind(const Poles& driver, unsigned seed) {
       const double before = e_a;
       follow(e_a, between, driver.second);
       const double current = (0.5 * (before + e_a) - K * omega) / R_a;
-      omega += h / J * (K * current - B * omega);
+      omega += h / J * (K * current - B * omega - driver.load);
     }
   }
   return run;
@@ -180,6 +182,18 @@ TEST(TimingOfADriver, HoldsALagAgainstAnInductanceAtItsOwnStart) {
   EXPECT_GT(std::abs(other->value - R_a.value), 0.05);
   EXPECT_NEAR(R_a.value, other->value, 1.96 * R_a.std_error.value());
   EXPECT_NEAR(R_a.value, 1.2, 1.96 * R_a.std_error.value());
+}
+
+TEST(TimingOfADriver, NamesALagOfLessThanARowThatALateInstrumentHasTheDelayOf) {
+  const Diagnosis d = of_a_driver({.first = 0.0007, .load = 0.03}, [](emtb::Run run) {
+    run.signals.erase(Signal::i_a);
+    const std::span<double> omega = run.signals.at(Signal::omega).value.edit();  // half a row late
+    for (std::size_t k = omega.size() - 1; k > 0; --k) omega[k] = 0.5 * (omega[k - 1] + omega[k]);
+    return run;
+  });
+  EXPECT_THAT(answers::named_or_tied(d), testing::IsSupersetOf({"load_torque", "driver_lag"})) << answers::report(d);
+  EXPECT_EQ(d.missing.size(), 2U) << answers::report(d);
+  EXPECT_NEAR(answers::fitted(d, "tau"), 7e-4, 1e-4);
 }
 
 TEST(TimingOfADriver, NamesNoDelayForASecondPole) {

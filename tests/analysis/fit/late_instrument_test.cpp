@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <vector>
 
 #include "analysis/fit/residuals.h"
 #include "analysis/record/dataset.h"
@@ -61,6 +63,35 @@ double off_by(Signal signal, bool straight) {
 TEST(LateInstrument, ReadsWhatTheShaftDoesWithinALongRow) {
   for (const Signal signal : {Signal::omega, Signal::theta, Signal::i_a})
     EXPECT_LT(off_by(signal, false), 0.1 * off_by(signal, true)) << info(signal).column;
+}
+
+TEST(LateInstrument, ReadsOfAShaftThatTurnsWhenARunBeginsWhatItDidBefore) {
+  constexpr std::size_t begin = 12, end = 19;  // amid a step
+  const Model model = coarsely_logged_servo();
+  Trajectory<double> fine;
+  simulate<double>(model.structure(), model.values(), stepping(model, finer), fine);
+  const std::vector<double>& omega = fine.of(Signal::omega);
+  Observation o;
+  o.signal = Signal::omega;
+  Record record;
+  record.excitation = stepping(model, 1);
+  Excitation& x = record.excitation;
+  x.u_ref.assign(end - begin, x.u_ref[begin]);
+  x.t.resize(end - begin);
+  x.initial.omega = omega[begin * finer];
+  for (std::size_t k = begin; k < end; ++k) {
+    o.first.push_back(static_cast<std::uint32_t>(k - begin));
+    o.value.push_back(omega[k * finer - static_cast<std::size_t>(behind * finer)]);
+  }
+  o.last = o.first;
+  o.sigma.assign(o.value.size(), 1);
+  record.observations = {o};
+  Timing timing;
+  timing.late[Signal::omega] = behind;
+  set_timing(std::span(&record, 1), timing);
+  const auto left = simulated_residuals(record, record.structure(model), model.values(), {});
+  const double as_if_it_had_stood_still = o.value.front() - x.initial.omega;
+  EXPECT_LT(std::abs(left.front().value[0]), 0.5 * std::abs(as_if_it_had_stood_still));
 }
 
 }  // namespace

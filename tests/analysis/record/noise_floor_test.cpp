@@ -246,6 +246,22 @@ TEST(NoiseFloor, OfRunsThatNeverSettleIsToldByTheirRepeats) {
   EXPECT_FALSE(floor.lower_bound);
 }
 
+TEST(NoiseFloor, RepeatsOfAnIdleBridgeSayNothingOfOneThatDrives) {
+  const auto idle = [](unsigned seed) {
+    emtb::Run run;
+    run.name = "idle";
+    synthetic::Noise noise(seed);
+    run.signals[Signal::u_ref] = series(1e-3, 0.04, [](double) { return 0.0; });
+    run.signals[Signal::omega] = series(1e-3, 0.04, [&](double) { return noise(0.001); });
+    return observe_run(run, servo_model());
+  };
+  std::vector<ObservedRun> runs{swinging_run(1), swinging_run(2)};
+  for (unsigned seed = 1; seed < 30; ++seed) runs.push_back(idle(seed));
+  const NoiseFloor floor = estimate_noise(runs, servo_model()).at(Signal::omega);
+  EXPECT_EQ(floor.from, FloorSource::repeats);
+  EXPECT_NEAR(floor.sigma, 0.15, 0.015);
+}
+
 TEST(NoiseFloor, WhatDriftsFromRepeatToRepeatIsNotNoise) {
   const std::vector<ObservedRun> runs{swinging_run(1), swinging_run(2, 1, 0.2)};  // [rad/s2] it warms up
   EXPECT_NEAR(estimate_noise(runs, servo_model()).at(Signal::omega).sigma, 0.15, 0.015);
