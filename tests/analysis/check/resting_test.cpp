@@ -13,7 +13,7 @@ namespace {
 
 TEST(Resting, IsNoShortRunThatGoesUpAndStaysThere) {
   const auto going_to = [](double speed) {
-    Run run;
+    emtb::Run run;
     run.name = "short";
     synthetic::Noise noise(3);
     run.signals[Signal::u_ref] = synthetic::series(2e-2, 1, [](double) { return 6.0; });
