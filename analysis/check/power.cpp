@@ -1,5 +1,6 @@
 #include "analysis/check/power.h"
 
+#include "analysis/check/lost_sign.h"
 #include "analysis/check/readings.h"
 
 namespace emtb {
@@ -53,8 +54,8 @@ bool torque_turned(const MotionWindows& w, const MotorBalance& b) {
 }  // namespace
 
 DataFindings turned_signs(const MotionWindows& w, const MotorBalance& b, const std::string& run, double duration) {
-  if (w.all.size() < 10 || !w.starts_at_rest) return {};
-  DataFindings findings;
+  DataFindings findings = lost_sign(w, run, duration);
+  if (!findings.empty() || w.all.size() < 10 || !w.starts_at_rest) return findings;
   const auto found = turned(w, b);
   if (found) findings.push_back({run, *found, Flaw::sign, 0, duration, why(*found, w), true});
   if (found != Signal::i_a && torque_turned(w, b)) {

@@ -1,0 +1,38 @@
+#include "analysis/check/lost_sign.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "analysis/check/check.h"
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+/// Steps both ways, whose current some logger reads.
+template <class Reads>
+std::vector<emtb::Run> both_ways(const Reads& reads) {
+  emtb::Run run = synthetic::record({}, {{1, 2}, {1, -2}, {1, 1}, {1, -3}, {1, 0}}, 1e-3, {.omega = 0.1, .i_a = 0.02});
+  for (double& i : run.signals.at(Signal::i_a).value.edit()) i = reads(i);
+  return {run};
+}
+
+MATCHER(IsALostSign, "") { return arg.what == Flaw::sign && arg.signal == Signal::i_a && arg.stops; }
+
+TEST(LostSign, IsThatOfACurrentOfWhichOnlyTheSizeWasLogged) {
+  const auto findings = check(both_ways([](double i) { return std::abs(i); }), {}, nullptr);
+  EXPECT_THAT(findings, testing::Contains(IsALostSign()));
+}
+
+TEST(LostSign, IsNotThatOfACurrentThatHasItNorOfOneThatALoadHoldsUp) {
+  const auto plain = check(both_ways([](double i) { return i; }), {}, nullptr);
+  EXPECT_THAT(plain, testing::Not(testing::Contains(IsALostSign())));
+  const auto held_up = check(both_ways([](double i) { return i + 30; }), {}, nullptr);
+  EXPECT_THAT(held_up, testing::Not(testing::Contains(IsALostSign())));
+}
+
+}  // namespace
+}  // namespace emtb
