@@ -231,6 +231,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
                    std::ranges::any_of(observed, [](const Observation* o) { return o->origin != Origin::instrument; }));
   }
   remove_what_repeats(settled);
+  if (signal == Signal::i_a || signal == Signal::e_a) leave_out_idle(settled);
   std::vector<double> variances, correlations;
   const auto take = [&](std::span<const double> piece) {
     const EvenLine s = even_line(piece);

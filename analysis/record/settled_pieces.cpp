@@ -140,6 +140,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
       if (!moves(piece.value, o.lsb)) {
         settled.fast.push_back(piece);
         settled.time.push_back(time);
+        settled.driven.push_back(input[rows.front()] != 0 ? 1 : 0);
       }
     };
     const auto ends = [&](std::uint32_t last) { return x.t[last]; };
@@ -181,10 +182,32 @@ void leave_out_rest(SettledPieces& settled, bool counts) {
     if (counts ? speed(settled.fast[i]) < slow * fastest : constant(settled.fast[i])) continue;
     turning.fast.push_back(settled.fast[i]);
     turning.time.push_back(settled.time[i]);
+    turning.driven.push_back(settled.driven[i]);
   }
   if (turning.fast.size() < enough) return;
   settled.fast = std::move(turning.fast);
   settled.time = std::move(turning.time);
+  settled.driven = std::move(turning.driven);
+}
+
+void leave_out_idle(SettledPieces& settled) {
+  constexpr double clearly = 2;  // times the standard deviation
+  constexpr std::size_t enough = 2;
+  SettledPieces driven;
+  std::vector<double> scatter, idle_scatter;
+  for (std::size_t i = 0; i < settled.fast.size(); ++i) {
+    const double variance = even_line(settled.fast[i].value).variance;
+    (settled.driven[i] ? scatter : idle_scatter).push_back(variance);
+    if (!settled.driven[i]) continue;
+    driven.fast.push_back(settled.fast[i]);
+    driven.time.push_back(settled.time[i]);
+    driven.driven.push_back(1);
+  }
+  if (scatter.size() < enough || idle_scatter.empty()) return;
+  if (median(scatter) < clearly * clearly * median(idle_scatter)) return;
+  settled.fast = std::move(driven.fast);
+  settled.time = std::move(driven.time);
+  settled.driven = std::move(driven.driven);
 }
 
 void remove_what_repeats(SettledPieces& settled) {

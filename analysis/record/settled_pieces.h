@@ -19,6 +19,7 @@ inline constexpr std::size_t fewest_readings = 5;
 struct SettledPieces {
   std::vector<TurningStretch> fast;
   std::vector<std::vector<double>> time;  ///< [s] of the fast ones' readings
+  std::vector<char> driven;               ///< of the fast ones: is the input other than nothing?
   std::vector<std::vector<double>> slow;
   std::vector<std::vector<double>> short_slow;  ///< pieces of a slow meter that may be too short to tell a trend
 };
@@ -29,6 +30,10 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
 /// Leaves out the pieces at rest, where there are others, of a speed that is made of counts: at rest nothing is
 /// counted. Of other speeds those that do not vary at all.
 void leave_out_rest(SettledPieces& settled, bool counts);
+
+/// Leaves out the pieces in which nothing is driven, where those that are scatter clearly more: a bridge that chops is
+/// louder than one that is idle.
+void leave_out_idle(SettledPieces& settled);
 
 /// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is
 /// no noise, something shakes the machine.

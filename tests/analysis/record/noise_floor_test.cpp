@@ -246,6 +246,18 @@ TEST(NoiseFloor, OfRunsThatNeverSettleIsToldByTheirRepeats) {
   EXPECT_FALSE(floor.lower_bound);
 }
 
+TEST(NoiseFloor, OfACurrentIsThatOfABridgeThatDrivesAlsoWhereItIsMostlyIdle) {
+  emtb::Run run;
+  run.name = "mostly idle";
+  synthetic::Noise noise(7);
+  const auto drives = [](double t) { return t > 10 && t < 14 ? 1.0 : t > 14 && t < 18 ? 2.0 : 0.0; };
+  run.signals[Signal::u_ref] = series(1e-3, 30, drives);
+  run.signals[Signal::i_a] =
+      series(1e-3, 30, [&](double t) { return drives(t) + noise(drives(t) > 0 ? 0.025 : 0.0001); });
+  run.signals[Signal::omega] = series(1e-3, 30, [&](double t) { return 50 * drives(t) + noise(0.1); });
+  EXPECT_NEAR(floor_of_i_a(run).sigma, 0.025, 0.002);
+}
+
 TEST(NoiseFloor, RepeatsOfAnIdleBridgeSayNothingOfOneThatDrives) {
   const auto idle = [](unsigned seed) {
     emtb::Run run;
