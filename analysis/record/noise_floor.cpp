@@ -37,6 +37,29 @@ NoiseFloor floor_by_differences(std::span<const Observation* const> observed) {
   return floor;
 }
 
+NoiseFloor floor_by_differences(std::span<const Observation> observed) {
+  std::vector<const Observation*> all;
+  for (const Observation& o : observed) all.push_back(&o);
+  return floor_by_differences(std::span<const Observation* const>(all));
+}
+
+/// The values of a signal over each time in which the input is other than nothing.
+std::vector<Observation> while_driven(std::span<const ObservedRun> records, Signal signal) {
+  std::vector<Observation> stretches;
+  for (const ObservedRun& record : records) {
+    const Observation* o = record.find(signal);
+    if (o == nullptr) continue;
+    bool driven = false;
+    for (std::size_t i = 0; i < o->size(); ++i) {
+      const bool was_driven = std::exchange(driven, input_of(record.excitation)[o->last[i]] != 0);
+      if (!driven) continue;
+      if (!was_driven) stretches.emplace_back();
+      stretches.back().value.push_back(o->value[i]);
+    }
+  }
+  return stretches;
+}
+
 /// How much a signal varies over all its readings [SI].
 double variation_of(std::span<const Observation* const> observed) {
   double n = 0, sum = 0, squares = 0;
@@ -231,7 +254,8 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
                    std::ranges::any_of(observed, [](const Observation* o) { return o->origin != Origin::instrument; }));
   }
   remove_what_repeats(settled);
-  if (signal == Signal::i_a || signal == Signal::e_a) leave_out_idle(settled);
+  const bool of_the_circuit = signal == Signal::i_a || signal == Signal::e_a;
+  if (of_the_circuit) leave_out_idle(settled);
   std::vector<double> variances, correlations;
   const auto take = [&](std::span<const double> piece) {
     const EvenLine s = even_line(piece);
@@ -264,6 +288,10 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
     pooled(FloorSource::repeats);
   } else {
     floor = floor_by_differences(observed);
+    if (of_the_circuit) {
+      const NoiseFloor driven = floor_by_differences(while_driven(records, signal));
+      if (driven.sigma < infinity && driven.sigma > clearly_louder * floor.sigma) floor = driven;
+    }
   }
   if (slow) {
     // The readings may all span a change, or a relaxation whose last part passes for settled: then their scatter is

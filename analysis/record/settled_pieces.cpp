@@ -117,9 +117,13 @@ std::vector<std::pair<std::size_t, std::size_t>> constant_stretches(const Observ
 
 }  // namespace
 
+const std::vector<double>& input_of(const Excitation& x) {
+  return !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
+}
+
 void collect(const ObservedRun& record, const Observation& o, SettledPieces& settled) {
   const Excitation& x = record.excitation;
-  const std::vector<double>& input = !x.u_ref.empty() ? x.u_ref : !x.e_a.empty() ? x.e_a : x.i_a;
+  const std::vector<double>& input = input_of(x);
   const double shortest = settled_stretch(x.t);
   for (const auto& [begin, end] : constant_stretches(record, input)) {
     // The later half: the machine has had its time to settle. A slow meter is taken whole, a fast signal in pieces.
@@ -191,7 +195,6 @@ void leave_out_rest(SettledPieces& settled, bool counts) {
 }
 
 void leave_out_idle(SettledPieces& settled) {
-  constexpr double clearly = 2;  // times the standard deviation
   constexpr std::size_t enough = 2;
   SettledPieces driven;
   std::vector<double> scatter, idle_scatter;
@@ -204,7 +207,7 @@ void leave_out_idle(SettledPieces& settled) {
     driven.driven.push_back(1);
   }
   if (scatter.size() < enough || idle_scatter.empty()) return;
-  if (median(scatter) < clearly * clearly * median(idle_scatter)) return;
+  if (median(scatter) < clearly_louder * clearly_louder * median(idle_scatter)) return;
   settled.fast = std::move(driven.fast);
   settled.time = std::move(driven.time);
   settled.driven = std::move(driven.driven);

@@ -15,6 +15,12 @@ double settled_stretch(std::span<const double> t);
 
 inline constexpr std::size_t fewest_readings = 5;
 
+/// Times the standard deviation: a bridge that chops is so much louder than one that is idle.
+inline constexpr double clearly_louder = 2;
+
+/// The input that drives a run: the reference, or else what is measured of the circuit.
+const std::vector<double>& input_of(const Excitation& excitation);
+
 /// The pieces of a signal in which nothing changes but noise, and what repeats with the angle or in time.
 struct SettledPieces {
   std::vector<TurningStretch> fast;
@@ -31,8 +37,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
 /// counted. Of other speeds those that do not vary at all.
 void leave_out_rest(SettledPieces& settled, bool counts);
 
-/// Leaves out the pieces in which nothing is driven, where those that are scatter clearly more: a bridge that chops is
-/// louder than one that is idle.
+/// Leaves out the pieces in which nothing is driven, where those that are scatter clearly more.
 void leave_out_idle(SettledPieces& settled);
 
 /// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is

@@ -258,6 +258,20 @@ TEST(NoiseFloor, OfACurrentIsThatOfABridgeThatDrivesAlsoWhereItIsMostlyIdle) {
   EXPECT_NEAR(floor_of_i_a(run).sigma, 0.025, 0.002);
 }
 
+TEST(NoiseFloor, OfACurrentInAShortRunIsThatOfABridgeThatDrives) {
+  emtb::Run run;
+  run.name = "short";
+  synthetic::Noise noise(7);
+  const auto drives = [](double t) { return t > 0.8 && t < 1.4 ? 1.0 : 0.0; };
+  run.signals[Signal::u_ref] = series(2.5e-2, 2, drives);
+  run.signals[Signal::i_a] =
+      series(2.5e-2, 2, [&](double t) { return drives(t) + noise(drives(t) > 0 ? 0.025 : 0.0001); });
+  run.signals[Signal::omega] = series(2.5e-2, 2, [&](double t) { return 50 * drives(t) + noise(0.1); });
+  const NoiseFloor floor = floor_of_i_a(run);
+  EXPECT_EQ(floor.from, FloorSource::differences);
+  EXPECT_NEAR(floor.sigma, 0.025, 0.012);
+}
+
 TEST(NoiseFloor, RepeatsOfAnIdleBridgeSayNothingOfOneThatDrives) {
   const auto idle = [](unsigned seed) {
     emtb::Run run;
