@@ -60,6 +60,12 @@ std::vector<Observation> while_driven(std::span<const ObservedRun> records, Sign
   return stretches;
 }
 
+/// The floor, or that of the readings while something is driven, where these are clearly louder.
+NoiseFloor louder_while_driven(const NoiseFloor& floor, std::span<const ObservedRun> records, Signal signal) {
+  const NoiseFloor driven = floor_by_differences(while_driven(records, signal));
+  return driven.sigma < infinity && driven.sigma > clearly_louder * floor.sigma ? driven : floor;
+}
+
 /// How much a signal varies over all its readings [SI].
 double variation_of(std::span<const Observation* const> observed) {
   double n = 0, sum = 0, squares = 0;
@@ -232,6 +238,24 @@ NoiseFloor no_better_than_a_simulation(NoiseFloor floor, std::span<const Observa
   return floor;
 }
 
+bool of_the_circuit(Signal signal) { return signal == Signal::i_a || signal == Signal::e_a; }
+
+/// The settled pieces of a signal, less what is no noise in them.
+SettledPieces settled_pieces_of(Signal signal, std::span<const ObservedRun> records) {
+  SettledPieces settled;
+  bool counts = false;
+  for (const ObservedRun& record : records) {
+    const Observation* o = record.find(signal);
+    if (o == nullptr) continue;
+    collect(record, *o, settled);
+    counts = counts || o->origin != Origin::instrument;
+  }
+  if (signal == Signal::omega) leave_out_rest(settled, counts);
+  remove_what_repeats(settled);
+  if (of_the_circuit(signal)) leave_out_idle(settled);
+  return settled;
+}
+
 NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   std::vector<const Observation*> observed;
   double lsb = 0;
@@ -245,17 +269,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
   }
   if (const auto counts = floor_of_counts(observed)) return no_better_than_a_simulation(*counts, observed);
   NoiseFloor floor;
-  SettledPieces settled;
-  for (const ObservedRun& record : records) {
-    if (const Observation* o = record.find(signal)) collect(record, *o, settled);
-  }
-  if (signal == Signal::omega) {
-    leave_out_rest(settled,
-                   std::ranges::any_of(observed, [](const Observation* o) { return o->origin != Origin::instrument; }));
-  }
-  remove_what_repeats(settled);
-  const bool of_the_circuit = signal == Signal::i_a || signal == Signal::e_a;
-  if (of_the_circuit) leave_out_idle(settled);
+  const SettledPieces settled = settled_pieces_of(signal, records);
   std::vector<double> variances, correlations;
   const auto take = [&](std::span<const double> piece) {
     const EvenLine s = even_line(piece);
@@ -288,10 +302,7 @@ NoiseFloor floor_of(Signal signal, std::span<const ObservedRun> records) {
     pooled(FloorSource::repeats);
   } else {
     floor = floor_by_differences(observed);
-    if (of_the_circuit) {
-      const NoiseFloor driven = floor_by_differences(while_driven(records, signal));
-      if (driven.sigma < infinity && driven.sigma > clearly_louder * floor.sigma) floor = driven;
-    }
+    if (of_the_circuit(signal)) floor = louder_while_driven(floor, records, signal);
   }
   if (slow) {
     // The readings may all span a change, or a relaxation whose last part passes for settled: then their scatter is
