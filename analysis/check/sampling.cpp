@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "analysis/check/readings.h"
 #include "analysis/numerics/statistics.h"
@@ -52,6 +53,40 @@ std::optional<DataFinding> uneven_rows(const Run& run, std::span<const double> t
                      false};
 }
 
+/// Rows that come several at a time, a tenth of the usual interval apart or less, in which the shaft turns as far as in
+/// others: they were written down together, and stamped then.
+std::optional<DataFinding> stamped_on_arrival(const Run& run) {
+  constexpr double at_once = 0.1;  // of the mean interval
+  constexpr double many = 0.3;     // of the rows, and of what the shaft turns
+  constexpr double clear = 2;      // steps of the encoder
+  if (!run.has(Signal::theta)) return std::nullopt;
+  const Series& theta = run.at(Signal::theta);
+  const std::size_t n = theta.t.size();
+  if (n < 20) return std::nullopt;
+  const double mean = (theta.t.back() - theta.t.front()) / static_cast<double>(n - 1), step = step_of(theta);
+  double quick = 0, turned = 0, turned_quickly = 0;
+  for (std::size_t k = 1; k < n; ++k) {
+    const bool is_quick = theta.t[k] - theta.t[k - 1] < at_once * mean;
+    const double turns = std::abs(theta.value[k] - theta.value[k - 1]);
+    quick += is_quick ? 1 : 0;
+    if (turns <= clear * step) continue;
+    turned += turns;
+    turned_quickly += is_quick ? turns : 0;
+  }
+  if (quick < many * static_cast<double>(n) || !(turned > 0) || turned_quickly < many * turned) return std::nullopt;
+  return DataFinding{run.name,
+                     Signal::theta,
+                     Flaw::jitter,
+                     theta.t.front(),
+                     theta.t.back(),
+                     short_number(100 * quick / static_cast<double>(n - 1)) +
+                         " % of the rows come at once with the one before, though theta goes on in them as in others: "
+                         "they bear the time at which they were written. Give that at which they were read; were they "
+                         "even, a row would take " +
+                         short_number(mean) + " s",
+                     true};
+}
+
 }  // namespace
 
 DataFindings sampling_flaws(const Run& run) {
@@ -67,6 +102,10 @@ DataFindings sampling_flaws(const Run& run) {
     if (!own.empty()) findings.push_back(gap_finding(run, signal, own));
   }
 
+  if (auto at_once = stamped_on_arrival(run)) {
+    findings.push_back(std::move(*at_once));
+    return findings;
+  }
   for (const auto& [signal, series] : run.signals) {
     if (is_sparse(run, signal)) continue;
     if (auto uneven = uneven_rows(run, series.t)) {

@@ -10,6 +10,7 @@
 #include "analysis/diagnose/null_fit.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/rotor_phase.h"
+#include "analysis/record/settled_pieces.h"
 #include "model/catalogue.h"
 #include "model/plausible.h"
 
@@ -31,17 +32,55 @@ bool at_the_same_place(std::span<const RotorPhase> phases) {
          });
 }
 
-/// Does one size of what repeats with the angle explain nearly all that there is of several runs? A force that drifts
-/// can be followed by the phase that is free in each, but not where the shaft turns by a good part of a turn.
-bool explains_nearly_all(std::span<const Record> records, const Model& fitted, std::span<const Residuals> left) {
-  constexpr std::size_t several = 3;
-  constexpr double good_part = 0.25;       // turns
-  constexpr double nearly_nothing = 0.05;  // of the squares
-  constexpr int few = 8;                   // steps
-  if (records.size() < several || most_turns(records) < good_part) return false;
+/// Of what there is without all that repeats with the angle: the share of squares that is left with it.
+double share_left(std::span<const Record> records, const Model& fitted, std::span<const Residuals> left) {
+  constexpr int few = 8;  // steps
   const Model rest = without(fitted, [](const EffectInfo& about) { return about.periodic; });
   const double cost = first_steps(records, rest, few, {}).cost;
-  return cost < infinity && 0.5 * sum_of_squares(left) < nearly_nothing * cost;
+  return cost > 0 && cost < infinity ? 0.5 * sum_of_squares(left) / cost : 1;
+}
+
+/// Turns by which the phase, which is free in each run, follows no force that drifts.
+constexpr double good_part = 0.25;
+
+/// Does one size of what repeats with the angle explain nearly all that there is of several runs?
+bool explains_nearly_all(std::span<const Record> records, const Model& fitted, std::span<const Residuals> left) {
+  constexpr std::size_t several = 3;
+  constexpr double nearly_nothing = 0.05;  // of the squares
+  return records.size() >= several && most_turns(records) >= good_part &&
+         share_left(records, fitted, left) < nearly_nothing;
+}
+
+constexpr double straight = 0.35;  // [rad] by chance in one of nine runs
+
+/// At rest, but for what noise makes of it, and not driven.
+bool begins_idle(const Record& record) {
+  const Excitation& x = record.excitation;
+  const std::vector<double>& input = input_of(x);
+  const double drifts = std::abs(x.initial.omega) * (x.t.back() - x.t.front());
+  return drifts < straight && !input.empty() && input.front() == 0;
+}
+
+/// Is all that repeats with the angle a weight that hangs straight down wherever a run begins at rest while nothing
+/// drives, and that explains most of what swings it?
+bool hangs_at_first(std::span<const Record> records, const Model& fitted, const ResidualsAtPhases& at) {
+  constexpr double most = 0.3;  // of the squares, at most left
+  const IncludedEffect* weight = nullptr;
+  for (const IncludedEffect& e : fitted.effects) {
+    const EffectInfo& about = fitted.about(e.effect);
+    if (!about.periodic) continue;
+    if (weight != nullptr || about.stage != Stage::load || about.place_of(Role::order)) return false;
+    weight = &e;
+  }
+  if (weight == nullptr || most_turns(records) < good_part) return false;
+  const double phase = weight->parameters[*fitted.about(weight->effect).place_of(Role::phase)].value;
+  bool any = false;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (!begins_idle(records[i]) || at.phases[i].at.empty()) continue;
+    if (std::cos(at.phases[i].at.front() + phase) < std::cos(straight)) return false;
+    any = true;
+  }
+  return any && share_left(records, fitted, at.residuals) < most;
 }
 
 /// Is what repeats with the angle told by parts of a turn, too?
@@ -49,7 +88,8 @@ bool told_by_parts_of_a_turn(std::span<const Record> records, const Model& fitte
   const auto repeats = [&](std::size_t effect) { return fitted.about(effect).periodic; };
   if (std::ranges::none_of(fitted.structure().effects, repeats)) return false;
   const ResidualsAtPhases at = residuals_at_best_phases(records, fitted, fitted.values(), {});
-  return at_the_same_place(at.phases) || explains_nearly_all(records, fitted, at.residuals);
+  return at_the_same_place(at.phases) || explains_nearly_all(records, fitted, at.residuals) ||
+         hangs_at_first(records, fitted, at);
 }
 
 /// What rests on a bound at which it is not absent. (A limit of the driver may be so far off that it is none.)

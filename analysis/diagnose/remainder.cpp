@@ -41,10 +41,11 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
   std::vector<Signal> unsure;
   for (const Signal signal : held_out.signals()) {
     if (!is_a_share(held_out, signal, inputs, rule)) continue;
-    // Where the noise is only known to be no less than the floor, it may be all that is left: but not a large part of
-    // what the signal does, for longer than such noise lasts.
-    const bool lasts_too_long =
-        held_out.share_left(signal) > rule.far_off && lasts(data, held_out, signal, longest_noise);
+    // Where the noise is only known to be no less than the floor, it may be all that is left: but not far above it, as
+    // a large part of what the signal does, for longer than such noise lasts.
+    const bool lasts_too_long = held_out.mean_square(signal) >= rule.mostly_model &&
+                                held_out.share_left(signal) > rule.far_off &&
+                                lasts(data, held_out, signal, longest_noise);
     const bool may_be_noise =
         held_out.floor_is_lower_bound(signal) && held_out.mean_square(signal) < coloured * coloured && !lasts_too_long;
     if (held_out.share_left(signal) > rule.disturbance_share && !may_be_noise) return true;

@@ -21,10 +21,10 @@ namespace {
 /// @return whether one was added, and that timing set
 bool joins_at_its_own_timing(Dataset& data, WholeSearch& search, const Criterion& criterion, const Timing& recorded,
                              const std::function<bool(std::size_t effect)>& asked, Finding& found) {
-  if (!search.has_room(found)) return false;
+  if (!search.has_room(found) || std::ranges::none_of(absent_effects(found.current.model()), asked)) return false;
   const Circumstances as_set = circumstances_of(data);
   FittedTrials& trials = search.trials();
-  std::vector<Score> scores = trials.scores(found.current);
+  std::vector<Score> scores = trials.scores_about(found.current);
   std::erase_if(scores, [&](const Score& s) { return !asked(s.effect); });
   if (scores.empty()) return false;
   set_timing(data, recorded);

@@ -186,8 +186,14 @@ void visit_simulated_residuals(const Record& record, const ModelStructure& struc
     handing_pass<double>(record, structure, values, 0, visit);
   } else if (moved.size() <= derivatives_per_pass) {
     handing_pass<Sensitive>(record, structure, with_derivatives<Sensitive>(values, moved), moved.size(), visit);
-  } else {
+  } else if (moved.size() <= 2 * derivatives_per_pass) {
     handing_pass<WideSensitive>(record, structure, with_derivatives<WideSensitive>(values, moved), moved.size(), visit);
+  } else {  // a formula of many waves
+    std::vector<Residuals> all = simulated_residuals(record, structure, values, moved);
+    for (std::size_t s = 0; s < all.size(); ++s) {
+      if (!all[s].informed()) all[s].sensitivity.setZero(all[s].value.size(), static_cast<Eigen::Index>(moved.size()));
+      visit(s, 0, all[s].value, all[s].sensitivity);
+    }
   }
 }
 

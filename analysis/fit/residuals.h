@@ -39,8 +39,7 @@ using VisitReadings = std::function<void(std::size_t observation, Eigen::Index f
                                          const Eigen::MatrixXd& sensitivity)>;
 
 /// The same, handed over as the simulation goes, so that an hour's sensitivities are never held: all readings of each
-/// observation in their order.
-/// @param moved 2 * derivatives_per_pass at most
+/// observation in their order; more than 2 * derivatives_per_pass columns are held, and handed over together.
 void visit_simulated_residuals(const Record& record, const ModelStructure& structure, std::span<const double> values,
                                std::span<const std::vector<std::size_t>> moved, const VisitReadings& visit);
 

@@ -37,7 +37,7 @@ struct EccentricLoad {
   /// The motor at least swung it. A part of a turn, at another place in each run, is any force that drifts.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
     if (machine.turns < 1 && !machine.parts_of_a_turn_tell) {
-      return "no run makes a whole turn, and the weight would hang at another angle in each";
+      return "no run makes a whole turn, and a force that drifts would do as well";
     }
     return Plausible(info, p).at_most(0, 5 * machine.stall_torque(), "five times what stalls the motor");
   }

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/fit/calibrate.h"
 #include "model/catalogue.h"
 #include "tests/analysis/diagnose/answers.h"
 #include "tests/analysis/synthetic.h"
@@ -156,6 +157,20 @@ TEST(Plausibility, AWeightThatExplainsLittleOfAForceThatDriftsIsNotNamed) {
     return [seed](double, double t) { return 0.02 * std::sin(90 * t + 2 * seed) + 0.015 * std::sin(170 * t + seed); };
   });
   EXPECT_THAT(named_or_tied(d), Not(Contains("eccentric_load"))) << report(d);
+}
+
+TEST(Plausibility, AWeightHangsStraightDownBeforeItIsSwungInASingleRun) {
+  Model model = synthetic::servo_model();
+  model.input = Signal::e_a;
+  model.include(effect_index("eccentric_load"));
+  const auto said_in_one_run = [&](const OverAngleAndTime& torque) {
+    const Dataset data = prepare(std::vector{half_a_turn(0, torque, 3)}, {}, model);
+    return implausible_value(data.train, calibrate(data.train, model).model, effect_index("eccentric_load"));
+  };
+  EXPECT_EQ(said_in_one_run([](double theta, double) { return 0.03 * std::sin(theta); }), "");
+  EXPECT_THAT(said_in_one_run([](double theta, double) { return 0.03 * std::cos(theta) - 0.03; }),
+              HasSubstr("no run makes a whole turn"))
+      << "something holds it on one side";
 }
 
 TEST(Plausibility, AFieldThatHeatsInASecondIsNotNamedAndTheReasonIsTold) {

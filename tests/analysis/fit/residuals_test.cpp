@@ -64,7 +64,7 @@ TEST(Residuals, AreTheSameHandedOverAsTheSimulationGoes) {
   model.include(effect_index("coulomb_friction"));
   const std::vector<double> values = model.values();
   Places moved;
-  for (std::size_t count = 0; count <= 6; ++count) {  // none, a narrow pass, a wide one
+  for (std::size_t count = 0; count <= 12; ++count) {  // none, a narrow pass, a wide one, more than one holds
     const std::vector<Residuals> whole = simulated_residuals(runs[0], runs[0].structure(model), values, moved);
     std::vector<Eigen::Index> next(whole.size(), 0);
     visit_simulated_residuals(
