@@ -196,17 +196,20 @@ void leave_out_rest(SettledPieces& settled, bool counts) {
 
 void leave_out_idle(SettledPieces& settled) {
   constexpr std::size_t enough = 2;
+  constexpr double remembers = 0.5;  // from reading to reading: what has not settled, and a load that drifts
   SettledPieces driven;
-  std::vector<double> scatter, idle_scatter;
+  std::vector<double> scatter, idle_scatter, correlation;
   for (std::size_t i = 0; i < settled.fast.size(); ++i) {
-    const double variance = even_line(settled.fast[i].value).variance;
-    (settled.driven[i] ? scatter : idle_scatter).push_back(variance);
+    const EvenLine line = even_line(settled.fast[i].value);
+    (settled.driven[i] ? scatter : idle_scatter).push_back(line.variance);
     if (!settled.driven[i]) continue;
+    correlation.push_back(line.variance > 0 ? line.covariance / line.variance : 1);
     driven.fast.push_back(settled.fast[i]);
     driven.time.push_back(settled.time[i]);
     driven.driven.push_back(1);
   }
   if (scatter.size() < enough || idle_scatter.empty()) return;
+  if (median(correlation) > remembers) return;
   if (median(scatter) < clearly_louder * clearly_louder * median(idle_scatter)) return;
   settled.fast = std::move(driven.fast);
   settled.time = std::move(driven.time);

@@ -37,7 +37,7 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
 /// counted. Of other speeds those that do not vary at all.
 void leave_out_rest(SettledPieces& settled, bool counts);
 
-/// Leaves out the pieces in which nothing is driven, where those that are scatter clearly more.
+/// Leaves out the pieces in which nothing is driven, where those that are scatter clearly more from reading to reading.
 void leave_out_idle(SettledPieces& settled);
 
 /// Takes out of the settled pieces what repeats with the angle or, slower than any hum of the mains, in time: that is

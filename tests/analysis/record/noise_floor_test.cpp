@@ -258,6 +258,20 @@ TEST(NoiseFloor, OfACurrentIsThatOfABridgeThatDrivesAlsoWhereItIsMostlyIdle) {
   EXPECT_NEAR(floor_of_i_a(run).sigma, 0.025, 0.002);
 }
 
+TEST(NoiseFloor, OfACurrentIsNotWhatALoadDoesToItWhileItDrives) {
+  emtb::Run run;
+  run.name = "a load that drifts";
+  synthetic::Noise noise(7);
+  const std::vector<double> drift = scaled(synthetic::coloured(30001, 0.99, 5), 0.01);
+  const auto drives = [](double t) { return t > 10 && t < 14 ? 1.0 : t > 14 && t < 18 ? 2.0 : 0.0; };
+  run.signals[Signal::u_ref] = series(1e-3, 30, drives);
+  run.signals[Signal::i_a] = series(1e-3, 30, [&](double t) {
+    return drives(t) + noise(0.001) + (drives(t) > 0 ? drift[static_cast<std::size_t>(t / 1e-3)] : 0);
+  });
+  run.signals[Signal::omega] = series(1e-3, 30, [&](double t) { return 50 * drives(t) + noise(0.1); });
+  EXPECT_NEAR(floor_of_i_a(run).sigma, 0.001, 0.0003);
+}
+
 TEST(NoiseFloor, OfACurrentInAShortRunIsThatOfABridgeThatDrives) {
   emtb::Run run;
   run.name = "short";
