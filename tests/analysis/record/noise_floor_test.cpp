@@ -246,41 +246,41 @@ TEST(NoiseFloor, OfRunsThatNeverSettleIsToldByTheirRepeats) {
   EXPECT_FALSE(floor.lower_bound);
 }
 
-TEST(NoiseFloor, OfACurrentIsThatOfABridgeThatDrivesAlsoWhereItIsMostlyIdle) {
+/// [A] What a bridge drives, for eight seconds of thirty.
+double drives(double t) { return t > 10 && t < 14 ? 1.0 : t > 14 && t < 18 ? 2.0 : 0.0; }
+
+/// The floor of its current. @param beside what is read beside it
+double floor_behind_a_bridge(const OverTime& beside) {
   emtb::Run run;
   run.name = "mostly idle";
   synthetic::Noise noise(7);
-  const auto drives = [](double t) { return t > 10 && t < 14 ? 1.0 : t > 14 && t < 18 ? 2.0 : 0.0; };
   run.signals[Signal::u_ref] = series(1e-3, 30, drives);
-  run.signals[Signal::i_a] =
-      series(1e-3, 30, [&](double t) { return drives(t) + noise(drives(t) > 0 ? 0.025 : 0.0001); });
+  run.signals[Signal::i_a] = series(1e-3, 30, [&](double t) { return drives(t) + beside(t); });
   run.signals[Signal::omega] = series(1e-3, 30, [&](double t) { return 50 * drives(t) + noise(0.1); });
-  EXPECT_NEAR(floor_of_i_a(run).sigma, 0.025, 0.002);
+  return floor_of_i_a(run).sigma;
+}
+
+TEST(NoiseFloor, OfACurrentIsThatOfABridgeThatDrivesAlsoWhereItIsMostlyIdle) {
+  synthetic::Noise noise(8);
+  EXPECT_NEAR(floor_behind_a_bridge([&](double t) { return noise(drives(t) > 0 ? 0.025 : 0.0001); }), 0.025, 0.002);
 }
 
 TEST(NoiseFloor, OfACurrentIsNotWhatALoadDoesToItWhileItDrives) {
-  emtb::Run run;
-  run.name = "a load that drifts";
-  synthetic::Noise noise(7);
+  synthetic::Noise noise(8);
   const std::vector<double> drift = scaled(synthetic::coloured(30001, 0.99, 5), 0.01);
-  const auto drives = [](double t) { return t > 10 && t < 14 ? 1.0 : t > 14 && t < 18 ? 2.0 : 0.0; };
-  run.signals[Signal::u_ref] = series(1e-3, 30, drives);
-  run.signals[Signal::i_a] = series(1e-3, 30, [&](double t) {
-    return drives(t) + noise(0.001) + (drives(t) > 0 ? drift[static_cast<std::size_t>(t / 1e-3)] : 0);
-  });
-  run.signals[Signal::omega] = series(1e-3, 30, [&](double t) { return 50 * drives(t) + noise(0.1); });
-  EXPECT_NEAR(floor_of_i_a(run).sigma, 0.001, 0.0003);
+  const auto load = [&](double t) { return drives(t) > 0 ? drift[static_cast<std::size_t>(t / 1e-3)] : 0; };
+  EXPECT_NEAR(floor_behind_a_bridge([&](double t) { return noise(0.001) + load(t); }), 0.001, 0.0003);
 }
 
 TEST(NoiseFloor, OfACurrentInAShortRunIsThatOfABridgeThatDrives) {
   emtb::Run run;
   run.name = "short";
   synthetic::Noise noise(7);
-  const auto drives = [](double t) { return t > 0.8 && t < 1.4 ? 1.0 : 0.0; };
-  run.signals[Signal::u_ref] = series(2.5e-2, 2, drives);
+  const auto pulse = [](double t) { return t > 0.8 && t < 1.4 ? 1.0 : 0.0; };
+  run.signals[Signal::u_ref] = series(2.5e-2, 2, pulse);
   run.signals[Signal::i_a] =
-      series(2.5e-2, 2, [&](double t) { return drives(t) + noise(drives(t) > 0 ? 0.025 : 0.0001); });
-  run.signals[Signal::omega] = series(2.5e-2, 2, [&](double t) { return 50 * drives(t) + noise(0.1); });
+      series(2.5e-2, 2, [&](double t) { return pulse(t) + noise(pulse(t) > 0 ? 0.025 : 0.0001); });
+  run.signals[Signal::omega] = series(2.5e-2, 2, [&](double t) { return 50 * pulse(t) + noise(0.1); });
   const NoiseFloor floor = floor_of_i_a(run);
   EXPECT_EQ(floor.from, FloorSource::differences);
   EXPECT_NEAR(floor.sigma, 0.025, 0.012);
