@@ -10,8 +10,8 @@
 namespace emtb {
 namespace {
 
-/// What acceleration, friction and a constant load leave of a current.
-double left_of(const std::vector<double>& current, const MotionWindows& w) {
+/// The scatter that acceleration, friction and a constant load leave of a current.
+double scatter_of(const std::vector<double>& current, const MotionWindows& w) {
   std::vector<std::vector<double>> columns(4);
   for (const MotionWindow& m : w.all) {
     columns[0].push_back(m.acceleration);
@@ -24,14 +24,7 @@ double left_of(const std::vector<double>& current, const MotionWindows& w) {
     for (double& x : column) x /= largest;
     return !(largest > 0);
   });
-  const Regression fit = regress(columns, current);
-  double squares = 0;
-  for (std::size_t k = 0; k < current.size(); ++k) {
-    double left = current[k];
-    for (std::size_t c = 0; c < columns.size(); ++c) left -= fit.value[c] * columns[c][k];
-    squares += left * left;
-  }
-  return squares;
+  return regress(columns, current).scatter;
 }
 
 /// So many windows in which the motor is driven, and turns well, each way.
@@ -47,7 +40,7 @@ std::size_t driven(const MotionWindows& w, double way) {
 DataFindings lost_sign(const MotionWindows& w, const std::string& run, double duration) {
   constexpr std::size_t enough = 10;    // windows
   constexpr double never_below = 0.05;  // of the largest reading: an offset, and noise
-  constexpr double clearly = 0.5;       // of what is left
+  constexpr double clearly = 0.5;       // of the square of what is left
   if (!w.voltage || !w.current || w.all.size() < 4 * enough) return {};
   if (driven(w, 1) < enough || driven(w, -1) < enough) return {};
   std::vector<double> as_logged, with_sign;
@@ -57,7 +50,7 @@ DataFindings lost_sign(const MotionWindows& w, const std::string& run, double du
   }
   const auto [lowest, highest] = std::ranges::minmax(as_logged);
   if (lowest < -never_below * highest || !(highest > 0)) return {};
-  if (left_of(with_sign, w) > clearly * left_of(as_logged, w)) return {};
+  if (scatter_of(with_sign, w) > std::sqrt(clearly) * scatter_of(as_logged, w)) return {};
   return {{run, Signal::i_a, Flaw::sign, 0, duration,
            "i_a is never negative though " + name_of(*w.voltage) +
                " drives the motor both ways: only its size was logged. Give it the sign that it had, or leave it out",

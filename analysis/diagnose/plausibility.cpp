@@ -40,17 +40,6 @@ double share_left(std::span<const Record> records, const Model& fitted, std::spa
   return cost > 0 && cost < infinity ? 0.5 * sum_of_squares(left) / cost : 1;
 }
 
-/// Turns by which the phase, which is free in each run, follows no force that drifts.
-constexpr double good_part = 0.25;
-
-/// Does one size of what repeats with the angle explain nearly all that there is of several runs?
-bool explains_nearly_all(std::span<const Record> records, const Model& fitted, std::span<const Residuals> left) {
-  constexpr std::size_t several = 3;
-  constexpr double nearly_nothing = 0.05;  // of the squares
-  return records.size() >= several && most_turns(records) >= good_part &&
-         share_left(records, fitted, left) < nearly_nothing;
-}
-
 constexpr double straight = 0.35;  // [rad] by chance in one of nine runs
 
 /// At rest, but for what noise makes of it, and not driven.
@@ -62,9 +51,8 @@ bool begins_idle(const Record& record) {
 }
 
 /// Is all that repeats with the angle a weight that hangs straight down wherever a run begins at rest while nothing
-/// drives, and that explains most of what swings it?
-bool hangs_at_first(std::span<const Record> records, const Model& fitted, const ResidualsAtPhases& at) {
-  constexpr double most = 0.3;  // of the squares, at most left
+/// drives?
+bool hangs_at_first(std::span<const Record> records, const Model& fitted, const RotorPhases& phases) {
   const IncludedEffect* weight = nullptr;
   for (const IncludedEffect& e : fitted.effects) {
     const EffectInfo& about = fitted.about(e.effect);
@@ -72,24 +60,32 @@ bool hangs_at_first(std::span<const Record> records, const Model& fitted, const 
     if (weight != nullptr || about.stage != Stage::load || about.place_of(Role::order)) return false;
     weight = &e;
   }
-  if (weight == nullptr || most_turns(records) < good_part) return false;
+  if (weight == nullptr) return false;
   const double phase = weight->parameters[*fitted.about(weight->effect).place_of(Role::phase)].value;
   bool any = false;
   for (std::size_t i = 0; i < records.size(); ++i) {
-    if (!begins_idle(records[i]) || at.phases[i].at.empty()) continue;
-    if (std::cos(at.phases[i].at.front() + phase) < std::cos(straight)) return false;
+    if (!begins_idle(records[i]) || phases[i].at.empty()) continue;
+    if (std::cos(phases[i].at.front() + phase) < std::cos(straight)) return false;
     any = true;
   }
-  return any && share_left(records, fitted, at.residuals) < most;
+  return any;
 }
 
-/// Is what repeats with the angle told by parts of a turn, too?
+/// Is what repeats with the angle told by parts of a turn, too? A force that drifts can be followed by the phase that
+/// is free in each run, but not where the shaft turns by a good part of a turn: there one size has to explain nearly
+/// all that there is of several runs, or most of what swings a weight that hung straight down.
 bool told_by_parts_of_a_turn(std::span<const Record> records, const Model& fitted) {
+  constexpr double good_part = 0.25;  // turns
+  constexpr std::size_t several = 3;
+  constexpr double nearly_nothing = 0.05, little = 0.3;  // of the squares
   const auto repeats = [&](std::size_t effect) { return fitted.about(effect).periodic; };
   if (std::ranges::none_of(fitted.structure().effects, repeats)) return false;
   const ResidualsAtPhases at = residuals_at_best_phases(records, fitted, fitted.values(), {});
-  return at_the_same_place(at.phases) || explains_nearly_all(records, fitted, at.residuals) ||
-         hangs_at_first(records, fitted, at);
+  if (at_the_same_place(at.phases)) return true;
+  if (most_turns(records) < good_part) return false;
+  const bool hangs = hangs_at_first(records, fitted, at.phases);
+  if (!hangs && records.size() < several) return false;
+  return share_left(records, fitted, at.residuals) < (hangs ? little : nearly_nothing);
 }
 
 /// What rests on a bound at which it is not absent. (A limit of the driver may be so far off that it is none.)
