@@ -121,11 +121,10 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.speed = std::max(seen.speed, extremes.seen.speed);
     seen.heat = std::max(seen.heat, extremes.heat);
     seen.duration = std::max(seen.duration, x.t.back() - x.t.front());
-    constexpr double a_row = 1.25, a_quarter = 0.25;  // a row, and what it takes to log one; or what a model tells
     const double sample = mean_interval(x.t);
     seen.sample = seen.sample > 0 ? std::min(seen.sample, sample) : sample;
-    seen.logging = a_row * seen.sample;
-    seen.logged_lag = (record.lags_in_itself ? a_quarter : a_row) * seen.sample;
+    seen.logging = logged_lag(seen.sample, false);
+    seen.logged_lag = logged_lag(seen.sample, record.lags_in_itself);
   }
   const double limit = std::max(driver.max, -driver.min);
   seen.supply = limit < DriverModel::unlimited ? limit : seen.voltage;

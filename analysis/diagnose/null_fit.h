@@ -85,6 +85,10 @@ struct NullFit {
 /// The constants of a fitted model, without what it did in any data.
 FittedMachine motor_of(const Model& fitted);
 
+/// [s] By how much what lags may do so for how runs of such a row were logged: a row, and what it takes to log one.
+/// @param in_itself no timing has its shape: only what a model tells of one
+constexpr double logged_lag(double row, bool in_itself) { return (in_itself ? 0.25 : 1.25) * row; }
+
 /// How far the fitted model goes in the records; at what frequency it rings is not asked.
 Ranges ranges_of(std::span<const Record> records, const Model& fitted);
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/null_fit.h"
 #include "analysis/diagnose/plausibility.h"
 #include "analysis/fit/timing.h"
 #include "model/catalogue.h"
@@ -161,11 +162,10 @@ Road with_a_lag_within_a_row(Dataset& data, WholeSearch& search, const Criterion
   const Trial& found = road.found.current;
   if (!criterion.worth_a_wide_search(found.held_out)) return road;
   const FittedMachine as_set = machine_of(data.train, found.model());
+  FittedMachine in_itself = as_set;
+  in_itself.seen.logged_lag = logged_lag(as_set.seen.sample, true);
   Timing timing = timing_as_recorded(data.timing);
   timing.lags_in_itself = true;
-  set_timing(data, timing);
-  const FittedMachine in_itself = machine_of(data.train, found.model());
-  set(data, road.circumstances);
   const auto lags = [&](std::size_t effect) { return may_lag_in_itself(effect, as_set, in_itself); };
   if (!joins_at_its_own_timing(data, search, criterion, timing, lags, road.found)) return road;
   road.first = search.again(road.first);

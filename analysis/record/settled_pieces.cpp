@@ -168,6 +168,23 @@ void collect(const ObservedRun& record, const Observation& o, SettledPieces& set
   }
 }
 
+namespace {
+
+/// Keeps some of the fast pieces.
+void keep(SettledPieces& settled, const std::vector<std::size_t>& which) {
+  SettledPieces kept;
+  for (const std::size_t i : which) {
+    kept.fast.push_back(std::move(settled.fast[i]));
+    kept.time.push_back(std::move(settled.time[i]));
+    kept.driven.push_back(settled.driven[i]);
+  }
+  settled.fast = std::move(kept.fast);
+  settled.time = std::move(kept.time);
+  settled.driven = std::move(kept.driven);
+}
+
+}  // namespace
+
 void leave_out_rest(SettledPieces& settled, bool counts) {
   constexpr double slow = 0.02;  // of the fastest piece
   constexpr std::size_t enough = 4;
@@ -181,39 +198,30 @@ void leave_out_rest(SettledPieces& settled, bool counts) {
   };
   double fastest = 0;
   for (const TurningStretch& piece : settled.fast) fastest = std::max(fastest, speed(piece));
-  SettledPieces turning;
+  std::vector<std::size_t> turning;
   for (std::size_t i = 0; i < settled.fast.size(); ++i) {
     if (counts ? speed(settled.fast[i]) < slow * fastest : constant(settled.fast[i])) continue;
-    turning.fast.push_back(settled.fast[i]);
-    turning.time.push_back(settled.time[i]);
-    turning.driven.push_back(settled.driven[i]);
+    turning.push_back(i);
   }
-  if (turning.fast.size() < enough) return;
-  settled.fast = std::move(turning.fast);
-  settled.time = std::move(turning.time);
-  settled.driven = std::move(turning.driven);
+  if (turning.size() >= enough) keep(settled, turning);
 }
 
 void leave_out_idle(SettledPieces& settled) {
   constexpr std::size_t enough = 2;
   constexpr double remembers = 0.5;  // from reading to reading: what has not settled, and a load that drifts
-  SettledPieces driven;
+  std::vector<std::size_t> driven;
   std::vector<double> scatter, idle_scatter, correlation;
   for (std::size_t i = 0; i < settled.fast.size(); ++i) {
     const EvenLine line = even_line(settled.fast[i].value);
     (settled.driven[i] ? scatter : idle_scatter).push_back(line.variance);
     if (!settled.driven[i]) continue;
     correlation.push_back(line.variance > 0 ? line.covariance / line.variance : 1);
-    driven.fast.push_back(settled.fast[i]);
-    driven.time.push_back(settled.time[i]);
-    driven.driven.push_back(1);
+    driven.push_back(i);
   }
-  if (scatter.size() < enough || idle_scatter.empty()) return;
+  if (driven.size() < enough || idle_scatter.empty()) return;
   if (median(correlation) > remembers) return;
   if (median(scatter) < clearly_louder * clearly_louder * median(idle_scatter)) return;
-  settled.fast = std::move(driven.fast);
-  settled.time = std::move(driven.time);
-  settled.driven = std::move(driven.driven);
+  keep(settled, driven);
 }
 
 void remove_what_repeats(SettledPieces& settled) {
