@@ -221,7 +221,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   std::optional<Calibration> last =
       keep_what_is_told(road, without, search, criterion, *prepared, {inputs, options.materiality});
   Finding& found = road.found;
-  d.training_judges = trials.judges().training;
+  d.training_judges = trials.training_judges();
   d.cut = trials.cut();
   d.torque_only_loads = only_loads;
   d.torque_is_input = search.torque_left_out();

@@ -177,7 +177,7 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
                                                         known != nullptr ? known->held_out_phases : RotorPhases{});
     trial.held_out.add(data_.held_out, unseen.residuals);
     trial.held_out_phases = std::move(unseen.phases);
-    if (judges_.training) {
+    if (training_judges_) {
       trial.named_error = trial.held_out.error();
       leave_one_out(trial, options);
     }
@@ -194,13 +194,12 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
 }
 
 void FittedTrials::leave_one_out(Trial& trial, const CalibrationOptions& options) const {
-  const std::vector<Model> without = fits_without_each(data_.train, trial.fit, options);
+  const std::vector<Model> judging = judged_in_turn(data_.train, trial.fit, options);
   for (std::size_t out = 0; out < data_.train.size(); ++out) {
     const std::span<const Record> alone(&data_.train[out], 1);
-    const Model& judged = out == judges_.itself ? trial.fit.model : without[out];
     const RotorPhases near{trial.fit.phases[out]};
-    const std::vector<Residuals> left = residuals_at_best_phases(alone, judged, judged.values(), {}, near).residuals;
-    trial.held_out.add(alone, left, out != judges_.itself);
+    trial.held_out.add(
+        alone, residuals_at_best_phases(alone, judging[out], judging[out].values(), {}, near).residuals);
   }
 }
 
@@ -446,17 +445,8 @@ bool FittedTrials::explains_most_runs(const Trial& trial) {
   return 3 * left <= data_.train.size() + data_.held_out.size();
 }
 
-std::optional<FittedTrials::Judges> FittedTrials::better_judges(const Trial& trial) const {
-  if (data_.train.size() < 2) return std::nullopt;
-  const bool asks_training = !data_.held_out.empty() && only_training_shows_a_remainder(trial);
-  if (!asks_training && !data_.held_out.empty()) return std::nullopt;
-  const std::vector<const Record*> showing = unexplained(data_.train, trial.model(), trial.fit.phases);
-  if (showing.size() != 1) return asks_training ? std::optional(Judges{true, {}}) : std::nullopt;
-  const Judges better{.training = asks_training, .itself = static_cast<std::size_t>(showing[0] - data_.train.data())};
-  return better.itself != judges_.itself ? std::optional(better) : std::nullopt;
-}
-
 bool FittedTrials::only_training_shows_a_remainder(const Trial& trial) const {
+  if (data_.held_out.empty() || data_.train.size() < 2) return false;
   const Loss training = loss_on(data_.train, trial.model(), trial.fit.phases);
   const std::vector<Signal> judged = trial.held_out.signals();
   return std::ranges::any_of(training.signals(), [&](Signal signal) {

@@ -62,20 +62,12 @@ class FittedTrials final : public Trials {
   /// them alone, and no fit has seen it.
   std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
 
-  /// What judges beside the held-out runs that were named.
-  struct Judges {
-    bool training = false;                   ///< each training run, while the others are fitted
-    std::optional<std::size_t> itself = {};  ///< the one of them that is judged as it was fitted, as a single run is
+  /// Do held-out runs that were named show nothing of what is left of the training runs, and so say nothing of it?
+  bool only_training_shows_a_remainder(const Trial& trial) const;
 
-    bool operator==(const Judges&) const = default;
-  };
-
-  /// Others, where those that are set cannot judge what is left. Held-out runs that do not show it say nothing of it;
-  /// nor does a single run that shows it, where what is fitted to the others has seen nothing of it.
-  std::optional<Judges> better_judges(const Trial& trial) const;
-
-  void judge_by(const Judges& judges) { judges_ = judges; }
-  const Judges& judges() const { return judges_; }
+  /// Does each training run judge as well, held out in its turn, beside held-out runs that were named?
+  bool training_judges() const { return training_judges_; }
+  void let_training_judge(bool it_does) { training_judges_ = it_does; }
 
   /// The effects that were last refused for a value that they cannot have, and why.
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
@@ -97,7 +89,6 @@ class FittedTrials final : public Trials {
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
   Quality quality_in_training(const Fit& fit) const;
   Loss loss_on(std::span<const Record> runs, const Model& model, const RotorPhases& phases) const;
-  bool only_training_shows_a_remainder(const Trial& trial) const;
   std::vector<const Record*> unexplained(std::span<const Record> runs, const Model& model,
                                          const RotorPhases& phases) const;
 
@@ -108,7 +99,7 @@ class FittedTrials final : public Trials {
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
-  Judges judges_;
+  bool training_judges_ = false;
   Valleys valleys_;
   Scored scored_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given

@@ -230,15 +230,14 @@ Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, c
   const Circumstances recorded = circumstances_of(data);
   Road road = with_timing_or_without(data, search, criterion, as_recorded);
   FittedTrials& trials = search.trials();
-  const FittedTrials::Judges as_set = trials.judges();
-  const std::optional<FittedTrials::Judges> better = trials.better_judges(road.found.current);
-  if (!better || trials.exhausted()) return road;
-  trials.judge_by(*better);
+  if (trials.training_judges() || trials.exhausted() || !trials.only_training_shows_a_remainder(road.found.current))
+    return road;
+  trials.let_training_judge(true);
   const Trial so_far = search.again(road.found.current);
   set(data, recorded);
   Road of_all = with_timing_or_without(data, search, criterion, search.again(as_recorded));
   if (criterion.material(so_far.held_out, of_all.found.current.held_out)) return of_all;
-  trials.judge_by(as_set);
+  trials.let_training_judge(false);
   set(data, road.circumstances);
   return road;
 }

@@ -127,18 +127,18 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
     std::vector<std::size_t> refused = dropped;
     std::erase_if(refused, [&](std::size_t effect) { return !trials.refused().contains(effect); });
     const Circumstances as_set = circumstances_of(data);
-    const FittedTrials::Judges judges = trials.judges();
+    const bool training_judged = trials.training_judges();
     Road other = refused.empty()
                      ? Road{road.first, gone_on_without(found, dropped, search, road.first.held_out), as_set}
                      : without(refused);
     Trial so_far = found.current;
-    if (trials.judges() != judges) {  // a search anew may have called others in
+    if (trials.training_judges() != training_judged) {  // a search anew may have called them in
       set(data, as_set);
       so_far = search.again(so_far);
       set(data, other.circumstances);
     }
     if (!criterion.material(so_far.held_out, other.found.current.held_out)) {
-      trials.judge_by(judges);
+      trials.let_training_judge(training_judged);
       set(data, as_set);
       return judged;
     }

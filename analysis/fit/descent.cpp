@@ -157,11 +157,4 @@ Descent descend(const FitProblem& problem, std::vector<double> x, int max_iterat
   return result;
 }
 
-FirstStep first_step(const FitProblem& problem, const NormalEquations& around, std::vector<double> x) {
-  const Bounds bounds(problem);
-  const Point here{std::move(x), around};
-  const VectorXd step = damped_step(here, bounds, Trust().damping());
-  return {bounds.within(here.x, step), here.promise(step)};
-}
-
 }  // namespace emtb

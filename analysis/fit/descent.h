@@ -20,11 +20,4 @@ struct Descent {
 /// @param tolerance share of the cost: of less than that no step is tried
 Descent descend(const FitProblem& problem, std::vector<double> x, int max_iterations, double tolerance);
 
-/// One such step from x, all but undamped, by normal equations that are known. @return where it leads
-struct FirstStep {
-  std::vector<double> x;
-  double promised = 0;  ///< what it takes off the cost, were that the quadratic
-};
-FirstStep first_step(const FitProblem& problem, const NormalEquations& around, std::vector<double> x);
-
 }  // namespace emtb

@@ -1,50 +1,91 @@
 #include "analysis/fit/leave_one_out.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
-#include <optional>
-#include <utility>
 
-#include "analysis/fit/descent.h"
 #include "analysis/fit/normal_equations.h"
 
 namespace emtb {
 namespace {
 
-/// Where the records without one lead from the optimum of all; nothing where only a descent tells.
-std::optional<std::vector<double>> stepped_without(const FitProblem& problem, std::span<const NormalEquations> each,
-                                                   const std::vector<double>& x, std::size_t out) {
-  constexpr double short_step = 0.01;  // of the cost: what the quadratic errs by is a fraction of that
-  constexpr double kept = 0.9;         // of what a longer one promises
-  const NormalEquations others = problem.sum_of(each, x, out);
-  if (!others.sts.allFinite() || !others.str.allFinite() || !std::isfinite(others.rtr)) return std::nullopt;
-  FirstStep step = first_step(problem, others, x);
-  if (!(step.promised > 0)) return x;
-  if (step.promised < short_step * 0.5 * others.rtr) return std::move(step.x);
-  const NormalEquations there = problem.sum_of(problem.of_each(step.x, false), step.x, out);
-  if (!(0.5 * (others.rtr - there.rtr) >= kept * step.promised)) return std::nullopt;
-  return std::move(step.x);
-}
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-/// By a descent, without one of the records.
-Model fitted_without(std::span<const Record> records, const Fit& of_all, CalibrationOptions options, std::size_t out) {
-  std::vector<Record> others(records.begin(), records.end());
-  others.erase(others.begin() + static_cast<std::ptrdiff_t>(out));
-  if (!options.phases.empty()) options.phases.erase(options.phases.begin() + static_cast<std::ptrdiff_t>(out));
-  return calibrate(others, of_all.model, options).model;
-}
+/// The free parameters around the optimum of all records, each in units of its own curvature: what rests on a bound, or
+/// is told by none, does not move.
+class Surroundings {
+ public:
+  Surroundings(const FitProblem& problem, const Model& fitted, std::vector<double> x,
+               std::span<const NormalEquations> each)
+      : problem_(problem), fitted_(fitted), x_(std::move(x)) {
+    const NormalEquations all = problem.sum_of(each, x_);
+    unit_ = all.sts.diagonal().cwiseSqrt().cwiseInverse();
+    for (Eigen::Index i = 0; i < unit_.size(); ++i) {
+      if (!std::isfinite(unit_[i]) || is_pushed_outward(i, all.str[i])) unit_[i] = 0;
+    }
+    MatrixXd a = unit_.asDiagonal() * all.sts * unit_.asDiagonal();
+    for (Eigen::Index i = 0; i < unit_.size(); ++i) a(i, i) = unit_[i] > 0 ? a(i, i) + regular : 1;
+    of_all_.compute(a);
+  }
+
+  /// The model at which a record is judged by the others.
+  Model judging(const NormalEquations& record) const {
+    std::vector<double> there = x_;
+    const VectorXd shift = shift_of(record);
+    for (std::size_t i = 0; i < there.size(); ++i)
+      there[i] = std::clamp(there[i] - shift[static_cast<Eigen::Index>(i)], parameter(i).min, parameter(i).max);
+    return with_values(fitted_, problem_.free(), there);
+  }
+
+ private:
+  static constexpr double regular = 1e-10;  // of the curvature: what nothing tells stays solvable
+
+  const Parameter& parameter(std::size_t i) const { return fitted_.at(problem_.free().places()[i]); }
+
+  bool is_pushed_outward(Eigen::Index i, double down) const {
+    const auto place = static_cast<std::size_t>(i);
+    const Parameter& p = parameter(place);
+    return (x_[place] <= p.min && down <= 0) || (x_[place] >= p.max && down >= 0);
+  }
+
+  /// Of S_k A^-1 S_k', which has the eigenvalues `share` of L^-1 H_k L^-T: what (I - it)^(-1/2) adds to r_k.
+  VectorXd shift_of(const NormalEquations& record) const {
+    constexpr double alone = 1 - 1e-6;    // what the record tells by itself
+    constexpr double nothing = 1e-6;      // of a share: the limit is a half
+    const MatrixXd h = unit_.asDiagonal() * record.sts * unit_.asDiagonal();
+    const MatrixXd half = of_all_.matrixL().solve(h);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> parts(MatrixXd(of_all_.matrixL().solve(half.transpose())));
+    VectorXd along = parts.eigenvectors().transpose() * of_all_.matrixL().solve(unit_.cwiseProduct(record.str));
+    for (Eigen::Index i = 0; i < along.size(); ++i) {
+      const double share = std::min(parts.eigenvalues()[i], alone);
+      along[i] *= share > nothing ? (1 / std::sqrt(1 - share) - 1) / share : 0.5;
+    }
+    return unit_.cwiseProduct(of_all_.matrixU().solve(parts.eigenvectors() * along));
+  }
+
+  const FitProblem& problem_;
+  const Model& fitted_;
+  std::vector<double> x_;
+  VectorXd unit_;
+  Eigen::LLT<MatrixXd> of_all_;
+};
 
 }  // namespace
 
-std::vector<Model> fits_without_each(std::span<const Record> records, const Fit& of_all, CalibrationOptions options) {
+std::vector<Model> judged_in_turn(std::span<const Record> records, const Fit& of_all, CalibrationOptions options) {
   options.phases = of_all.phases;
   const FitProblem problem(records, of_all.model, options);
-  const std::vector<double> x = problem.free().pick({});
+  std::vector<double> x = problem.free().pick({});
+  if (x.empty()) return std::vector<Model>(records.size(), of_all.model);
   const std::vector<NormalEquations> each = problem.of_each(x, true);
+  const Surroundings around(problem, of_all.model, std::move(x), each);
   std::vector<Model> models;
-  for (std::size_t out = 0; out < records.size(); ++out) {
-    const auto there = stepped_without(problem, each, x, out);
-    models.push_back(there ? with_values(of_all.model, problem.free(), *there)
-                           : fitted_without(records, of_all, options, out));
+  for (const NormalEquations& record : each) {
+    const bool tells = record.sts.allFinite() && record.str.allFinite();
+    models.push_back(tells ? around.judging(record) : of_all.model);
   }
   return models;
 }

@@ -267,12 +267,9 @@ std::vector<NormalEquations> FitProblem::of_each(std::span<const double> x, bool
   return of_each(x, with_sensitivities, false, !followed_.courses.empty());
 }
 
-NormalEquations FitProblem::sum_of(std::span<const NormalEquations> each, std::span<const double> x,
-                                   std::optional<std::size_t> but) const {
+NormalEquations FitProblem::sum_of(std::span<const NormalEquations> each, std::span<const double> x) const {
   NormalEquations sum = nothing_of(static_cast<Eigen::Index>(free_.size()));
-  for (std::size_t i = 0; i < each.size(); ++i) {
-    if (i != but) sum += each[i];
-  }
+  for (const NormalEquations& record : each) sum += record;
   for (const auto& [column, prior] : priors_) {
     const double r = (prior.value - x[static_cast<std::size_t>(column)]) / prior.std;
     sum.sts(column, column) += 1 / (prior.std * prior.std);

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <limits>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -72,9 +71,8 @@ class FitProblem {
   /// The same of each record by itself, without the priors.
   std::vector<NormalEquations> of_each(std::span<const double> x, bool with_sensitivities) const;
 
-  /// Their sum, with the priors. @param but one that is left out
-  NormalEquations sum_of(std::span<const NormalEquations> each, std::span<const double> x,
-                         std::optional<std::size_t> but = {}) const;
+  /// Their sum, with the priors.
+  NormalEquations sum_of(std::span<const NormalEquations> each, std::span<const double> x) const;
 
  private:
   /// Where the rotor phases have been followed to: the values at which the cost was least, and how the phases go on
