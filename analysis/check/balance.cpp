@@ -70,6 +70,7 @@ MotorBalance balance_of(const MotionWindows& w) {
   }
   if (!w.current) return b;
   b.back_power = alike(w, &MotionWindow::current, &MotionWindow::speed);
+  b.pulled = alike(w, &MotionWindow::current, &MotionWindow::acceleration);
   if (w.voltage) {
     b.power_in = alike(w, &MotionWindow::voltage, &MotionWindow::current);
     const std::vector<Column> of{&MotionWindow::current, &MotionWindow::speed};

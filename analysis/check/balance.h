@@ -26,6 +26,7 @@ struct MotorBalance {
   double power_in = 0, back_power = 0;  ///< mean of e_a i_a and of i_a ω, each over the product of the rms
   double driven = 0;                    ///< of e_a ω, likewise
   double sped_up = 0;                   ///< of e_a dω/dt, likewise
+  double pulled = 0;                    ///< of i_a dω/dt, likewise
   double gain = 0;                      ///< [V s/rad] mean of e_a ω over that of ω^2: K or more, by friction
 };
 

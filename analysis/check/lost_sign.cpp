@@ -37,19 +37,22 @@ std::size_t driven(const MotionWindows& w, double way) {
 
 }  // namespace
 
-DataFindings lost_sign(const MotionWindows& w, const std::string& run, double duration) {
-  constexpr std::size_t enough = 10;    // windows
+bool never_below_zero(const MotionWindows& w) {
   constexpr double never_below = 0.05;  // of the largest reading: an offset, and noise
-  constexpr double clearly = 0.5;       // of the square of what is left
+  const auto [lowest, highest] = std::ranges::minmax(w.all, {}, &MotionWindow::current);
+  return highest.current > 0 && lowest.current >= -never_below * highest.current;
+}
+
+DataFindings lost_sign(const MotionWindows& w, const std::string& run, double duration) {
+  constexpr std::size_t enough = 10;  // windows
+  constexpr double clearly = 0.5;     // of the square of what is left
   if (!w.voltage || !w.current || w.all.size() < 4 * enough) return {};
-  if (driven(w, 1) < enough || driven(w, -1) < enough) return {};
+  if (driven(w, 1) < enough || driven(w, -1) < enough || !never_below_zero(w)) return {};
   std::vector<double> as_logged, with_sign;
   for (const MotionWindow& m : w.all) {
     as_logged.push_back(m.current);
     with_sign.push_back(std::copysign(m.current, m.voltage));
   }
-  const auto [lowest, highest] = std::ranges::minmax(as_logged);
-  if (lowest < -never_below * highest || !(highest > 0)) return {};
   if (scatter_of(with_sign, w) > std::sqrt(clearly) * scatter_of(as_logged, w)) return {};
   return {{run, Signal::i_a, Flaw::sign, 0, duration,
            "i_a is never negative though " + name_of(*w.voltage) +

@@ -7,6 +7,9 @@
 
 namespace emtb {
 
+/// Does a current never go below zero, but for an offset and noise?
+bool never_below_zero(const MotionWindows& windows);
+
 /// A current of a motor that is driven both ways, of which only the size was logged: it is never negative, and goes
 /// with what the shaft does only once it is given the sign of the voltage. A load that pulls one way makes a current
 /// that is never negative, too, but that goes with the shaft as it stands.

@@ -25,13 +25,19 @@ std::optional<Signal> turned(const MotionWindows& w, const MotorBalance& b) {
   // A weak current may have an offset larger than itself, so the power alone does not do.
   const bool backwards = (b.power_in < 0 && b.back_power < 0) || negative(b.inertia);
   const bool by_balance = negative(b.resistance) && !positive(b.inertia) && (b.power_in < 0 || b.back_power < 0);
-  const bool by_power = b.power_in < -clear && b.back_power < -clear && negative(b.inertia);
+  const bool slows = negative(b.inertia) || b.pulled < -clear;  // a short run has too few windows for the balance
+  const bool by_power = b.power_in < -clear && b.back_power < -clear && slows;
   if (b.driven > clear && backwards && (by_balance || by_power)) return Signal::i_a;
   return std::nullopt;
 }
 
 std::string why(Signal signal, const MotionWindows& w) {
   if (signal == Signal::i_a) {
+    if (w.voltage && never_below_zero(w)) {
+      return "i_a is never negative though " + name_of(*w.voltage) +
+             " drives the motor backwards: if only its size was logged, give it the sign that it had; if its sign is "
+             "turned, turn it (scale: -1)";
+    }
     return w.voltage ? "i_a flows against the voltage and the acceleration: turn its sign (scale: -1)"
                      : "the shaft speeds up where i_a is negative: turn the sign of i_a or of the speed (scale: -1)";
   }

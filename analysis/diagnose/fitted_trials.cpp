@@ -198,8 +198,7 @@ void FittedTrials::leave_one_out(Trial& trial, const CalibrationOptions& options
   for (std::size_t out = 0; out < data_.train.size(); ++out) {
     const std::span<const Record> alone(&data_.train[out], 1);
     const RotorPhases near{trial.fit.phases[out]};
-    trial.held_out.add(
-        alone, residuals_at_best_phases(alone, judging[out], judging[out].values(), {}, near).residuals);
+    trial.held_out.add(alone, residuals_at_best_phases(alone, judging[out], judging[out].values(), {}, near).residuals);
   }
 }
 

@@ -53,8 +53,8 @@ class Surroundings {
 
   /// Of S_k A^-1 S_k', which has the eigenvalues `share` of L^-1 H_k L^-T: what (I - it)^(-1/2) adds to r_k.
   VectorXd shift_of(const NormalEquations& record) const {
-    constexpr double alone = 1 - 1e-6;    // what the record tells by itself
-    constexpr double nothing = 1e-6;      // of a share: the limit is a half
+    constexpr double alone = 1 - 1e-6;  // what the record tells by itself
+    constexpr double nothing = 1e-6;    // of a share: the limit is a half
     const MatrixXd h = unit_.asDiagonal() * record.sts * unit_.asDiagonal();
     const MatrixXd half = of_all_.matrixL().solve(h);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> parts(MatrixXd(of_all_.matrixL().solve(half.transpose())));

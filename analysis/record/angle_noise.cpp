@@ -45,8 +45,10 @@ double scatter_at_rest(std::span<const Run> runs, std::span<const Run> others) {
   return scatter > of_an_encoder ? step * std::sqrt(scatter * scatter - 1.0 / 12) : 0;
 }
 
-AngleNoise angle_noise(std::span<const Run> runs, std::span<const Run> others) {
-  return {.still = scatter_at_rest(runs, others), .times = time_scatter(runs, others)};
+AngleNoise angle_noise(const Model& model, std::span<const Run> runs, std::span<const Run> others) {
+  const auto declared = model.noise.find(Signal::theta);
+  return {.still = declared != model.noise.end() ? declared->second : scatter_at_rest(runs, others),
+          .times = time_scatter(runs, others)};
 }
 
 }  // namespace emtb

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "model/model.h"
 #include "session/session.h"
 
 namespace emtb {
@@ -14,9 +15,9 @@ struct AngleNoise {
   double variance(double speed) const { return still * still + times * times * speed * speed; }  ///< [rad²]
 };
 
-/// What runs tell of both.
+/// What runs tell of both; the first one as the model declares it, where it declares a noise of the angle.
 /// @param runs,others that were logged alike; of one whose step is not known nothing is told
-AngleNoise angle_noise(std::span<const Run> runs, std::span<const Run> others = {});
+AngleNoise angle_noise(const Model& model, std::span<const Run> runs, std::span<const Run> others = {});
 
 /// How much the readings of an angle scatter beyond what whole steps of its instrument leave, standard deviation [rad].
 /// 0 for an encoder, which is silent at rest. A potentiometer is not.

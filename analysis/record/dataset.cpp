@@ -183,7 +183,7 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   const Logging logging{.order = order,
                         .acts_after = data.timing.acts_after,
                         .voltage_late = voltage_late,
-                        .angle_noise = angle_noise(train, held_out),
+                        .angle_noise = angle_noise(model, train, held_out),
                         .voltage_hops = voltage_hops_alone(train, model)};
   std::vector<ObservedRun> observed(train.size() + held_out.size());
   parallel_for(observed.size(), [&](std::size_t i) {
@@ -213,7 +213,7 @@ std::vector<Record> prepare_with(const Noise& noise, std::span<const Run> runs, 
   if (const auto counted = counted_speed(runs)) runs = with_angle = with_counted_angle(runs, *counted);
   std::vector<ObservedRun> observed;
   const Logging logging{
-      .order = order, .angle_noise = angle_noise(runs), .voltage_hops = voltage_hops_alone(runs, model)};
+      .order = order, .angle_noise = angle_noise(model, runs), .voltage_hops = voltage_hops_alone(runs, model)};
   for (const Run& run : runs) observed.push_back(observe_run(run, model, chaining, logging));
   return weighed_all(observed, noise, model);
 }

@@ -142,7 +142,7 @@ ModelStructure ObservedRun::structure(const Model& model) const {
 
 ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining) {
   const std::span alone(&run, 1);
-  return observe_run(run, model, chaining, {.order = ripple_order(alone), .angle_noise = angle_noise(alone)});
+  return observe_run(run, model, chaining, {.order = ripple_order(alone), .angle_noise = angle_noise(model, alone)});
 }
 
 ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, const Logging& logging) {

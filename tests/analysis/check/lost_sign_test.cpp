@@ -27,6 +27,15 @@ TEST(LostSign, IsThatOfACurrentOfWhichOnlyTheSizeWasLogged) {
   EXPECT_THAT(findings, testing::Contains(IsALostSign()));
 }
 
+TEST(LostSign, IsThatOfAShortRunBackwardsToo) {
+  emtb::Run run = synthetic::record({}, {{0.2, 0}, {0.5, -2}, {0.3, -1}}, 5e-3, {.omega = 0.1, .i_a = 0.02});
+  const std::vector<emtb::Run> as_it_is{run};
+  for (double& i : run.signals.at(Signal::i_a).value.edit()) i = std::abs(i);
+  const std::vector<emtb::Run> only_its_size{run};
+  EXPECT_THAT(check(only_its_size, {}, nullptr), testing::Contains(IsALostSign()));
+  EXPECT_THAT(check(as_it_is, {}, nullptr), testing::Not(testing::Contains(IsALostSign())));
+}
+
 TEST(LostSign, IsNotThatOfACurrentThatHasItNorOfOneThatALoadHoldsUp) {
   const auto plain = check(both_ways([](double i) { return i; }), {}, nullptr);
   EXPECT_THAT(plain, testing::Not(testing::Contains(IsALostSign())));

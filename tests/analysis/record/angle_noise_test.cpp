@@ -6,6 +6,9 @@
 #include <numbers>
 #include <random>
 
+#include "analysis/record/dataset.h"
+#include "tests/analysis/synthetic.h"
+
 namespace emtb {
 namespace {
 
@@ -43,6 +46,26 @@ TEST(AngleNoise, IsNotToldOfAnInstrumentWhoseStepIsNotKnown) {
   emtb::Run run = angle_of(3, 0);
   run.signals.at(Signal::theta).lsb = 0;
   EXPECT_EQ(noise_of(run), 0);
+}
+
+TEST(AngleNoise, IsWhatTheModelDeclares) {
+  const emtb::Run run = angle_of(0, 0);
+  Model model;
+  EXPECT_EQ(angle_noise(model, std::span(&run, 1)).still, 0);
+  model.noise[Signal::theta] = 3 * one_code;
+  EXPECT_EQ(angle_noise(model, std::span(&run, 1)).still, 3 * one_code);
+}
+
+TEST(AngleNoise, ThatIsDeclaredSetsTheFloorOfTheSpeedThatTheAngleTells) {
+  emtb::Run run = angle_of(0, 0);
+  Series& reference = run.signals[Signal::u_ref];
+  reference.t = run.at(Signal::theta).t;
+  for (const double t : reference.t) reference.value.push_back(t < 2 || t > 4 ? 0 : 1);
+  Model model = synthetic::servo_model();
+  const double quiet = prepare(std::span(&run, 1), {}, model).noise.at(Signal::omega).sigma;
+  model.noise[Signal::theta] = 3 * one_code;
+  const double noisy = prepare(std::span(&run, 1), {}, model).noise.at(Signal::omega).sigma;
+  EXPECT_GT(noisy, 4 * quiet) << "three steps beside the third of one that counts leave";
 }
 
 }  // namespace

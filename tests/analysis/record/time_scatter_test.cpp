@@ -108,7 +108,7 @@ TEST(TimeScatter, IsInTheErrorOfTheSpeedThatIsMadeOfTheCounts) {
   const std::vector<double> read = times(0.2, 2000, 1e-3);
   const emtb::Run run = counts(read, in_whole(1e-3, read), steady);
   const Series& theta = run.at(Signal::theta);
-  const Observation speed = speed_of_encoder(theta, theta.t, angle_noise(std::span(&run, 1)));
+  const Observation speed = speed_of_encoder(theta, theta.t, angle_noise(Model{}, std::span(&run, 1)));
   double seen = 0, foretold = 0;
   for (std::size_t i = 0; i < speed.size(); ++i) {
     seen += std::pow(speed.value[i] - 15.3, 2);
