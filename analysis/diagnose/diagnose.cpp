@@ -198,6 +198,8 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   WholeSearch search(*prepared, trials, criterion, {options.longest_list, only_loads}, progress);
   const Circumstances recorded = circumstances_of(data);
   Road road = best_road(*prepared, search, criterion, first);
+  if (!trials.exhausted() && set_shorter_steps(*prepared, road.found.current.model()))
+    road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
   if (auto quieter =
           trials.exhausted() ? std::nullopt : floors_down_to_what_is_left(data, road.found.current.model())) {
     set_noise(*prepared, std::move(*quieter), given);

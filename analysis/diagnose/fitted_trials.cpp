@@ -76,14 +76,11 @@ bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t 
 bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
   const EffectInfo& about = judged.model.about(effect);
   const std::vector<Parameter>& included = judged.model.parameters_of(effect);
-  bool any_amplitude = false, any_shape_told = false;
+  bool any_amplitude = false;
   for (std::size_t i = 0; i < about.parameter_count; ++i) {
     const EffectParameter& p = about.parameter_list[i];
     const Parameter& found = included[i];
-    if (p.is_shape()) {
-      any_shape_told = any_shape_told || (found.std_error && std::abs(found.value) > errors * *found.std_error);
-      continue;
-    }
+    if (p.is_shape()) continue;
     any_amplitude = true;
     if (found.value == p.null) continue;  // it rests where the effect is absent
     const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
@@ -95,8 +92,7 @@ bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
     const double size = p.null == infinity ? found.value : found.value - p.null;
     if (found.std_error && std::abs(size) > errors * *found.std_error) return true;
   }
-  // Of one that is there or not, one shape at least is told.
-  return !any_amplitude && (about.parameter_count == 0 || any_shape_told);
+  return !any_amplitude;  // one that is there or not: what it explains tells that, and no value of its shape
 }
 
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
@@ -104,6 +100,15 @@ Fit with_standard_errors(std::span<const Record> records, const Model& fitted, b
   as_it_is.extra_starts = as_it_is.max_iterations = 0;
   as_it_is.quick_errors = quick;
   return fit_or_none(records, fitted, as_it_is);
+}
+
+bool told_but_for_scale(std::span<const Record> records, const Fit& judged, std::size_t effect, double errors) {
+  if (told_from_zero(judged, effect, errors)) return true;
+  const std::vector<std::size_t> places = places_to_hold(records, judged.model);
+  if (places.empty()) return false;
+  Model held = judged.model;
+  for (const std::size_t place : places) held.at(place).fixed = true;
+  return told_from_zero(with_standard_errors(records, held, true), effect, errors);
 }
 
 FittedTrials::FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion,
@@ -400,7 +405,7 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
 bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   // What quick errors lack is no reason to doubt that it is there.
   const Fit judged = with_standard_errors(data_.train, fitted, true);
-  if (!told_from_zero(judged, effect)) return false;
+  if (!told_but_for_scale(data_.train, judged, effect)) return false;
   std::string objection = implausible_value(data_.train, judged.model, effect);
   if (objection.empty() && !keeps_step(data_.train, judged, effect)) {
     objection = "its order is not told: a wave that keeps step with the angle would";

@@ -112,6 +112,10 @@ class FittedTrials final : public Trials {
 /// Do the data tell the size of an effect from nothing, to so many of its standard errors?
 bool told_from_zero(const Fit& judged, std::size_t effect, double errors = 3);
 
+/// The same, where what the data cannot tell of the model is held where it is (gauge.h): along a factor that they leave
+/// free the size of an effect may be anything, but not nothing.
+bool told_but_for_scale(std::span<const Record> records, const Fit& judged, std::size_t effect, double errors = 3);
+
 /// A fitted model as it stands, with its standard errors and what rests on a bound.
 /// @param quick leaves long blocks and the length of steps out of them
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick = false);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/plausibility.h"
 #include "model/effect.h"
 
 namespace emtb {
@@ -140,14 +142,53 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
   return best;
 }
 
-Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, std::size_t effect,
+namespace {
+
+/// A fitted model with its base parameters as they were given.
+Fit with_base_as_given(std::span<const Record> records, Fit fitted, const Model& given) {
+  for (std::size_t i = 0; i < given.base.size(); ++i) {
+    if (!fitted.model.base[i].fixed) fitted.model.base[i] = given.base[i];
+  }
+  SquaresAtPhases there = squares_at_best_phases(records, fitted.model);
+  fitted.cost = 0.5 * there.squares;
+  fitted.phases = std::move(there.phases);
+  return fitted;
+}
+
+/// A fitted model with an effect where that is absent.
+Fit where_it_is_absent(std::span<const Record> records, const Fit& fitted, const Score& score) {
+  Model model = fitted.model;
+  model.include(score.effect);
+  std::vector<Parameter>& added = model.parameters_of(score.effect);
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    if (!added[i].fixed) added[i].value = std::clamp(score.starts.front().from[i], added[i].min, added[i].max);
+  }
+  return first_steps(records, model, 0, {});
+}
+
+}  // namespace
+
+Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, const Model& given, std::size_t effect,
                      const ScoreOptions& options) {
+  constexpr int far_enough = 40;  // steps: one fit that somebody waits for, and what begins slowly may end best
   const double squares = squares_at_best_phases(records, fitted.model, fitted.phases).squares;
-  const std::vector<Score> scores = score(records, fitted.model, std::vector{effect}, options);
-  Fit best = begun_refit(records, fitted, squares, scores.front());
-  if (!fitted.model.about(effect).is_wave()) return best;
-  auto whole = begun_at_whole_orders(records, fitted, squares, std::vector{effect}, options);
-  return whole && whole->fit.cost < best.cost ? std::move(whole->fit) : best;
+  const Score scored = score(records, fitted.model, std::vector{effect}, options).front();
+  const std::vector<Score> clearer =
+      from_clear_sizes_too({scored}, fitted.model, machine_of(records, fitted.model));
+  std::vector<Fit> begun{begun_refit(records, fitted, squares, clearer.empty() ? scored : clearer.front())};
+  Score from_given = scored;
+  for (Score::Start& start : from_given.starts) start.others.clear();  // they belong to the fitted values
+  const Fit anew = with_base_as_given(records, fitted, given);
+  begun.push_back(begun_refit(records, anew, 2 * anew.cost, from_given));
+  if (fitted.model.about(effect).is_wave()) {
+    auto whole = begun_at_whole_orders(records, fitted, squares, std::vector{effect}, options);
+    if (whole) begun.push_back(std::move(whole->fit));
+  }
+  std::erase_if(begun, [](const Fit& fit) { return !std::isfinite(fit.cost); });
+  for (Fit& fit : begun) fit = first_steps(records, fit.model, far_enough, {});
+  const auto best = std::ranges::min_element(begun, {}, &Fit::cost);
+  if (best != begun.end() && 2 * best->cost < squares) return std::move(*best);
+  return where_it_is_absent(records, fitted, scored);
 }
 
 }  // namespace emtb

@@ -44,7 +44,8 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& se
     if (needed(effect, found.current.model())) continue;
     bool may_be = trials.determined(judged->model, effect);
     if (may_be && told_from_zero(*judged, effect, by_far)) continue;
-    const bool doubtful = !told_from_zero(*judged, effect, hardly) && criterion.remainder(found.current.held_out);
+    const bool doubtful =
+        criterion.remainder(found.current.held_out) && !told_but_for_scale(data.train, *judged, effect, hardly);
     Model without = found.current.model();
     without.exclude(effect);
     std::optional<Trial> trial = trials.fit_from_elsewhere_too(without);

@@ -132,8 +132,20 @@ void set_noise(Dataset& data, Noise noise, const Model& model) {
   set_timing(data, data.timing);
 }
 
-bool set_steps(Dataset& data, const Model& fitted) {
-  constexpr double alike = 1.5;  // a time constant is seldom known better before it is fitted
+namespace {
+
+constexpr double alike = 1.5;  // of steps in a row: a time constant is seldom known better before it is fitted
+
+double steps_in(double interval, double step) { return std::max(1.0, interval / step); }
+
+/// Does another step divide a row into clearly more?
+bool is_finer(double interval, double before, double now) {
+  return steps_in(interval, now) > alike * steps_in(interval, before);
+}
+
+/// Sets the steps of a model in all records in which `asked(interval, before, now)` says so of one of them.
+template <class Asked>
+bool set_steps_where(Dataset& data, const Model& fitted, const Asked& asked) {
   Excitation fit;
   set_steps(fit, fitted);
   bool changed = false;
@@ -141,11 +153,8 @@ bool set_steps(Dataset& data, const Model& fitted) {
     for (Record& record : *records) {
       Excitation& x = record.excitation;
       const double interval = mean_interval(x.t);
-      const auto differ = [&](double before, double now) {  // in how many steps they make of a row
-        const double b = std::max(1.0, interval / before), n = std::max(1.0, interval / now);
-        return b > alike * n || n > alike * b;
-      };
-      if (!differ(x.longest_step, fit.longest_step) && !differ(x.quick_step, fit.quick_step)) continue;
+      if (!asked(interval, x.longest_step, fit.longest_step) && !asked(interval, x.quick_step, fit.quick_step))
+        continue;
       x.longest_step = fit.longest_step;
       x.quick_step = fit.quick_step;
       changed = true;
@@ -153,6 +162,16 @@ bool set_steps(Dataset& data, const Model& fitted) {
   }
   return changed;
 }
+
+}  // namespace
+
+bool set_steps(Dataset& data, const Model& fitted) {
+  return set_steps_where(data, fitted, [](double interval, double before, double now) {
+    return is_finer(interval, before, now) || is_finer(interval, now, before);
+  });
+}
+
+bool set_shorter_steps(Dataset& data, const Model& fitted) { return set_steps_where(data, fitted, is_finer); }
 
 Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_out_as_read, const Model& model,
                 Chaining chaining) {

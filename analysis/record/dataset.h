@@ -48,6 +48,9 @@ void set_noise(Dataset& data, Noise noise, const Model& model);
 /// @return whether that changes any
 bool set_steps(Dataset& data, const Model& fitted);
 
+/// The same, but only where they have to be shorter: what was fitted in steps that are too long for it is not its own.
+bool set_shorter_steps(Dataset& data, const Model& fitted);
+
 /// Prepares runs for a model. Weights depend on the data and the model as given, and stay fixed from here on.
 /// @throws ModelError where a run does not fit the model.
 Dataset prepare(std::span<const Run> train, std::span<const Run> held_out, const Model& model,

@@ -256,7 +256,7 @@ void Work::add(std::size_t effect) {
   const std::string id(now_.model.about(effect).id);
   if (now_.model.includes(effect)) throw Error("the model includes " + id + " already");
   const Calibration before = calibrate(data_, now_.model);
-  const Fit begun = begun_refit_with(data_.train, before, effect);
+  const Fit begun = begun_refit_with(data_.train, before, now_.model, effect);
   if (!std::isfinite(begun.cost)) throw Error("the model cannot be simulated with " + id + ": it leaves all bounds");
   State next = now_;
   next.steps.back() = step_of(next.steps.back().added, before.model);

@@ -235,7 +235,7 @@ TEST(Diagnose, NamesTeethThatOthersComeNearEnoughToBeTakenFirst) {
   CalibrationOptions one_start;
   one_start.extra_starts = 0;
   const Fit base = calibrate(data, d.base, one_start);
-  const Fit begun = begun_refit_with(data.train, base, effect_index("cogging"));
+  const Fit begun = begun_refit_with(data.train, base, base.model, effect_index("cogging"));
   const Model added = calibrate(std::span<const Record>(data.train), begun.model, one_start).model;
   const double train = error_of(mean_squares(residuals(data.train, added, added.values(), {})));
   EXPECT_LT(train, 1.2 * d.final_train);  // 15 teeth in place of 14 come as near

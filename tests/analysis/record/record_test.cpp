@@ -362,12 +362,15 @@ emtb::Run speeds(double interval) {
 
 TEST(SetSteps, AreThoseOfTheFittedMotorWhereRowsAreSimulatedInSeveral) {
   const Model given = servo_model();
-  Model slower = given, about_as_slow = given;
+  Model slower = given, about_as_slow = given, quicker = given;
   slower.base[base::J].value *= 4;
+  quicker.base[base::J].value /= 4;
   about_as_slow.base[base::J].value *= 1.2;
   for (const double interval : {1e-4, 0.02}) {
     Dataset data = prepare(std::vector{speeds(interval)}, std::vector{speeds(interval)}, given);
     EXPECT_FALSE(set_steps(data, about_as_slow));
+    EXPECT_FALSE(set_shorter_steps(data, slower)) << "what is slower is simulated well enough";
+    EXPECT_EQ(set_shorter_steps(data, quicker), interval > 1e-3);
     EXPECT_EQ(set_steps(data, slower), interval > 1e-3) << "rows that are one step stay one";
     EXPECT_FALSE(set_steps(data, slower));
     Excitation wanted;
