@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "analysis/fit/residuals.h"
+#include "analysis/numerics/parallel.h"
 #include "model/catalogue.h"
 #include "model/simulation.h"
 
@@ -136,12 +137,16 @@ void visit_readings_by_condition(const RecordRefs& records, const Model& model, 
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
   const Model machine = without_sensors(model);
-  std::vector<Motion> motions;
-  std::vector<std::vector<Residuals>> left;
-  for (const Record& record : records) {
-    motions.push_back(motion_of(record, machine));
-    left.push_back(residuals({&record, 1}, 0, record.structure(model), values, {}));
-  }
+  std::vector<Motion> motions(records.size());
+  std::vector<std::vector<Residuals>> left(records.size());
+  parallel_for(
+      records.size(),
+      [&](std::size_t i) {
+        const Record& record = records[i];
+        motions[i] = motion_of(record, machine);
+        left[i] = residuals({&record, 1}, 0, record.structure(model), values, {});
+      },
+      [&](std::size_t i) { return records[i].get().length(); });
   for (const auto& [signal, stride] : strides_of(records)) {
     ReadingsByCondition readings;
     Pieces pieces{piece, 0, 0};

@@ -6,8 +6,10 @@
 #include <limits>
 #include <memory>
 
+#include "analysis/fit/normal_equations.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/numerics/linear_algebra.h"
+#include "analysis/numerics/parallel.h"
 #include "model/simulation.h"
 
 namespace emtb {
@@ -67,13 +69,16 @@ struct Stay {
 Stay stay_of(std::span<const Record> records, const Model& model, bool current) {
   Stay stay;
   const std::vector<double> values = model.values();
-  for (const Record& record : records) {
+  std::vector<std::vector<double>> signals(records.size());
+  parallel_for(records, [&](std::size_t i) {
     Trajectory<double> y;
-    simulate<double>(record.structure(model), values, record.excitation, y);
-    const std::vector<double>& signal = current ? y.i_a : y.omega;
-    for (std::size_t k = 1; k < signal.size(); ++k) {
-      stay.value.push_back(signal[k]);
-      stay.seconds.push_back(record.excitation.t[k] - record.excitation.t[k - 1]);
+    simulate<double>(records[i].structure(model), values, records[i].excitation, y);
+    signals[i] = std::move(current ? y.i_a : y.omega);
+  });
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (std::size_t k = 1; k < signals[i].size(); ++k) {
+      stay.value.push_back(signals[i][k]);
+      stay.seconds.push_back(records[i].excitation.t[k] - records[i].excitation.t[k - 1]);
     }
   }
   return stay;
@@ -128,10 +133,20 @@ ColumnFit fit_of_columns(std::span<const Record> records, const Model& model,
   Eigen::MatrixXd sts = Eigen::MatrixXd::Zero(p, p);
   Eigen::VectorXd str = Eigen::VectorXd::Zero(p);
   const std::vector<Residuals> all = residuals(records, model, model.values(), columns);
-  for (const Residuals& r : all) {
-    if (!r.informed()) continue;
-    sts += gram(r.sensitivity);
-    str += transposed_product(r.sensitivity, r.value);
+  // Each on a core, and added up in their order.
+  std::vector<Block> parts(all.size());
+  const auto length_of = [&](std::size_t i) { return all[i].value.size(); };
+  parallel_for(
+      all.size(),
+      [&](std::size_t i) {
+        const Residuals& r = all[i];
+        if (r.informed()) parts[i] = {gram(r.sensitivity), transposed_product(r.sensitivity, r.value)};
+      },
+      length_of);
+  for (const Block& part : parts) {
+    if (part.str.size() == 0) continue;
+    sts += part.sts;
+    str += part.str;
   }
   const Eigen::MatrixXd information = sts;
   sts.diagonal() += change.cwiseAbs2().cwiseInverse();
@@ -144,16 +159,23 @@ ColumnFit fit_of_columns(std::span<const Record> records, const Model& model,
   const double length = shortest_piece(records);
   // The sandwich over blocks: what is left is coloured, all the more where something is missing.
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(p, p);
-  for (const Residuals& r : all) {
-    if (!r.informed()) continue;
-    const Eigen::VectorXd left = r.value - r.sensitivity * fit.value;
-    const Record& record = records[r.record];
-    for_each_piece(record, *record.find(r.signal), 0, r.value.size(), length,
-                   [&](long, Eigen::Index begin, Eigen::Index rows) {
-                     const Eigen::VectorXd g =
-                         transposed_product(r.sensitivity.middleRows(begin, rows), left.segment(begin, rows));
-                     meat.noalias() += g * g.transpose();
-                   });
+  std::vector<std::vector<Eigen::VectorXd>> gradients(all.size());
+  parallel_for(
+      all.size(),
+      [&](std::size_t i) {
+        const Residuals& r = all[i];
+        if (!r.informed()) return;
+        const Eigen::VectorXd left = r.value - r.sensitivity * fit.value;
+        const Record& record = records[r.record];
+        for_each_piece(record, *record.find(r.signal), 0, r.value.size(), length,
+                       [&](long, Eigen::Index begin, Eigen::Index rows) {
+                         gradients[i].push_back(
+                             transposed_product(r.sensitivity.middleRows(begin, rows), left.segment(begin, rows)));
+                       });
+      },
+      length_of);
+  for (const std::vector<Eigen::VectorXd>& of_one : gradients) {
+    for (const Eigen::VectorXd& g : of_one) meat.noalias() += g * g.transpose();
   }
   const Eigen::MatrixXd sandwich = product(product(inverse, meat), inverse);
   const Eigen::MatrixXd white = product(product(inverse, information), inverse);

@@ -1,10 +1,13 @@
 #include "analysis/diagnose/where.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <span>
 #include <utility>
+
+#include "analysis/numerics/parallel.h"
 
 namespace emtb {
 namespace {
@@ -82,9 +85,11 @@ std::vector<ResidualMap> residual_maps(const RecordRefs& records, const Model& m
   for (const Record& record : records) duration += record.excitation.t.back() - record.excitation.t.front();
   std::vector<ResidualMap> maps;
   visit_readings_by_condition(records, model, duration / pieces, [&](Signal signal, const ReadingsByCondition& all) {
-    for (std::size_t c = 0; c < condition_count; ++c) {
-      if (all[c].empty()) continue;
-      ResidualMap map = map_of(signal, static_cast<Condition>(c), all[c]);
+    std::array<ResidualMap, condition_count> of_each;
+    parallel_for(condition_count, [&](std::size_t c) {
+      if (!all[c].empty()) of_each[c] = map_of(signal, static_cast<Condition>(c), all[c]);
+    });
+    for (ResidualMap& map : of_each) {
       if (!map.bins.empty()) maps.push_back(std::move(map));
     }
   });

@@ -224,16 +224,19 @@ std::optional<Order> strongest(std::span<const TurningStretch> stretches, double
     Order order;
   };
   std::vector<Peak> peaks;
+  std::vector<double> around;
   for (std::size_t i = std::max<std::size_t>(1, index(lowest)); i + 1 < index(highest); ++i) {
     if (power[i] < power[i - 1] || power[i] < power[i + 1]) continue;
     if (power[i] < enough * smoothest * spectrum.stretches) continue;  // cheap first
     const double order = static_cast<double>(i) * spectrum.step;
     const std::size_t from = index((1 - surroundings) * order), to = index((1 + surroundings) * order) + 1;
-    std::vector<double> around;  // as many as tell a median
+    around.clear();  // as many as tell a median
     for (std::size_t k = from; k < to; k += 1 + (to - from) / tell_a_median) around.push_back(power[k]);
-    const std::size_t size = around.size();
-    const double excess = power[i] / std::max(median(std::move(around)), 1e-300);
-    if (size >= fewest_around && excess > enough) peaks.push_back({power[i], {order, 0, excess}});
+    const auto excess_over = [&](double beside) { return power[i] / std::max(beside, 1e-300); };
+    // Half of them so far below it tell that their median is, without an order among them.
+    const auto low = std::ranges::count_if(around, [&](double beside) { return excess_over(beside) > enough; });
+    if (around.size() < fewest_around || static_cast<std::size_t>(low) <= around.size() / 2) continue;
+    peaks.push_back({power[i], {order, 0, excess_over(median(around))}});
   }
   std::ranges::sort(peaks, std::greater{}, &Peak::power);
   for (std::size_t k = 0; k < std::min(most_peaks, peaks.size()); ++k) {
@@ -291,7 +294,7 @@ std::vector<Order> strong_orders(std::span<const TurningStretch> all, std::size_
     if (!found) break;
     orders.push_back(*found);
     // Out it goes, with its skirts and with what the sampling mirrors of it.
-    for (TurningStretch& s : stretches) remove_orders(s, std::span(&*found, 1));
+    parallel_for(stretches.size(), [&](std::size_t k) { remove_orders(stretches[k], std::span(&*found, 1)); });
     std::erase_if(stretches, [](const TurningStretch& s) { return squares_of(s) <= 0; });
   }
   return orders;
