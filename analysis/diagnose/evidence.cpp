@@ -12,6 +12,7 @@
 namespace emtb {
 
 using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
 std::vector<Batch> batches_of(const std::vector<Hypothesis>& hypotheses) {
@@ -143,21 +144,25 @@ class Gathering {
   /// @param change of some readings in a row, a column for each of the batch
   void add(std::size_t observation, Eigen::Index first, const MatrixXd& change) {
     refuse_what_is_not_finite(change, record_, batch_);
-    const MatrixXd white = whitened(observation, first, change);
-    if (change.isZero(0) && white.isZero(0)) return;  // of a signal that nothing in the batch moves, or not yet
     const BaseResiduals& base = bases_[observation];
-    const Eigen::Index rows = change.rows();
-    const Residuals& left = base.plain;
-    const VectorXd left_here = left.value.segment(first, rows), left_white = base.left_white(first, rows);
-    const MatrixXd known = base.known(first, rows), known_white = base.known_white(first, rows);
+    const Eigen::Index rows = change.rows(), columns = change.cols();
+    both_.resize(rows, 2 * columns);
+    const RowVectorXd before = std::exchange(last_[observation], change.row(rows - 1));
+    white_ = whitened(base, first, change, before);
+    if (change.isZero(0) && white_.isZero(0)) return;  // of a signal that nothing in the batch moves, or not yet
+    both_.leftCols(columns) = change;
+    both_.rightCols(columns) = whitened_back(base, first, white_);
+    const MatrixXd products = products_with_known(base, first, white_.row(0));
     Eigen::Index column = 0;
     for (std::size_t h = 0; h < batch_.size(); ++h) {
       const auto q = static_cast<Eigen::Index>(batch_[h].columns());
-      const Readings of_one{change.middleCols(column, q), white.middleCols(column, q), left_here, left_white};
+      const MatrixPart own = change.middleCols(column, q), own_white = white_.middleCols(column, q);
       if (all_[h].size() > 1) {
-        add_by_pieces(all_[h], observation, first, of_one);
+        add_by_pieces(all_[h], observation, first, own, own_white);
       } else {
-        add_to(all_[h].front(), left.signal, known, known_white, of_one);
+        CrossSums& plain = sums_of(all_[h].front(), base.plain.signal, q);
+        plain.add(own, products.middleCols(column, q));
+        all_[h].front().white.add(own_white, products.middleCols(columns + column, q));
       }
       column += q;
     }
@@ -166,51 +171,75 @@ class Gathering {
   std::vector<std::vector<Evidence>> all() && { return std::move(all_); }
 
  private:
-  /// Some readings in a row: columns of a hypothesis and what is left, plain and whitened.
-  struct Readings {
-    MatrixPart own, own_white, left, left_white;
+  CrossSums& sums_of(Evidence& evidence, Signal signal, Eigen::Index columns) const {
+    return evidence.plain.try_emplace(signal, fitted_.parameters, columns).first->second;
+  }
 
-    Readings rows(Eigen::Index begin, Eigen::Index count) const {
-      const auto part = [&](const MatrixPart& all) { return all.middleRows(begin, count); };
-      return {part(own), part(own_white), part(left), part(left_white)};
+  /// What the sensitivities of the fitted parameters, and in the last row what is left, have to do with columns of the
+  /// batch: as they are, then all whitened. Only the columns of the batch are whitened, forth and back: of a sum of
+  /// products (W s)ᵀ (W c) = sᵀ (Wᵀ W c) the many s stay as they are.
+  /// @param white_first the first row of the whitened columns, which the readings before these belong to as well
+  MatrixXd products_with_known(const BaseResiduals& base, Eigen::Index first, const RowVectorXd& white_first) {
+    const Eigen::Index rows = both_.rows(), columns = white_first.size();
+    const Eigen::Index known = base.informed() ? base.sensitivity.cols() : 0;
+    known_.resize(rows, known + 1);
+    if (known > 0) known_.leftCols(known) = base.sensitivity.middleRows(first, rows).cast<double>();
+    known_.col(known) = base.plain.value.segment(first, rows);
+    MatrixXd products = transposed_product(known_, both_);
+    if (first > 0) {
+      VectorXd before(known + 1);
+      if (known > 0) before.head(known) = base.sensitivity.row(first - 1).transpose().cast<double>();
+      before[known] = base.plain.value[first - 1];
+      products.rightCols(columns) -= (base.rho / base.innovation) * before * white_first;
     }
-  };
-
-  /// @param known sensitivities of the fitted parameters; none: they move nothing
-  void add_to(Evidence& evidence, Signal signal, const MatrixPart& known, const MatrixPart& known_white,
-              const Readings& r) const {
-    const auto plain = evidence.plain.try_emplace(signal, fitted_.parameters, r.own.cols()).first;
-    plain->second.add(known, r.own, r.left);
-    evidence.white.add(known_white, r.own_white, r.left_white);
+    if (known > 0) return products;
+    MatrixXd moved = MatrixXd::Zero(fitted_.parameters + 1, 2 * columns);  // no parameter moves the signal
+    moved.row(fitted_.parameters) = products.row(0);
+    return moved;
   }
 
   /// What the parameters of the model could imitate of an order is nothing.
-  void add_by_pieces(std::vector<Evidence>& pieces, std::size_t observation, Eigen::Index first, const Readings& r) {
-    const Eigen::Index until = first + r.own.rows();
+  void add_by_pieces(std::vector<Evidence>& pieces, std::size_t observation, Eigen::Index first, const MatrixPart& own,
+                     const MatrixPart& own_white) {
+    const BaseResiduals& base = bases_[observation];
+    const Eigen::Index until = first + own.rows();
+    const VectorXd left_white = base.left_white(first, own.rows());
     const std::vector<Eigen::Index>& ends = ends_[observation];
     auto piece = static_cast<std::size_t>(std::ranges::upper_bound(ends, first) - ends.begin());
     for (Eigen::Index row = first; row < until; ++piece) {
-      const Eigen::Index count = std::min(until, ends[piece]) - row;
-      add_to(pieces[piece], bases_[observation].plain.signal, MatrixXd{}, MatrixXd{}, r.rows(row - first, count));
+      const Eigen::Index count = std::min(until, ends[piece]) - row, from = row - first;
+      Evidence& evidence = pieces[piece];
+      sums_of(evidence, base.plain.signal, own.cols())
+          .add(MatrixXd{}, own.middleRows(from, count), base.plain.value.segment(row, count));
+      evidence.white.add(MatrixXd{}, own_white.middleRows(from, count), left_white.segment(from, count));
       row += count;
     }
   }
 
   /// As BaseResiduals::whitened(), of readings as they come.
-  MatrixXd whitened(std::size_t observation, Eigen::Index first, const MatrixXd& change) {
-    const BaseResiduals& base = bases_[observation];
+  /// @param before the row before them
+  static MatrixXd whitened(const BaseResiduals& base, Eigen::Index first, const MatrixXd& change,
+                           const RowVectorXd& before) {
     const Eigen::Index rows = change.rows();
     MatrixXd white = change;
-    Eigen::RowVectorXd& last = last_[observation];
     white.bottomRows(rows - 1) -= base.rho * change.topRows(rows - 1);
     if (first == 0) {
       white.row(0) *= std::sqrt(1 - base.rho * base.rho);
     } else {
-      white.row(0) -= base.rho * last;
+      white.row(0) -= base.rho * before;
     }
-    last = change.row(rows - 1);
     white /= base.innovation;
     return white;
+  }
+
+  /// By the transpose of what whitens, but for the row before them.
+  static MatrixXd whitened_back(const BaseResiduals& base, Eigen::Index first, const MatrixXd& white) {
+    const Eigen::Index rows = white.rows();
+    MatrixXd back = white;
+    if (first == 0) back.row(0) *= std::sqrt(1 - base.rho * base.rho);
+    back.topRows(rows - 1) -= base.rho * white.bottomRows(rows - 1);
+    back /= base.innovation;
+    return back;
   }
 
   const NullFit& fitted_;
@@ -218,8 +247,9 @@ class Gathering {
   const std::vector<BaseResiduals>& bases_;
   const Batch& batch_;
   std::vector<std::vector<Evidence>> all_;
-  std::vector<Eigen::RowVectorXd> last_;         ///< of each observation, the row before the next
+  std::vector<RowVectorXd> last_;                ///< of each observation, the row before the next
   std::vector<std::vector<Eigen::Index>> ends_;  ///< of the pieces of each observation, where there are several
+  MatrixXd known_, both_, white_;                ///< of the readings under way; kept to be used again
 };
 
 }  // namespace

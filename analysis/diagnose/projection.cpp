@@ -18,6 +18,19 @@ void CrossSums::add(const MatrixPart& s, const MatrixPart& c, const MatrixPart& 
   if (s.size() > 0) sc += transposed_product(s, c);
 }
 
+void CrossSums::add(const MatrixPart& c, const MatrixPart& products) {
+  for (Eigen::Index i = 0; i < c.cols(); ++i) {  // of one or two columns: no product of matrices is as quick
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const double sum = c.col(i).dot(c.col(j));
+      cc(i, j) += sum;
+      if (i != j) cc(j, i) += sum;
+    }
+  }
+  const Eigen::Index known = products.rows() - 1;
+  sc += products.topRows(known);
+  cr += products.row(known).transpose();
+}
+
 MatrixXd imitation(const OwnSums& own, const CrossSums& cross) {
   return own.ss.rows() == 0 ? cross.sc : solve_normal(own.ss, cross.sc);
 }

@@ -26,6 +26,9 @@ struct CrossSums {
       : sc(Eigen::MatrixXd::Zero(p, q)), cc(Eigen::MatrixXd::Zero(q, q)), cr(Eigen::VectorXd::Zero(q)) {}
 
   void add(const MatrixPart& s, const MatrixPart& c, const MatrixPart& r);
+  /// The same where the products with the candidate are known.
+  /// @param products Sᵀ C, and below it rᵀ C
+  void add(const MatrixPart& c, const MatrixPart& products);
   CrossSums& operator+=(const CrossSums& b) {
     sc += b.sc;
     cc += b.cc;
