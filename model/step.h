@@ -37,8 +37,7 @@ namespace emtb {
 ///  the shaft sticks exactly, and the voltage that brushes drop alike;
 ///  - what the effects contribute at the extrapolated middle of the step.
 ///
-/// Divisions and the exponential depend on R_a, L_a, K_b, K_m, B, J and h only; they are kept until one of these
-/// changes. Effects that add the same in every step are asked once.
+/// What depends on R_a, L_a, K_b, K_m, B, J and h only is kept; effects that add the same in every step are asked once.
 template <class Scalar>
 class Machine : public Motion<Scalar> {
  public:
@@ -54,11 +53,10 @@ class Machine : public Motion<Scalar> {
       const EffectInfo& info = effect_catalogue()[effect];
       if (info.stage == Stage::driver) {
         driver_.add(effect, parameter);
+      } else if (info.stage == Stage::sensors || info.stage == Stage::load) {
+        (info.stage == Stage::load ? load_ : sensors_).add(effect, parameter);
       } else {
-        EffectParts<Scalar>& parts = info.stage == Stage::sensors ? sensors_
-                                     : info.stage == Stage::load  ? load_
-                                                                  : motor_;
-        parts.add(effect, parameter);
+        motor_.add(effect, parameter);
       }
       parameter += info.parameter_count;
     }
@@ -106,8 +104,7 @@ class Machine : public Motion<Scalar> {
 
   /// Advances from t to t + h.
   void step(const StepInput& in, double t, double h) {
-    if (!is_steady_) look_at_middle(in, t, h);
-
+    if (!is_steady_ || motor_.any_detent()) look_at_middle(in, t, h);
     const Ramp<Scalar> driven = drive(in.u_ref, t, h);
     gather_motor_terms(in);
     if (!is_linear_ || in.armature_open) {
@@ -126,7 +123,7 @@ class Machine : public Motion<Scalar> {
   }
 
   /// Is the step linear but for dry friction, and are the readings the state itself? Not told before the first step.
-  bool is_plain() const { return is_linear_ && is_gathered_ && sensors_.empty(); }
+  bool is_plain() const { return is_linear_ && is_gathered_ && sensors_.empty() && !motor_.any_detent(); }
 
   /// Steps of such a machine with a closed armature, which take little more time than their sums.
   /// @param row the first, in what drives it @param count how many, at most PlainRows::most @param h [s] of each
@@ -147,11 +144,9 @@ class Machine : public Motion<Scalar> {
     angle_.turn_to(theta);
   }
 
-  using Motion<Scalar>::i_a;
-  using Motion<Scalar>::omega;
+  using Motion<Scalar>::i_a, Motion<Scalar>::omega;
   Scalar e_a_reading{};  ///< [V] terminal voltage, as predicted from the reference
-  Scalar omega_reading{};
-  Scalar i_a_reading{};
+  Scalar omega_reading{}, i_a_reading{};
   Scalar torque_reading{};  ///< [N m] what the load effects take, from the speed of the model
 
   /// Those of now; good until the next step.
@@ -221,7 +216,8 @@ class Machine : public Motion<Scalar> {
     solve_linear_step(h);
     omega_before = omega;
     i_a_before = i_a;
-    omega = linear_.omega_end(omega_before, i_a_before, start, end);
+    const Scalar detents = equations_.terms.braking_torque - steady_braking_;
+    omega = linear_.omega_end_under(detents, omega_before, i_a_before, start, end);
     i_a = linear_.i_a_end(omega_before, i_a_before, start, end, omega);
     e_a_reading = driver_.voltage_under(equations_.terms, i_a);
   }
@@ -229,7 +225,7 @@ class Machine : public Motion<Scalar> {
   void solve_linear_step(double h) {
     if (h == linear_h_) return;
     solve_for(h, true);
-    linear_ = LinearStep<Scalar>(armature_, shaft_, equations_.terms);
+    linear_ = LinearStep<Scalar>(armature_, shaft_, equations_.terms, steady_braking_);
     linear_h_ = h;
   }
 
@@ -281,18 +277,21 @@ class Machine : public Motion<Scalar> {
     if (is_gathered_) {  // but for what the last step made of it
       terms.load_torque = steady_load_;
       if (is_there_.reaction) terms.flux = full_flux_;
-      return;
+      return motor_.set_braking_torque(steady_braking_, equations_);
     }
     reset_motor(equations_);
-    motor_.apply(equations_.middle, equations_);
+    is_steady_ ? motor_.apply_others(equations_.middle, equations_) : motor_.apply(equations_.middle, equations_);
     user_.apply(equations_);
     if (structure_.measured_load) equations_.middle.omega = speed_as_read_.in_middle(in.omega);
     load_.apply(equations_.middle, equations_);
     is_there_ = terms_in(terms);
     steady_load_ = terms.load_torque;
+    steady_braking_ = terms.braking_torque;
     full_flux_ = terms.flux;
     is_gathered_ = is_steady_;
     if (!is_gathered_) return;
+    equations_.middle.omega = omega_in_middle();
+    motor_.set_braking_torque(steady_braking_, equations_);
     solved_h_ = linear_h_ = 0;
     is_linear_ = is_there_ == TermsThere{} && !terms.one_quadrant && !structure_.measured_load &&
                  structure_.input != Signal::i_a;
@@ -474,13 +473,14 @@ class Machine : public Motion<Scalar> {
   Armature<Scalar> armature_;
   Shaft<Scalar> shaft_;
   RotorAngle<Scalar> angle_;
-  EffectParts<Scalar> motor_, load_, sensors_;
+  MotorParts<Scalar> motor_;
+  EffectParts<Scalar> load_, sensors_;
   SpeedAsRead<Scalar> speed_as_read_;
   UserTerms<Scalar> user_;
   LateReading<Scalar> late_;
-  std::optional<Ramp<Scalar>> added_;  ///< [V] by a measured voltage to the driver's, in the next step
-  Scalar steady_load_{};               ///< [N m] of the load's effects, where they add the same in every step
-  Scalar full_flux_{};                 ///< [1] before the armature's own field weakens it
+  std::optional<Ramp<Scalar>> added_;        ///< [V] by a measured voltage to the driver's, in the next step
+  Scalar steady_load_{}, steady_braking_{};  ///< [N m] of the load, of all but detents; the same in every step
+  Scalar full_flux_{};                       ///< [1] before the armature's own field weakens it
   SourceUnderLoad<Scalar> source_;
   Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
   Scalar late_theta_{};    ///< [rad]
@@ -489,7 +489,7 @@ class Machine : public Motion<Scalar> {
   double field_on_ = 0;    ///< [s] for which the field had been on at the start
   double solved_h_ = 0;    ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
-  bool is_steady_ = false;    ///< all effects but the sensors' add the same in every step
+  bool is_steady_ = false;    ///< all effects but the sensors' and detents add the same in every step
   bool is_gathered_ = false;  ///< and were asked for it
   TermsThere is_there_;
   bool is_linear_ = false;  ///< all of it but dry friction is linear and stays from step to step

@@ -118,4 +118,32 @@ class EffectParts {
   bool steady_ = true;
 };
 
+/// The effects of the motor. A detent adds to the braking torque and to nothing else: beside others that add the same
+/// in every step, it alone is asked again.
+template <class Scalar>
+class MotorParts {
+ public:
+  void add(std::size_t effect, std::size_t parameter) {
+    all_.add(effect, parameter);
+    (effect_catalogue()[effect].is_detent() ? detents_ : others_).add(effect, parameter);
+  }
+
+  /// Do all but the detents add the same in every step?
+  bool steady() const { return others_.steady(); }
+  bool any_detent() const { return !detents_.empty(); }
+
+  void apply(const State<Scalar>& x, Equations<Scalar>& equations) { all_.apply(x, equations); }
+  void apply_others(const State<Scalar>& x, Equations<Scalar>& equations) { others_.apply(x, equations); }
+
+  /// @param others [N m] what all else brakes
+  void set_braking_torque(const Scalar& others, Equations<Scalar>& equations) {
+    if (!any_detent()) return;
+    equations.terms.braking_torque = others;
+    detents_.apply(equations.middle, equations);
+  }
+
+ private:
+  EffectParts<Scalar> all_, others_, detents_;
+};
+
 }  // namespace emtb

@@ -8,7 +8,8 @@
 
 namespace emtb {
 
-/// The step of model/step.h multiplied out, where all of it but dry friction is linear and stays from step to step:
+/// The step of model/step.h multiplied out, where all of it but dry friction is linear and stays from step to step, but
+/// for what a detent brakes:
 ///
 ///     ω(h) = S(a ω + b0 e(0) + b1 e(h) + c i - t, t_dry)
 ///     i(h) = v0 (e(0) - K_b ω) + v1 (e(h) - K_b ω(h)) + r i
@@ -19,13 +20,16 @@ class LinearStep {
  public:
   LinearStep() = default;
   /// @param armature, shaft solved for the length of the step
-  LinearStep(const Armature<Scalar>& armature, const Shaft<Scalar>& shaft, const Balance<Scalar>& terms)
+  /// @param braking [N m] of all effects but detents
+  LinearStep(const Armature<Scalar>& armature, const Shaft<Scalar>& shaft, const Balance<Scalar>& terms,
+             const Scalar& braking)
       : inductive_(armature.inductive()) {
     const Response<Scalar>&mean = armature.mean(), &end = armature.end();
     const Scalar &k_b = armature.k_b(), &k_m = armature.k_m(), &by_torque = shaft.inverse_inertia();
     omega_by_ = {by_torque * (shaft.momentum() - k_m * mean.v0 * k_b), by_torque * (k_m * mean.v0 - shaft.late()),
                  by_torque * (k_m * mean.v1 + shaft.late()), by_torque * (k_m * mean.i)};
-    load_ = by_torque * (terms.load_torque + terms.braking_torque);
+    by_torque_ = by_torque;
+    load_ = by_torque * (terms.load_torque + braking);
     friction_ = by_torque * terms.dry_friction;
     i_by_ = {-(end.v0 * k_b), end.v0, end.v1, end.i};
     i_by_omega_end_ = -(end.v1 * k_b);
@@ -38,6 +42,15 @@ class LinearStep {
     Scalar pushed = omega_by_.start * start + omega_by_.end * end - load_;
     if (inductive_) pushed += omega_by_.i_a * i_a;
     return soft_threshold(pushed + omega_by_.omega * omega, friction_);  // what is waited for comes last
+  }
+
+  /// The same where a torque brakes besides.
+  template <class Voltage>
+  Scalar omega_end_under(const Scalar& torque, const Scalar& omega, const Scalar& i_a, const Voltage& start,
+                         const Voltage& end) const {
+    Scalar pushed = omega_by_.start * start + omega_by_.end * end - load_;
+    if (inductive_) pushed += omega_by_.i_a * i_a;
+    return soft_threshold(pushed + omega_by_.omega * omega - by_torque_ * torque, friction_);
   }
 
   /// [A] at the end of a step.
@@ -83,7 +96,8 @@ class LinearStep {
   bool inductive_ = false;
   By omega_by_, i_by_;
   Scalar i_by_omega_end_{};
-  Scalar load_{}, friction_{};  ///< [rad/s] that they take in a step
+  Scalar by_torque_{};          ///< [rad/s] that each N m takes in a step
+  Scalar load_{}, friction_{};  ///< [rad/s] that they take
 };
 
 }  // namespace emtb

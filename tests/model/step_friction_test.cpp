@@ -160,5 +160,20 @@ TEST(Step, ADryBrakeAtRestTakesWhatTheMotorsOwnFrictionLeaves) {
   EXPECT_GT(at(0.0091).omega.back(), 0);
 }
 
+TEST(Step, ADetentBesideWhatStaysTheSameIsSteppedAsBesideWhatDoesNot) {
+  const auto motion = [](std::vector<std::string_view> effects, std::vector<double> values) {
+    return run(with(effects), and_(servo, values), constant(1, 1e-3, 1.5, &Excitation::u_ref));
+  };
+  const double T_c = 0.003, T_cog = 0.002, none = 0;
+  const Trajectory<double> beside_friction = motion({"coulomb_friction", "cogging"}, {T_c, T_cog, 12, 0.4});
+  const Trajectory<double> beside_windage =
+      motion({"coulomb_friction", "windage", "cogging"}, {T_c, none, T_cog, 12, 0.4});
+  ASSERT_GT(beside_friction.omega.back(), 1);
+  for (std::size_t k = 0; k < beside_friction.omega.size(); ++k) {
+    ASSERT_NEAR(beside_friction.omega[k], beside_windage.omega[k], 1e-9) << k;
+    ASSERT_NEAR(beside_friction.i_a[k], beside_windage.i_a[k], 1e-9) << k;
+  }
+}
+
 }  // namespace
 }  // namespace emtb
