@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "analysis/fit/phase_equations.h"
 #include "analysis/fit/phase_knots.h"
@@ -15,6 +16,8 @@
 
 namespace emtb {
 namespace {
+
+using Eigen::VectorXd;
 
 /// The residuals with the rotor turned; a column that moves the place after the values is the phase's, the same
 /// throughout.
@@ -44,19 +47,63 @@ std::vector<Residuals> with_phase(const Record& record, const ModelStructure& st
   return residuals_turned_by(record, structure, values, columns, knots, phase);
 }
 
+/// The column of a phase, divided between the knots that each reading lies between; readings between the same two
+/// knots follow each other.
+class PhaseColumn {
+ public:
+  /// @param r the phase's column comes last
+  PhaseColumn(const Residuals& r, std::span<const Knots::Place> places, bool many)
+      : low_(r.sensitivity.rightCols(1)), high_(VectorXd::Zero(many ? low_.size() : 0)) {
+    const auto end = static_cast<Eigen::Index>(places.size());
+    for (Eigen::Index i = 0; i < end; ++i) {
+      const auto [knot, share] = places[static_cast<std::size_t>(i)];
+      if (stretches_.empty() || stretches_.back().knot != knot) stretches_.push_back({knot, i, 0});
+      ++stretches_.back().count;
+      if (!many) continue;
+      high_[i] = share * low_[i];
+      low_[i] *= 1 - share;
+    }
+  }
+
+  /// Adds its products with another column, knot by knot.
+  void add_products(const Eigen::Ref<const VectorXd>& column, std::span<double> sums) const {
+    for (const auto& [knot, begin, count] : stretches_) {
+      sums[knot] += low_.segment(begin, count).dot(column.segment(begin, count));
+      if (high_.size() > 0) sums[knot + 1] += high_.segment(begin, count).dot(column.segment(begin, count));
+    }
+  }
+
+  /// Takes it out of another column, so many times at each knot.
+  void take_out(std::span<const double> times, Eigen::Ref<VectorXd> column) const {
+    for (const auto& [knot, begin, count] : stretches_) {
+      column.segment(begin, count) -= times[knot] * low_.segment(begin, count);
+      if (high_.size() > 0) column.segment(begin, count) -= times[knot + 1] * high_.segment(begin, count);
+    }
+  }
+
+ private:
+  struct Stretch {
+    std::size_t knot;
+    Eigen::Index begin, count;
+  };
+  VectorXd low_, high_;  ///< of the knot before each reading, and of the one after it
+  std::vector<Stretch> stretches_;
+};
+
 /// Takes out of the other columns what the last one, the phase, does instead, and drops it.
 ResidualsAtPhase project_off_phase(std::vector<Residuals> out, const Knots& knots, const RotorPhase& phase) {
   const std::span<const double> at = phase.at;
   PhaseEquations equations(knots, at);
   Eigen::Index parameters = 0;
-  std::vector<std::vector<Knots::Place>> places(out.size());
+  const bool many = at.size() > 1;
+  std::vector<std::optional<PhaseColumn>> columns(out.size());
   for (std::size_t s = 0; s < out.size(); ++s) {
     if (!out[s].informed()) continue;
     parameters = out[s].sensitivity.cols() - 1;
-    places[s] = knots.of(out[s]);
-    equations.add(out[s], places[s]);
+    const std::vector<Knots::Place> places = knots.of(out[s]);
+    equations.add(out[s], places);
+    columns[s].emplace(out[s], places, many);
   }
-  const bool many = at.size() > 1;
   const auto count = static_cast<Eigen::Index>(at.size());
   PhaseCourse course;
   if (equations.informed()) {
@@ -67,24 +114,11 @@ ResidualsAtPhase project_off_phase(std::vector<Residuals> out, const Knots& knot
   for (Eigen::Index j = 0; equations.informed() && j < parameters; ++j) {
     std::vector<double> shared(at.size(), 0.0);
     for (std::size_t s = 0; s < out.size(); ++s) {
-      if (!out[s].informed()) continue;
-      const double* column = out[s].sensitivity.col(j).data();
-      const double* of_phase = out[s].sensitivity.col(parameters).data();
-      for (std::size_t i = 0; i < places[s].size(); ++i) {
-        const auto [knot, share] = places[s][i];
-        shared[knot] += (1 - share) * of_phase[i] * column[i];
-        if (many) shared[knot + 1] += share * of_phase[i] * column[i];
-      }
+      if (columns[s]) columns[s]->add_products(out[s].sensitivity.col(j), shared);
     }
     const std::vector<double> instead = equations.solved(std::move(shared));
     for (std::size_t s = 0; s < out.size(); ++s) {
-      if (!out[s].informed()) continue;
-      double* column = out[s].sensitivity.col(j).data();
-      const double* of_phase = out[s].sensitivity.col(parameters).data();
-      for (std::size_t i = 0; i < places[s].size(); ++i) {
-        const auto [knot, share] = places[s][i];
-        column[i] -= of_phase[i] * (many ? (1 - share) * instead[knot] + share * instead[knot + 1] : instead[knot]);
-      }
+      if (columns[s]) columns[s]->take_out(instead, out[s].sensitivity.col(j));
     }
     course.by_parameter.col(j) = Eigen::Map<const Eigen::VectorXd>(instead.data(), count);
   }
