@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 
+#include "analysis/numerics/parallel.h"
 #include "analysis/numerics/real_transform.h"
 
 namespace emtb {
@@ -53,6 +54,12 @@ void ResidualSpectrum::add(std::span<const double> residual, double interval) {
     bins_.push_back(bin);
     from = to;
   }
+}
+
+ResidualSpectrum& ResidualSpectrum::operator+=(const ResidualSpectrum& other) {
+  bins_.insert(bins_.end(), other.bins_.begin(), other.bins_.end());
+  readings_ += other.readings_;
+  return *this;
 }
 
 double ResidualSpectrum::expected(const Bin& bin, const Discrepancy& error) const {
@@ -109,8 +116,17 @@ void add_spectrum(ResidualSpectra& spectra, const Record& record, const Residual
 }
 
 ResidualSpectra spectra_of(std::span<const Record> records, std::span<const Residuals> residuals) {
+  std::vector<ResidualSpectra> each(residuals.size());
+  parallel_for(
+      residuals.size(), [&](std::size_t i) { add_spectrum(each[i], records[residuals[i].record], residuals[i]); },
+      [&](std::size_t i) { return residuals[i].value.size(); });
   ResidualSpectra spectra;
-  for (const Residuals& r : residuals) add_spectrum(spectra, records[r.record], r);
+  for (const ResidualSpectra& of_one : each) {
+    for (const auto& [signal, spectrum] : of_one) {
+      const auto [known, is_new] = spectra.try_emplace(signal, spectrum);
+      if (!is_new) known->second += spectrum;
+    }
+  }
   return spectra;
 }
 

@@ -28,6 +28,9 @@ class ResidualSpectrum {
   /// @param interval [s] between readings, as good as even
   void add(std::span<const double> residual, double interval);
 
+  /// Adds what another one holds.
+  ResidualSpectrum& operator+=(const ResidualSpectrum& other);
+
   /// Logarithm of the likelihood after Whittle:  -1/2 sum nu_b (ln S_b + P_b/S_b),  with the instrument's spectrum and
   /// that of the model's error.
   double log_likelihood(const Discrepancy& error) const;

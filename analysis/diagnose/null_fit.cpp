@@ -11,7 +11,7 @@
 namespace emtb {
 namespace {
 
-constexpr Eigen::Index at_once = 2048;  // readings that are whitened: few enough for a cache
+constexpr Eigen::Index readings_at_once = 2048;  // readings that are whitened: few enough for a cache
 
 BaseResiduals with_autoregression(BaseResiduals base) {
   const Residuals& r = base.plain;
@@ -21,8 +21,8 @@ BaseResiduals with_autoregression(BaseResiduals base) {
     base.rho = std::clamp(r.value.head(n - 1).dot(r.value.tail(n - 1)) / squares, -0.9, 0.999);
   }
   double white = 0;
-  for (Eigen::Index first = 0; first < n; first += at_once) {
-    white += base.left_white(first, std::min(at_once, n - first)).squaredNorm();
+  for (Eigen::Index first = 0; first < n; first += readings_at_once) {
+    white += base.left_white(first, std::min(readings_at_once, n - first)).squaredNorm();
   }
   base.innovation = std::max(1e-9, std::sqrt(white / static_cast<double>(std::max<Eigen::Index>(1, n))));
   return base;
@@ -30,8 +30,8 @@ BaseResiduals with_autoregression(BaseResiduals base) {
 
 void add_to(OwnSums& plain, OwnSums& white, const BaseResiduals& base) {
   const Eigen::VectorXd& left = base.plain.value;
-  for (Eigen::Index first = 0; first < left.size(); first += at_once) {
-    const Eigen::Index count = std::min(at_once, left.size() - first);
+  for (Eigen::Index first = 0; first < left.size(); first += readings_at_once) {
+    const Eigen::Index count = std::min(readings_at_once, left.size() - first);
     plain.add(base.known(first, count), left.segment(first, count));
     white.add(base.known_white(first, count), base.left_white(first, count));
   }
@@ -153,14 +153,21 @@ NullFit null_fit(std::span<const Record> records, const Model& model) {
   };
   parallel_for(records, simulate_one);
   ResidualSpectra spectra;
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    for (const BaseResiduals& base : fit.bases[i]) {
-      add_to(fit.plain.try_emplace(base.plain.signal, p).first->second, fit.white, base);
-      add_squares(fit.left, records[i], base.plain);
-      add_spectrum(spectra, records[i], base.plain);
+  const auto add_up = [&] {
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      for (const BaseResiduals& base : fit.bases[i]) {
+        add_to(fit.plain.try_emplace(base.plain.signal, p).first->second, fit.white, base);
+        add_squares(fit.left, records[i], base.plain);
+      }
     }
-  }
-  fit.memory = longest(memory_of(spectra));
+  };
+  const auto look_for_memory = [&] {
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      for (const BaseResiduals& base : fit.bases[i]) add_spectrum(spectra, records[i], base.plain);
+    }
+    fit.memory = longest(memory_of(spectra));
+  };
+  at_once(add_up, look_for_memory);
   fit.seen.ringing = ringing_of(fit);
   return fit;
 }
