@@ -77,6 +77,8 @@ Mapping read_mapping(const YamlMap& yaml) {
     const YamlMap columns = yaml.map("columns");
     for (const std::string& name : columns.keys()) {
       const Signal signal = need_signal(columns, name);
+      if (columns.node()[name].IsScalar())
+        columns.fail(name, "must be a map of `key: value` lines: write {from: " + columns.text(name) + "}");
       if (!mapping.columns.emplace(signal, read_source(columns.map(name), signal)).second)
         columns.fail(name, "stands twice. Keep one");
     }

@@ -41,7 +41,8 @@ class Criterion {
   /// Is a model so far off that scores, which are linear, say little of what it lacks?
   virtual bool far_off(const Loss& loss) const = 0;
 
-  /// Is what is left of some signal so much that the scores may have passed by what it lacks?
+  /// Is what is left of some signal so much that the scores may have passed by what it lacks? Where the answer would be
+  /// that nothing explains it, at least.
   virtual bool worth_trying_all(const Loss& loss) const = 0;
 
   /// Is some signal so far above its floor that anything material could be removed?

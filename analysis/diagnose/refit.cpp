@@ -173,8 +173,7 @@ Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, const M
   constexpr int far_enough = 40;  // steps: one fit that somebody waits for, and what begins slowly may end best
   const double squares = squares_at_best_phases(records, fitted.model, fitted.phases).squares;
   const Score scored = score(records, fitted.model, std::vector{effect}, options).front();
-  const std::vector<Score> clearer =
-      from_clear_sizes_too({scored}, fitted.model, machine_of(records, fitted.model));
+  const std::vector<Score> clearer = from_clear_sizes_too({scored}, fitted.model, machine_of(records, fitted.model));
   std::vector<Fit> begun{begun_refit(records, fitted, squares, clearer.empty() ? scored : clearer.front())};
   Score from_given = scored;
   for (Score::Start& start : from_given.starts) start.others.clear();  // they belong to the fitted values
@@ -188,7 +187,8 @@ Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, const M
   for (Fit& fit : begun) fit = first_steps(records, fit.model, far_enough, {});
   const auto best = std::ranges::min_element(begun, {}, &Fit::cost);
   if (best != begun.end() && 2 * best->cost < squares) return std::move(*best);
-  return where_it_is_absent(records, fitted, scored);
+  Fit absent = where_it_is_absent(records, fitted, scored);
+  return best != begun.end() && best->cost < absent.cost ? std::move(*best) : std::move(absent);
 }
 
 }  // namespace emtb

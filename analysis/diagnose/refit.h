@@ -55,9 +55,10 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
                                                         const ScoreOptions& options, const Valleys& valleys = {});
 
 /// The refit of a fitted model with an effect that somebody names, begun wherever the diagnosis would begin it: from
-/// all starts of its score and from sizes that the records would clearly show, from the fitted parameters and from those
-/// that were given, for a wave also at all whole orders. Where none leads to less than the model without it, from where
-/// the effect is absent, so that it ends no worse. At infinite cost where none can be simulated.
+/// all starts of its score and from sizes that the records would clearly show, from the fitted parameters and from
+/// those that were given, for a wave also at all whole orders. Where none leads to less than the model without it, from
+/// where the effect is as good as absent, so that it ends no worse (but one that is there or not may). At infinite cost
+/// where none can be simulated.
 Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, const Model& given, std::size_t effect,
                      const ScoreOptions& options = {});
 

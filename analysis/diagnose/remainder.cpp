@@ -1,6 +1,7 @@
 #include "analysis/diagnose/remainder.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,14 +18,14 @@ bool is_a_share(const Loss& left, Signal signal, std::span<const Signal> inputs,
          !left.floor_is_upper_bound(signal) && left.share_left(signal) >= rule.remainder_share;
 }
 
-/// Is what is left of a signal alike for more than some readings?
-bool lasts(const Dataset& data, const Loss& left, Signal signal, double readings) {
-  if (!left.quality) return false;
+/// Over how many readings what is left of a signal stays alike; none where that is not known.
+std::optional<double> readings_alike(const Dataset& data, const Loss& left, Signal signal) {
+  if (!left.quality) return std::nullopt;
   const auto memory = left.quality->memory.find(signal);
   const Observation* o = data.train.front().find(signal);
-  if (memory == left.quality->memory.end() || o == nullptr || o->size() < 2) return false;
-  const double interval = (o->end.back() - o->end.front()) / static_cast<double>(o->size() - 1);
-  return memory->second > readings * interval;
+  if (memory == left.quality->memory.end() || memory->second <= 0 || o == nullptr || o->size() < 2)
+    return std::nullopt;
+  return memory->second * static_cast<double>(o->size() - 1) / (o->end.back() - o->end.front());
 }
 
 }  // namespace
@@ -43,11 +44,13 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
     if (!is_a_share(held_out, signal, inputs, rule)) continue;
     // Where the noise is only known to be no less than the floor, it may be all that is left: but not far above it, as
     // a large part of what the signal does, for longer than such noise lasts.
+    const std::optional<double> alike = readings_alike(data, held_out, signal);
     const bool lasts_too_long = held_out.mean_square(signal) >= rule.mostly_model &&
-                                held_out.share_left(signal) > rule.far_off &&
-                                lasts(data, held_out, signal, longest_noise);
-    const bool may_be_noise =
-        held_out.floor_is_lower_bound(signal) && held_out.mean_square(signal) < coloured * coloured && !lasts_too_long;
+                                held_out.share_left(signal) > rule.far_off && alike > longest_noise;
+    // What is another in each reading no torque makes, and no voltage, whatever the instrument was thought to be.
+    const bool hops = alike && 2 * *alike < 1;
+    const bool may_be_noise = held_out.mean_square(signal) < coloured * coloured &&
+                              (hops || (held_out.floor_is_lower_bound(signal) && !lasts_too_long));
     if (held_out.share_left(signal) > rule.disturbance_share && !may_be_noise) return true;
     unsure.push_back(signal);
   }

@@ -62,7 +62,8 @@ TEST_F(MappingFile, ComplaintsNameFileLineAndKey) {
   EXPECT_THAT(complaint("columns:\n  omga: {from: n}\n"),
               HasSubstr("map.yaml:2: columns.omga is not a signal. Signals: u_ref, e_a"));
   EXPECT_THAT(complaint("columns:\n  omega: {scale: 2}\n"), HasSubstr("map.yaml:2: columns.omega.from is missing"));
-  EXPECT_THAT(complaint("columns:\n  omega: n\n"), HasSubstr("map.yaml:2: columns.omega must be a map"));
+  EXPECT_THAT(complaint("columns:\n  omega: n\n"),
+              HasSubstr("map.yaml:2: columns.omega must be a map of `key: value` lines: write {from: n}"));
   EXPECT_THAT(complaint("columns:\n  omega: {from: n, factor: 2}\n"),
               HasSubstr("columns.omega.factor is not known here"));
   EXPECT_THAT(complaint("columns:\n  omega: {from: n, scale: 0}\n"), HasSubstr("columns.omega.scale is 0"));

@@ -43,7 +43,7 @@ struct PreslidingFriction {
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
     const double travel = std::max(seen.speed * seen.response, 1e-9);  // [rad]
-    for (const double share : {3e-5, 2e-4, 7e-4, 3e-3}) all.push_back({0.1 * seen.torque / (share * travel)});
+    for (const double share : {3e-5, 2e-4, 7e-4, 3e-3, 3e-2}) all.push_back({0.1 * seen.torque / (share * travel)});
     return all;
   }
 

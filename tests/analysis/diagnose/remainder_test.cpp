@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -58,11 +60,11 @@ Loss left(double speed, double torque) {
   return loss;
 }
 
-/// Five floors, a quarter of what a speed does, of an instrument whose noise may be coloured.
-Loss lasting(const Dataset& data, double seconds) {
+/// Five floors, a quarter of what a speed does, of an instrument whose noise may be coloured, or is known.
+Loss lasting(const Dataset& data, double seconds, bool may_be_coloured = true) {
   const Observation& o = *data.train[0].find(Signal::omega);
   const auto n = static_cast<Eigen::Index>(o.size());
-  Loss loss({{Signal::omega, {.sigma = 1, .lower_bound = true}}});
+  Loss loss({{Signal::omega, {.sigma = 1, .lower_bound = may_be_coloured}}});
   loss.add(data.train, std::vector<Residuals>{{0, Signal::omega, Eigen::VectorXd::Constant(n, 5), {}}});
   loss.quality.emplace().memory = {{Signal::omega, seconds}};
   return loss;
@@ -78,6 +80,23 @@ TEST(Remainder, IsNoNoiseWhereItIsALargePartOfTheSignalForLongerThanNoiseLasts) 
   }
   EXPECT_FALSE(worth_a_name(data, servo, lasting(data, 0.1), {}, {})) << "ten readings";
   EXPECT_TRUE(worth_a_name(data, servo, lasting(data, 0.5), {}, {})) << "fifty";
+}
+
+TEST(Remainder, IsNoiseWhereItIsAnotherInEachReading) {
+  const Model servo = synthetic::servo_model();
+  Dataset data = prepare(std::vector{synthetic::record({}, {{1, 0.25}, {1, -0.25}}, 1e-2, {.omega = 0.1})}, {}, servo);
+  std::mt19937 random(1);
+  std::normal_distribution<double> hops(0, 5);
+  for (const Residuals& r : residuals(data.train, servo, servo.values(), {})) {
+    if (r.signal != Signal::omega) continue;
+    Observation& o = *std::ranges::find(data.train[0].observations, Signal::omega, &Observation::signal);
+    const std::span<double> values = o.value.edit();
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] += hops(random) - r.value(static_cast<Eigen::Index>(i)) * o.sigma[i];
+    o.sigma.assign(o.size(), 1);
+  }
+  EXPECT_FALSE(worth_a_name(data, servo, lasting(data, 0.002, false), {}, {}));
+  EXPECT_TRUE(worth_a_name(data, servo, lasting(data, 0.1, false), {}, {})) << "it lasts, and the instrument is known";
 }
 
 TEST(MaterialityCriterion, AsksNoMoreOfATorqueThatOnlyLoads) {
