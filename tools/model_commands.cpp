@@ -190,7 +190,6 @@ void finish_model(const ModelOptions& o, const Model& model) {
 /// Fits, reports, writes: what calibrate and add have in common.
 int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, const std::string& action, json extra) {
   Calibration c = calibrate(data, start, o.calibration());
-  if (set_shorter_steps(data, c.model)) c = calibrate(data, c.model, o.calibration());
   HistoryEntry entry{action, error_on(data.train, c.model), {}, o.sessions};
   if (!data.held_out.empty()) entry.held_out = error_on(data.held_out, c.model);
   const bool blows_up = entry.held_out && !std::isfinite(*entry.held_out);
@@ -243,8 +242,7 @@ int add_command(const ModelOptions& o) {
   const auto runs = o.checked_runs(model);
   if (!runs) return 1;
   Dataset data = prepare(runs->train, runs->held_out, model);
-  Calibration before = calibrate(data, model);
-  if (set_steps(data, before.model)) before = calibrate(data, before.model);
+  const Calibration before = calibrate(data, model);
   json extra{{"added", o.effect}};
   extra["before"] = {{"train", error_on(data.train, before.model)},
                      {"held_out", data.held_out.empty() ? json(nullptr) : json(error_on(data.held_out, before.model))}};

@@ -49,7 +49,8 @@ bool MaterialityCriterion::far_off(const Loss& loss) const {
 bool MaterialityCriterion::worth_trying_all(const Loss& loss) const {
   if (far_off(loss)) return true;
   return std::ranges::any_of(asking_for_more(loss), [&](Signal signal) {
-    const double share = loss.mean_square(signal) >= rule_.mostly_model ? rule_.remainder_share : rule_.disturbance_share;
+    const double share =
+        loss.mean_square(signal) >= rule_.mostly_model ? rule_.remainder_share : rule_.disturbance_share;
     return remainder_in(loss, signal) && loss.share_left(signal) > share;
   });
 }

@@ -23,8 +23,7 @@ std::optional<double> readings_alike(const Dataset& data, const Loss& left, Sign
   if (!left.quality) return std::nullopt;
   const auto memory = left.quality->memory.find(signal);
   const Observation* o = data.train.front().find(signal);
-  if (memory == left.quality->memory.end() || memory->second <= 0 || o == nullptr || o->size() < 2)
-    return std::nullopt;
+  if (memory == left.quality->memory.end() || memory->second <= 0 || o == nullptr || o->size() < 2) return std::nullopt;
   return memory->second * static_cast<double>(o->size() - 1) / (o->end.back() - o->end.front());
 }
 

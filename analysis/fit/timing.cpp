@@ -366,6 +366,7 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
 
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {
   Calibration fit = calibrate(std::span<const Record>(data.train), model, options);
+  if (set_shorter_steps(data, fit.model)) fit = calibrate(std::span<const Record>(data.train), fit.model, options);
   // The fit that tells the timing was bent by another one.
   for (int again = 0; again < 3; ++again) {
     const TimingChange timing = settle_timing(data, fit.model);

@@ -33,7 +33,8 @@ enum class TimingChange { none, slight, other };
 /// Finds the timing and sets it.
 TimingChange settle_timing(Dataset& data, const Model& fitted);
 
-/// Calibrates on the training runs, and once more where that tells another timing or another start.
+/// Calibrates on the training runs, and once more where that tells another timing or another start, or a motor that
+/// needs shorter steps.
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options = {});
 
 }  // namespace emtb

@@ -269,5 +269,17 @@ TEST(TimingOfRows, OfAnInstrumentIsToldByTheModelWhereThatHasAnEffectForIt) {
   EXPECT_NEAR(fit.model.parameters_of(effect_index("speed_delay"))[0].value, 0.6 * interval, 0.1 * interval);
 }
 
+TEST(CalibrateDataset, TakesStepsThatAreShortEnoughForWhatItFits) {
+  Model slow = synthetic::servo_model();
+  slow.base[base::J].value = 1e-3;  // [kg m2] of 6e-5
+  const std::vector<emtb::Run> runs{synthetic::record({}, synthetic::steps, 0.02, {.omega = 0.1, .i_a = 0.02})};
+  Dataset data = prepare(runs, {}, slow);
+  Excitation needed;
+  set_steps(needed, calibrate(data, slow).model);
+  const Excitation& taken = data.train.front().excitation;
+  EXPECT_LT(taken.longest_step, 1.5 * needed.longest_step);
+  EXPECT_LT(taken.quick_step, 1.5 * needed.quick_step);
+}
+
 }  // namespace
 }  // namespace emtb
