@@ -76,11 +76,14 @@ bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t 
 bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
   const EffectInfo& about = judged.model.about(effect);
   const std::vector<Parameter>& included = judged.model.parameters_of(effect);
-  bool any_amplitude = false;
+  bool any_amplitude = false, any_shape_told = false;
   for (std::size_t i = 0; i < about.parameter_count; ++i) {
     const EffectParameter& p = about.parameter_list[i];
     const Parameter& found = included[i];
-    if (p.is_shape()) continue;
+    if (p.is_shape()) {
+      any_shape_told = any_shape_told || (found.std_error && std::abs(found.value) > errors * *found.std_error);
+      continue;
+    }
     any_amplitude = true;
     if (found.value == p.null) continue;  // it rests where the effect is absent
     const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
@@ -92,7 +95,8 @@ bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
     const double size = p.null == infinity ? found.value : found.value - p.null;
     if (found.std_error && std::abs(size) > errors * *found.std_error) return true;
   }
-  return !any_amplitude;  // one that is there or not: what it explains tells that, and no value of its shape
+  // Of one that is there or not, one shape at least is told.
+  return !any_amplitude && (about.parameter_count == 0 || any_shape_told);
 }
 
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
@@ -405,7 +409,16 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
 bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   // What quick errors lack is no reason to doubt that it is there.
   const Fit judged = with_standard_errors(data_.train, fitted, true);
-  if (!told_but_for_scale(data_.train, judged, effect)) return false;
+  return told_from_zero(judged, effect) && can_be(judged, effect);
+}
+
+bool FittedTrials::determined_but_for_scale(const Model& fitted, std::size_t effect) {
+  const Fit judged = with_standard_errors(data_.train, fitted, true);
+  return told_but_for_scale(data_.train, judged, effect) && can_be(judged, effect);
+}
+
+/// Are its values those that the effect may have? What speaks against it is kept.
+bool FittedTrials::can_be(const Fit& judged, std::size_t effect) {
   std::string objection = implausible_value(data_.train, judged.model, effect);
   if (objection.empty() && !keeps_step(data_.train, judged, effect)) {
     objection = "its order is not told: a wave that keeps step with the angle would";
@@ -421,12 +434,14 @@ bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
 
 /// A base parameter that an effect drives to a bound where the model as given has none: J_2 takes the place of J.
 std::string FittedTrials::pushed_to_a_bound(const Fit& judged) const {
+  const std::vector<std::string> names = judged.model.names();
   for (std::size_t i = 0; i < ModelStructure::base_count; ++i) {
     const Parameter& p = judged.model.at(i);
-    const std::string& name = judged.model.names()[i];
+    const std::string& name = names[i];
     const bool can_be_nothing = p.value == p.min && p.min <= 0;  // what another effect does in its place
     if (can_be_nothing || std::ranges::find(judged.at_bound, name) == judged.at_bound.end()) continue;
     if (std::ranges::find(on_bounds_at_first_, name) != on_bounds_at_first_.end()) continue;
+    if (carried_along(data_.train, judged.model, i)) continue;  // the bound ends a valley, and means nothing
     return name + " is then driven to its bound, where it was not before";
   }
   return {};

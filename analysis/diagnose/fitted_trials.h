@@ -54,6 +54,9 @@ class FittedTrials final : public Trials {
   /// Has a bound kept anything from being tried?
   bool cut() const { return cut_; }
 
+  /// The same of an effect that is needed: where what the data cannot tell of the model is held.
+  bool determined_but_for_scale(const Model& fitted, std::size_t effect);
+
   /// What was found may tell what the model as given could not: a driver that blocks tells what brakes the shaft, and
   /// K_b by itself. @return none where nothing is told, or the fit is no better
   std::optional<Trial> with_told_pins_free(const Trial& found);
@@ -80,6 +83,7 @@ class FittedTrials final : public Trials {
     std::vector<Score> scores;
   };
 
+  bool can_be(const Fit& judged, std::size_t effect);
   std::string pushed_to_a_bound(const Fit& judged) const;
   std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
   std::vector<Addition> ended(const Trial& fitted, std::span<const Begun> begun);

@@ -42,7 +42,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& se
   for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
     if (needed(effect, found.current.model())) continue;
-    bool may_be = trials.determined(judged->model, effect);
+    bool may_be = trials.determined_but_for_scale(judged->model, effect);
     if (may_be && told_from_zero(*judged, effect, by_far)) continue;
     const bool doubtful =
         criterion.remainder(found.current.held_out) && !told_but_for_scale(data.train, *judged, effect, hardly);
@@ -61,7 +61,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& se
       Timing in_itself = before;
       in_itself.lags_in_itself = true;
       set_timing(data, in_itself);
-      may_be = trials.determined(judged->model, effect);
+      may_be = trials.determined_but_for_scale(judged->model, effect);
       if (may_be) before = in_itself;
       set_timing(data, without_it);
     }

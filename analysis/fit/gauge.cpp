@@ -146,6 +146,15 @@ std::vector<std::size_t> places_to_hold(std::span<const Record> records, const M
   return chosen(information_of(records, without_B), open);
 }
 
+bool carried_along(std::span<const Record> records, const Model& fitted, std::size_t place) {
+  const Information info = information_of(records, fitted);
+  const auto at = std::ranges::find(info.places, place);
+  if (at == info.places.end()) return false;
+  const Eigen::Index i = at - info.places.begin();
+  const bool told_by_itself = std::sqrt(info.scaled(i, i)) * factor_of_ten >= 1;
+  return told_by_itself && null_directions(info.scaled).row(i).squaredNorm() >= takes_part;
+}
+
 Model hold(std::span<const Record> records, const Model& given, const Model& fitted,
            std::span<const std::size_t> places) {
   Model held = given, at = fitted;

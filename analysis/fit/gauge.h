@@ -46,6 +46,9 @@ struct Pin {
 /// effects. So the rest is determined, and none of it needs to change its sign or to leave zero wherever the pin lies.
 std::vector<std::size_t> places_to_hold(std::span<const Record> records, const Model& fitted);
 
+/// Is a parameter told by itself, but not beside the others: a factor that the data leave free carries it along?
+bool carried_along(std::span<const Record> records, const Model& fitted, std::size_t place);
+
 /// The model as given with those parameters held: B at nothing, the others at the values given, or where the rest would
 /// have to leave its bounds for that, as near to them as loses nothing.
 /// @param fitted the same model fitted with all of them free

@@ -82,6 +82,17 @@ TEST(Gauge, WhatTheUserFixedOrKnowsBreaksTheDirection) {
   EXPECT_THAT(held_for(speed_only(), guessed), ElementsAre("B", "R_a")) << "a prior of a factor of 100 tells nothing";
 }
 
+TEST(Gauge, CarriesAlongWhatOnlyTheOthersLeaveOpen) {
+  const Model model = with_noise(servo_model());
+  const auto carried = [&](const std::vector<emtb::Run>& runs, std::size_t place) {
+    const std::vector<Record> records = prepared(runs, model);
+    return carried_along(records, calibrate(records, model).model, place);
+  };
+  EXPECT_TRUE(carried(speed_only(), base::J)) << "with R_a";
+  EXPECT_FALSE(carried(speed_only(), base::K_b));
+  EXPECT_FALSE(carried(with_current(), base::J));
+}
+
 TEST(Gauge, KmIsHeldBeforeJWhereItIsNotTied) {
   Model model = with_noise(servo_model());
   model.tie.clear();
