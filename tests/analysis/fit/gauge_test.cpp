@@ -83,7 +83,8 @@ TEST(Gauge, WhatTheUserFixedOrKnowsBreaksTheDirection) {
 }
 
 TEST(Gauge, CarriesAlongWhatOnlyTheOthersLeaveOpen) {
-  const Model model = with_noise(servo_model());
+  Model model = with_noise(servo_model());
+  model.base[base::B].fixed = true;
   const auto carried = [&](const std::vector<emtb::Run>& runs, std::size_t place) {
     const std::vector<Record> records = prepared(runs, model);
     return carried_along(records, calibrate(records, model).model, place);
