@@ -198,18 +198,18 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   WholeSearch search(*prepared, trials, criterion, {options.longest_list, only_loads}, progress);
   const Circumstances recorded = circumstances_of(data);
   Road road = best_road(*prepared, search, criterion, first);
-  if (!trials.exhausted() && set_shorter_steps(*prepared, road.found.current.model()))
-    road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
+  const auto road_anew = [&] { return best_road(*prepared, search, criterion, first_fit(trials, data, given)); };
+  if (!trials.exhausted() && set_shorter_steps(*prepared, road.found.current.model())) road = road_anew();
   if (auto quieter =
           trials.exhausted() ? std::nullopt : floors_down_to_what_is_left(data, road.found.current.model())) {
     set_noise(*prepared, std::move(*quieter), given);
-    road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
+    road = road_anew();
   }
   const bool has_other_runs = !held_out.empty() || train.size() > 1;
   if (has_other_runs && !trials.exhausted() && !criterion.remainder(road.found.current.held_out)) {
     if (auto quieter = floors_without_a_law(trials, data.noise, road.found.current)) {
       set_noise(*prepared, std::move(*quieter), given);
-      road = best_road(*prepared, search, criterion, first_fit(trials, data, given));
+      road = road_anew();
     }
   }
   refuse_what_leaves_all_bounds(road.found.current);
@@ -218,7 +218,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const auto without = [&](std::span<const std::size_t> effects) {
     given.withheld.insert(given.withheld.end(), effects.begin(), effects.end());
     set(*prepared, recorded);
-    return best_road(*prepared, search, criterion, first_fit(trials, data, given));
+    return road_anew();
   };
   std::optional<Calibration> last =
       keep_what_is_told(road, without, search, criterion, *prepared, {inputs, options.materiality});

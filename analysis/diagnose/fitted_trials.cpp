@@ -154,7 +154,7 @@ std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
   }
   if (auto freed = with_told_pins_free(*found)) found = std::move(freed);
   if (!criterion_.remainder(found->held_out)) return found;
-  const Model anew = with_base_as_given(found->model());
+  const Model anew = with_base_as_given(found->model(), given_);
   std::optional<Trial> other = attempt([&] { return fitted(anew, to_the_end(extra_starts), nullptr); });
   return other && criterion_.material(found->held_out, other->held_out) ? other : found;
 }
@@ -319,7 +319,7 @@ std::vector<Fit> FittedTrials::begun_anew(const Trial& fitted, std::vector<Score
   for (Parameter& p : anew.model.base) {
     if (p.pinned) p.fixed = p.pinned = false;
   }
-  anew.model = with_base_as_given(anew.model);
+  anew.model = with_base_as_given(anew.model, given_);
   SquaresAtPhases from = squares_at_best_phases(data_.train, anew.model);
   anew.phases = std::move(from.phases);
   const double squares = from.squares;
@@ -344,13 +344,6 @@ std::vector<Fit> FittedTrials::begun_anew(const Trial& fitted, std::vector<Score
     }
   }
   return begun;
-}
-
-Model FittedTrials::with_base_as_given(Model model) const {
-  for (std::size_t i = 0; i < model.base.size(); ++i) {
-    if (!model.base[i].fixed) model.base[i] = given_.base[i];
-  }
-  return model;
 }
 
 std::optional<Addition> FittedTrials::refit_at_whole_orders(const Trial& fitted) {

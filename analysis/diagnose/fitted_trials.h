@@ -87,7 +87,6 @@ class FittedTrials final : public Trials {
   std::string pushed_to_a_bound(const Fit& judged) const;
   std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
   std::vector<Addition> ended(const Trial& fitted, std::span<const Begun> begun);
-  Model with_base_as_given(Model model) const;
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const;
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;

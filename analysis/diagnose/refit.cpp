@@ -142,18 +142,14 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
   return best;
 }
 
-namespace {
-
-/// A fitted model with its base parameters as they were given.
-Fit with_base_as_given(std::span<const Record> records, Fit fitted, const Model& given) {
-  for (std::size_t i = 0; i < given.base.size(); ++i) {
-    if (!fitted.model.base[i].fixed) fitted.model.base[i] = given.base[i];
+Model with_base_as_given(Model model, const Model& given) {
+  for (std::size_t i = 0; i < model.base.size(); ++i) {
+    if (!model.base[i].fixed) model.base[i] = given.base[i];
   }
-  SquaresAtPhases there = squares_at_best_phases(records, fitted.model);
-  fitted.cost = 0.5 * there.squares;
-  fitted.phases = std::move(there.phases);
-  return fitted;
+  return model;
 }
+
+namespace {
 
 /// A fitted model with an effect where that is absent.
 Fit where_it_is_absent(std::span<const Record> records, const Fit& fitted, const Score& score) {
@@ -177,8 +173,10 @@ Fit begun_refit_with(std::span<const Record> records, const Fit& fitted, const M
   std::vector<Fit> begun{begun_refit(records, fitted, squares, clearer.empty() ? scored : clearer.front())};
   Score from_given = scored;
   for (Score::Start& start : from_given.starts) start.others.clear();  // they belong to the fitted values
-  const Fit anew = with_base_as_given(records, fitted, given);
-  begun.push_back(begun_refit(records, anew, 2 * anew.cost, from_given));
+  Fit anew{.model = with_base_as_given(fitted.model, given), .cost = fitted.cost, .at_bound = {}, .phases = {}};
+  SquaresAtPhases there = squares_at_best_phases(records, anew.model);
+  anew.phases = std::move(there.phases);
+  begun.push_back(begun_refit(records, anew, there.squares, from_given));
   if (fitted.model.about(effect).is_wave()) {
     auto whole = begun_at_whole_orders(records, fitted, squares, std::vector{effect}, options);
     if (whole) begun.push_back(std::move(whole->fit));

@@ -54,6 +54,10 @@ std::optional<BegunAtWholeOrders> begun_at_whole_orders(std::span<const Record> 
                                                         double squares, std::span<const std::size_t> effects,
                                                         const ScoreOptions& options, const Valleys& valleys = {});
 
+/// A model whose base parameters are as they were given, but for what is fixed: those that were fitted to what lacks
+/// something may have bent so far that no descent leads back.
+Model with_base_as_given(Model model, const Model& given);
+
 /// The refit of a fitted model with an effect that somebody names, begun wherever the diagnosis would begin it: from
 /// all starts of its score and from sizes that the records would clearly show, from the fitted parameters and from
 /// those that were given, for a wave also at all whole orders. Where none leads to less than the model without it, from
