@@ -30,6 +30,7 @@
 #include "model/effects/load/load_torque.h"
 #include "model/effects/sensors/current_offset.h"
 #include "model/effects/sensors/speed_delay.h"
+#include "model/effects/sensors/supply_current.h"
 #include "model/effects/sensors/tacho_lag.h"
 #include "model/effects/sensors/tacho_offset.h"
 #include "model/effects/sensors/tacho_ripple.h"
@@ -50,16 +51,17 @@
 namespace emtb {
 
 /// All effects. A new one is its file and one line here, in the order of the stages.
-using AllEffects = std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance,
-                              DriverLag, DriverDelay, CurrentLimit, OneQuadrantDriver, DiscontinuousConduction,
-                              PwmDrive,                                        //
-                              ArmatureHeating, ArmatureInductance, BrushDrop,  //
-                              ArmatureReaction, FieldHeating,                  //
-                              CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction,
-                              PreslidingFriction, Windage, BearingDrag, FrictionWarmup,  //
-                              Cogging, Backlash, ShaftCompliance,                        //
-                              LoadTorque, DryBrake, EccentricLoad, EddyBrake,            //
-                              TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset>;
+using AllEffects =
+    std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance, DriverLag,
+               DriverDelay, CurrentLimit, OneQuadrantDriver, DiscontinuousConduction,
+               PwmDrive,                                        //
+               ArmatureHeating, ArmatureInductance, BrushDrop,  //
+               ArmatureReaction, FieldHeating,                  //
+               CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction, PreslidingFriction,
+               Windage, BearingDrag, FrictionWarmup,            //
+               Cogging, Backlash, ShaftCompliance,              //
+               LoadTorque, DryBrake, EccentricLoad, EddyBrake,  //
+               TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset, SupplyCurrent>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;
 

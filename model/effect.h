@@ -28,7 +28,8 @@ enum class Role {
   shape,      ///< how the effect acts (the speed at which friction falls): no null. Where the amplitude beside it is
               ///< null it means nothing, and is what a diagnosis tries several values of
   order,      ///< [1/turn] a shape: how often a turn the effect repeats
-  phase       ///< [rad] a shape: at which angle of the shaft
+  phase,      ///< [rad] a shape: at which angle of the shaft
+  supply  ///< [V] a shape: the voltage that the driver is fed with, of which the bench tells something (fit/supply.h)
 };
 
 /// [N m], or per rad/s or its square: the bound of what has the size of the machine, which may be a watch, a mill or an
@@ -47,7 +48,7 @@ struct EffectParameter {
       0;  ///< on a motor of some 100 W; for a formula where its fit starts. Only its order of magnitude counts
   Role role = Role::amplitude;
 
-  constexpr bool is_shape() const { return role == Role::shape || role == Role::order || role == Role::phase; }
+  constexpr bool is_shape() const { return role != Role::amplitude && role != Role::limit; }
 };
 
 /// What an effect's derivatives at its null tell a search.
@@ -165,9 +166,10 @@ struct EffectInfo {
   std::optional<Signal> clips = {};  ///< acts beyond its parameter only: what the data reach of it is its null
   AtNull at_null = AtNull::all;
   Family family = Family::none;
-  bool periodic = false;            ///< in the angle; its shapes are found from the data's own spectrum
-  bool quick = false;               ///< with a time constant of its own that may be far below the shaft's
-  bool dry_friction = false;        ///< it alone: brakes the same at any speed
+  bool periodic = false;      ///< in the angle; its shapes are found from the data's own spectrum
+  bool quick = false;         ///< with a time constant of its own that may be far below the shaft's
+  bool dry_friction = false;  ///< it alone: brakes the same at any speed
+  bool in_time = false;       ///< goes on with the time itself, or with what was before, whatever the machine does
   std::optional<Watch> watch = {};  ///< absent: it repeats, fades or needs a shape to be found; not while a motor runs
   ChangeWords changed = {};
   std::optional<Signal> reads = {};  ///< of a sensor: whose reading it describes; not seen where that is not measured

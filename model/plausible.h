@@ -40,6 +40,12 @@ class Plausible {
     return *this;
   }
 
+  /// Of a supply that the reference goes up to. Bench supplies and batteries sag, and few runs ask for all of one.
+  Plausible& supply(std::size_t i, const Ranges& seen) {
+    at_least(i, 0.8 * seen.supply, "the supply that the reference asks for");
+    return at_most(i, 5 * seen.supply, "the supply that the reference asks for, five times");
+  }
+
   /// Empty: all is within.
   operator std::string() const { return said_; }  // NOLINT: what an effect returns
 

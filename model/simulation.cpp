@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "model/simulation_code.h"
 
@@ -23,11 +24,23 @@ double longest_step_of(const ModelStructure& structure, const Excitation& excita
   return quick ? std::min(excitation.quick_step, excitation.longest_step) : excitation.longest_step;
 }
 
+bool keeps_no_past(const ModelStructure& structure, const Excitation& x) {
+  const auto keeps_none = [](std::size_t effect) {
+    const EffectInfo& about = effect_catalogue()[effect];
+    return about.memory == 0 && !about.periodic && !about.in_time;
+  };
+  return structure.terms.empty() && (x.e_a.empty() || x.e_a_held) && x.omega.empty() && x.load.empty() &&
+         std::ranges::all_of(structure.effects, keeps_none);
+}
+
 std::size_t steps_of(const ModelStructure& structure, const Excitation& excitation) {
+  constexpr double until_it_stands = 400;  // steps of a tenth of a time constant, 30 of them down to the last digit
   const std::size_t rows = excitation.t.size();
   if (rows < 2) return rows;
   const double interval = (excitation.t.back() - excitation.t.front()) / static_cast<double>(rows - 1);
-  return rows * static_cast<std::size_t>(std::max(1.0, std::round(interval / longest_step_of(structure, excitation))));
+  const double most = keeps_no_past(structure, excitation) ? until_it_stands : std::numeric_limits<double>::infinity();
+  const double steps = std::round(interval / longest_step_of(structure, excitation));
+  return rows * static_cast<std::size_t>(std::clamp(steps, 1.0, most));
 }
 
 const SimulationCode& simulation_code() {

@@ -42,7 +42,12 @@ struct Excitation {
 /// [s] In steps of at most so much the motor is simulated: shorter where an effect is quicker than the shaft.
 double longest_step_of(const ModelStructure& structure, const Excitation& excitation);
 
-/// How many steps a simulation takes: the rows, or more where these are far apart.
+/// Does a machine that once stands still under held inputs stay so? Not where an effect remembers, repeats with the
+/// angle or goes on with the time, nor where an input goes on within a row.
+bool keeps_no_past(const ModelStructure& structure, const Excitation& excitation);
+
+/// How many steps a simulation takes: the rows, or more where these are far apart, at most as many in each as such a
+/// machine takes to stand still.
 std::size_t steps_of(const ModelStructure& structure, const Excitation& excitation);
 
 /// A simulation of a run otherwise than it was recorded, without a copy of the run.

@@ -199,12 +199,18 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   const double one_step = longest_step * as_good_as_one;
   MeasuredEdges<Scalar> edges(structure, x, rows.even() > one_step);
   // Over a part of the interval from k on, under the held inputs of a row.
+  const bool may_stand = keeps_no_past(structure, x);
   const auto advance = [&](std::size_t k, std::size_t row, double from, double until, double interval) {
+    bool stands = false;
+    Stand<Scalar> stand;
     in_steps(from, until, interval, longest_step, [&](double begin, double end, double h) {
+      if (stands) return machine.go_on_alike(in, h);
       rows.take(k, row, begin, end, in);
       edges.tell(machine, begin, end);
+      const Scalar driver_before = may_stand ? machine.driver().voltage() : Scalar(0.0);
       machine.step(in, x.t[k] + begin * interval, h);
       if (machine.driver_moved_for() > 0) move.until = begin + machine.driver_moved_for() / interval;
+      stands = may_stand && machine.stood_still(stand, driver_before);
     });
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;

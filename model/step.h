@@ -12,6 +12,7 @@
 #include "model/machine/armature.h"
 #include "model/machine/driver.h"
 #include "model/machine/equations.h"
+#include "model/machine/first_current.h"
 #include "model/machine/late_reading.h"
 #include "model/machine/linear_step.h"
 #include "model/machine/reaction.h"
@@ -21,6 +22,7 @@
 #include "model/machine/speed_as_read.h"
 #include "model/machine/user_terms.h"
 #include "model/simulation.h"
+#include "model/standstill.h"
 #include "model/structure.h"
 
 namespace emtb {
@@ -85,7 +87,7 @@ class Machine : public Motion<Scalar> {
     omega = omega_before = Scalar(initial.omega);
     angle_.start(initial.theta, shortest_period(structure_, equations_.p), in);
     driver_.start(in.u_ref, initial, equations_);
-    i_a = i_a_before = first_current(initial, in);
+    i_a = i_a_before = first_current(structure_, equations_, driver_, omega, initial, in);
     if (initial.e_driver && initial.as_read) driver_.stand_behind_terminals(equations_.terms, i_a);
     e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
     equations_.middle = {
@@ -121,6 +123,17 @@ class Machine : public Motion<Scalar> {
     look_at_load(in, t + h);
     read_sensors(t + h, h, in);
   }
+
+  /// Has the machine come to a stand? Under the same inputs the next step will leave all as it was, if the machine
+  /// keeps_no_past().
+  /// @param driver_before its voltage before the last step
+  bool stood_still(Stand<Scalar>& stand, const Scalar& driver_before) const {
+    const bool speed = stand.omega.see(omega_before, omega), current = stand.i_a.see(i_a_before, i_a);
+    return stand.driver.see(driver_before, driver_.voltage()) && speed && current && !is_there_.bristle && !is_late_;
+  }
+
+  /// Goes on through such a step: it turns as it turned.
+  void go_on_alike(const StepInput& in, double h) { angle_.advance(in, h, h * omega); }
 
   /// Is the step linear but for dry friction, and are the readings the state itself? Not told before the first step.
   bool is_plain() const { return is_linear_ && is_gathered_ && sensors_.empty() && !motor_.any_detent(); }
@@ -235,19 +248,6 @@ class Machine : public Motion<Scalar> {
     if (!added_) return {Scalar(2 * in.e_a_mean - in.e_a_end), Scalar(in.e_a_end)};
     const Scalar end = driver_.voltage() + added_->end;
     return {2.0 * (driven.mean() + added_->mean()) - end, end};
-  }
-
-  Scalar first_current(const InitialState& initial, const StepInput& in) const {
-    const bool on_the_way = initial.as_read && initial.omega != 0;
-    if (initial.i_a || !on_the_way) return Scalar(initial.i_a.value_or(0));
-    if (structure_.input == Signal::i_a) return Scalar(in.i_a);
-    const Scalar back_emf = equations_.p[base::K_b] * omega;
-    const Scalar e =
-        structure_.measured_voltage ? Scalar(in.e_a_end) : driver_.chopped_voltage(equations_.terms, back_emf);
-    const Scalar current = (e - back_emf) / equations_.p[base::R_a];
-    const bool blocked = in.armature_open || (equations_.terms.one_quadrant && value_of(current) < 0);
-    const Scalar& limit = equations_.terms.current_limit;
-    return blocked ? Scalar(0.0) : clamped(current, -limit, limit);
   }
 
   /// The state in the middle of the step, extrapolated from the last one: what the effects see.
@@ -441,7 +441,7 @@ class Machine : public Motion<Scalar> {
     sensors_.apply({.t = t,
                     .h = h,
                     .u_ref = in.u_ref,
-                    .e_a = driver_.voltage(),
+                    .e_a = structure_.measured_voltage ? Scalar(in.e_a_end) : e_a_reading,
                     .i_a = i_a,
                     .omega = omega,
                     .theta = angle_.at_end(in)},

@@ -6,6 +6,7 @@
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/parallel.h"
 #include "analysis/numerics/ringing.h"
+#include "analysis/record/supply.h"
 #include "model/catalogue.h"
 
 namespace emtb {
@@ -126,8 +127,7 @@ Ranges ranges_of(std::span<const Record> records, const Model& model) {
     seen.logging = logged_lag(seen.sample, false);
     seen.logged_lag = logged_lag(seen.sample, record.lags_in_itself);
   }
-  const double limit = std::max(driver.max, -driver.min);
-  seen.supply = limit < DriverModel::unlimited ? limit : seen.voltage;
+  seen.supply = supply_of(records, model);
   seen.torque = values[base::K_m] * seen.current;
   seen.response = motor_of(model).time_constant();
   for (std::size_t effect = 0; effect < effect_count; ++effect) {

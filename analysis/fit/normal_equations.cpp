@@ -7,6 +7,8 @@
 #include "analysis/fit/summed_pass.h"
 #include "analysis/numerics/linear_algebra.h"
 #include "analysis/numerics/parallel.h"
+#include "analysis/record/supply.h"
+#include "model/effect.h"
 
 namespace emtb {
 namespace {
@@ -168,7 +170,11 @@ FitProblem::FitProblem(std::span<const Record> records, const Model& model, cons
       followed_{.phases = options.phases} {
   for (const std::size_t place : free_.places()) {
     const Parameter& p = model.at(place);
-    if (p.prior) priors_.push_back({static_cast<Eigen::Index>(*free_.mover(place)), *p.prior});
+    const EffectParameter* known = model.known_of(place);
+    const bool is_supply = known != nullptr && known->role == Role::supply;
+    if (!p.prior && !is_supply) continue;
+    priors_.push_back(
+        {static_cast<Eigen::Index>(*free_.mover(place)), p.prior ? *p.prior : known_of_supply(records, model)});
   }
 }
 

@@ -15,7 +15,7 @@ double truth(Signal signal, const Plant& plant, double reference) noexcept {
     case Signal::e_a:
       return plant.e_a();
     case Signal::i_a:
-      return plant.i_a();
+      return plant.ammeter();
     case Signal::omega:
       return plant.tacho();
     case Signal::theta:

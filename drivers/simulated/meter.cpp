@@ -37,7 +37,7 @@ void Meter::begin(double t, const Plant& plant) noexcept {
   window_ = 0;
   written_ = read_ = 0;
   charge_ = plant.charge();
-  heat_ = plant.heat();
+  squares_ = plant.squares();
   open_ = settings_.window == settings_.period;
 }
 
@@ -50,7 +50,7 @@ double Meter::due() const noexcept {
 void Meter::look(const Plant& plant) noexcept {
   if (open_) {
     const double mean = (plant.charge() - charge_) / settings_.window;
-    const double square = (plant.heat() - heat_) / settings_.window;
+    const double square = (plant.squares() - squares_) / settings_.window;
     double value = (settings_.rms ? std::sqrt(square) : mean) + settings_.offset + noise_.next();
     if (settings_.resolution > 0) value = std::round(value / settings_.resolution) * settings_.resolution;
     buffer_[written_ % buffer_.size()] = {.signal = Signal::i_a, .time = due(), .value = value, .sequence = window_};
@@ -61,7 +61,7 @@ void Meter::look(const Plant& plant) noexcept {
     open_ = true;
   }
   charge_ = plant.charge();
-  heat_ = plant.heat();
+  squares_ = plant.squares();
 }
 
 Readings Meter::read(std::span<Reading> out) noexcept {

@@ -54,7 +54,7 @@ class Meter final : public InputDevice, private Observer {
   std::uint64_t window_ = 0;          ///< which window
   bool open_ = false;                 ///< it has begun
   double charge_ = 0;                 ///< [A s] when it began
-  double heat_ = 0;                   ///< [A2 s] when it began
+  double squares_ = 0;                ///< [A2 s] when it began
   std::array<Reading, 16> buffer_{};  ///< 6 s of readings; the oldest are lost when nobody reads for longer
   std::uint64_t written_ = 0;
   std::uint64_t read_ = 0;

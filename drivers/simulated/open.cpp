@@ -197,8 +197,8 @@ LoadParameters read_load(const YamlMap& yaml) {
 }
 
 SensorParameters read_sensors(const YamlMap& yaml) {
-  yaml.only(
-      {"tacho_lag", "ripple", "ripple_second", "ripple_order", "ripple_phase", "tacho_stick", "delay", "torque_lag"});
+  yaml.only({"tacho_lag", "ripple", "ripple_second", "ripple_order", "ripple_phase", "tacho_stick", "delay",
+             "torque_lag", "supply"});
   SensorParameters sensors;
   Overlay(yaml)
       .not_negative("tacho_lag", sensors.tacho_lag)
@@ -207,7 +207,8 @@ SensorParameters read_sensors(const YamlMap& yaml) {
       .positive("ripple_order", sensors.ripple_order)
       .any_sign("ripple_phase", sensors.ripple_phase)
       .not_negative("tacho_stick", sensors.tacho_stick)
-      .not_negative("torque_lag", sensors.torque_lag);
+      .not_negative("torque_lag", sensors.torque_lag)
+      .not_negative("supply", sensors.supply);
   sensors.delay = yaml.within_or("delay", 0, 10, 0);
   return sensors;
 }

@@ -37,6 +37,7 @@ void Plant::each(Function f) const noexcept {
   f(&State::theta);
   f(&State::charge);
   f(&State::heat);
+  f(&State::squares);
   if (!rare_) return;
   f(&State::past);
   f(&State::lag_1);
@@ -227,10 +228,12 @@ void Plant::open_armature(bool open) noexcept {
   state_.i = open || inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, time_), 0);
 }
 
-double Plant::e_a() const noexcept {
-  const double driving = driving_voltage(state_, state_.e, time_), i = state_.i;
-  if (open_ || blocks(driving, i)) return back_emf(state_);
-  return output(state_, state_.e, time_) - withheld(driving, i) - p_.driver.output_resistance * i;
+double Plant::e_a() const noexcept { return at_terminals(state_, state_.e, time_, state_.i); }
+
+double Plant::at_terminals(const State& x, double e, double t, double i) const noexcept {
+  const double driving = driving_voltage(x, e, t);
+  if (open_ || blocks(driving, i)) return back_emf(x);
+  return output(x, e, t) - withheld(driving, i) - p_.driver.output_resistance * i;
 }
 
 /// [V] What a source at its current limit does not give.
@@ -284,6 +287,13 @@ void Plant::send_reading() noexcept {
 double Plant::load_torque() const noexcept {
   if (p_.shaft.stiffness == unlimited) return load_torque(state_.omega, state_.theta);
   return load_torque(state_.omega_2, state_.theta - state_.twist);
+}
+
+double Plant::ammeter() const noexcept { return read_current(state_.i, e_a()); }
+
+/// A bridge takes the current from its supply for as long as it is on: power in is power out.
+double Plant::read_current(double i, double e_a) const noexcept {
+  return p_.sensors.supply > 0 ? i * std::abs(e_a) / p_.sensors.supply : i;
 }
 
 double Plant::gauge() const noexcept {
@@ -428,7 +438,9 @@ Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, 
   }
   if (gauge_2_ > 0) rate.gauge_2 = (x.gauge_1 - x.gauge_2) / gauge_2_;
   if (see_ > 0) rate.past = (i - x.past) / see_;
-  rate.charge = i;
+  const double read = p_.sensors.supply > 0 ? read_current(i, at_terminals(x, e, t, i)) : i;
+  rate.charge = read;
+  rate.squares = read * read;
   rate.heat = i * i;
   return rate;
 }

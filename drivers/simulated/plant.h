@@ -29,19 +29,22 @@ class Plant {
   void open_armature(bool open) noexcept;  ///< the contactor: no current flows, the terminals show the back-EMF
   bool armature_open() const noexcept { return open_; }
 
-  // The truth at the present time; tacho() and gauge() after what these two sensors themselves do to it.
-  double time() const noexcept { return time_; }            ///< [s] since construction
-  double e_a() const noexcept;                              ///< [V]
-  double i_a() const noexcept { return state_.i; }          ///< [A]
-  double omega() const noexcept { return state_.omega; }    ///< [rad/s]
-  double theta() const noexcept { return state_.theta; }    ///< [rad] unbounded
-  double tacho() const noexcept;                            ///< [rad/s]
-  double encoder() const noexcept;                          ///< [rad] theta, as late as the tacho
-  double load_torque() const noexcept;                      ///< [N m] at the shaft
-  double gauge() const noexcept;                            ///< [N m] after its lag
-  double charge() const noexcept { return state_.charge; }  ///< [A s] integral of i_a: its differences are exact means
-  double heat() const noexcept { return state_.heat; }      ///< [A2 s] integral of i_a squared: of an rms meter
-  double warmer() const noexcept { return winding_; }       ///< [K] of the armature above where it began
+  // The truth at the present time; ammeter(), tacho() and gauge() after what these sensors themselves do to it.
+  double time() const noexcept { return time_; }          ///< [s] since construction
+  double e_a() const noexcept;                            ///< [V]
+  double i_a() const noexcept { return state_.i; }        ///< [A]
+  double ammeter() const noexcept;                        ///< [A] i_a, or what of it the supply gives
+  double omega() const noexcept { return state_.omega; }  ///< [rad/s]
+  double theta() const noexcept { return state_.theta; }  ///< [rad] unbounded
+  double tacho() const noexcept;                          ///< [rad/s]
+  double encoder() const noexcept;                        ///< [rad] theta, as late as the tacho
+  double load_torque() const noexcept;                    ///< [N m] at the shaft
+  double gauge() const noexcept;                          ///< [N m] after its lag
+  double charge() const noexcept {
+    return state_.charge;
+  }  ///< [A s] integral of ammeter(): its differences are exact means
+  double squares() const noexcept { return state_.squares; }  ///< [A2 s] integral of its square: of an rms meter
+  double warmer() const noexcept { return winding_; }         ///< [K] of the armature above where it began
 
   const PlantParameters& parameters() const noexcept { return p_; }
 
@@ -53,7 +56,8 @@ class Plant {
     double omega = 0;
     double theta = 0;
     double charge = 0;
-    double heat = 0;
+    double squares = 0;
+    double heat = 0;                ///< [A2 s] integral of i squared
     double past = 0;                ///< [A] the current as flux and rectifier see it
     double lag_1 = 0, lag_2 = 0;    ///< [V] of the driver
     double omega_2 = 0, twist = 0;  ///< of the load behind a compliant shaft
@@ -93,6 +97,8 @@ class Plant {
   double wave(double e, double t) const noexcept;
   bool blocks(double driving, double i) const noexcept;
   double withheld(double driving, double i) const noexcept;
+  double at_terminals(const State& x, double e, double t, double i) const noexcept;
+  double read_current(double i, double e_a) const noexcept;
   double brush_drop(double i) const noexcept;
   double flux(double past) const noexcept;
   double armature_current(double voltage, double guess) const noexcept;

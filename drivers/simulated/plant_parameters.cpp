@@ -71,6 +71,7 @@ void check(const ShaftParameters& shaft, double J) {
 void check(const SensorParameters& sensors) {
   demand(sensors.tacho_lag >= 0 && sensors.torque_lag >= 0 && sensors.tacho_stick >= 0,
          "sensors.tacho_lag, torque_lag and tacho_stick must be 0 or more");
+  demand(std::isfinite(sensors.supply) && sensors.supply >= 0, "sensors.supply must be 0 V or more");
   demand(sensors.delay >= 0 && sensors.delay <= 10, "sensors.delay must be 0 to 10 s");
   demand(std::isfinite(sensors.ripple) && std::isfinite(sensors.ripple_second) && sensors.ripple_order > 0,
          "sensors.ripple and ripple_second must be finite, ripple_order above 0");

@@ -134,6 +134,7 @@ struct SensorParameters {
   double tacho_stick = 0;    ///< [rad/s] by which the speed must change for the tacho's coupling to let go
   double delay = 0;          ///< [s] of speed and angle, as over a bus
   double torque_lag = 0;     ///< [s] other: two lags of half of it each
+  double supply = 0;         ///< [V] of the supply in whose lead the current is read; 0: it is read at the armature
 };
 
 /// What the simulated bench is made of. Everything is off (or ideal) unless set: `{.motor = {.R_a = 31.8}, .friction =

@@ -106,5 +106,22 @@ TEST(Plant, ABusBringsSpeedAndAngleLateAndNothingElse) {
   }
 }
 
+TEST(Plant, TheSupplyOfABridgeGivesTheMotorsCurrentForAsLongAsItIsOn) {
+  PlantParameters p = servo();
+  Plant motor(p);
+  p.sensors.supply = 24;
+  Plant supply(p);
+  double charge = 0;
+  for (int n = 0; n < 3000; ++n) {
+    motor.advance(1e-4, 1.5);
+    supply.advance(1e-4, 1.5);
+    charge += 1e-4 * 0.25 * motor.i_a();
+  }
+  EXPECT_EQ(supply.i_a(), motor.i_a());
+  EXPECT_EQ(motor.ammeter(), motor.i_a());
+  EXPECT_NEAR(supply.ammeter(), 0.25 * motor.i_a(), 1e-12);
+  EXPECT_NEAR(supply.charge(), charge, 0.01 * charge);
+}
+
 }  // namespace
 }  // namespace emtb::simulated

@@ -385,7 +385,7 @@ TEST(Plant, ARectifiedCurrentFlowsOneWayAndHeatsMoreThanItTurns) {
     p.driver.rectified = 50;
     Plant plant(p);
     run(plant, 8, 4);
-    const double charge = plant.charge(), heat = plant.heat();
+    const double charge = plant.charge(), heat = plant.squares();
     double smallest = 1, voltage = 0, speed = 0;
     for (int n = 0; n < 10000; ++n) {
       plant.advance(1e-4, 4);
@@ -397,7 +397,7 @@ TEST(Plant, ARectifiedCurrentFlowsOneWayAndHeatsMoreThanItTurns) {
     const double mean = plant.charge() - charge;  // over one second
     EXPECT_NEAR(0.6739 * mean, 0.0547 + 1e-4 * speed, 1e-3) << "torque goes by the mean";
     EXPECT_NEAR(voltage, 31.825 * mean + 0.6739 * speed, 0.2) << "and so does the mean voltage";
-    EXPECT_GT(std::sqrt(plant.heat() - heat) / mean, 1.3) << "pulses";
+    EXPECT_GT(std::sqrt(plant.squares() - heat) / mean, 1.3) << "pulses";
     EXPECT_GT(speed * 0.6739, 4 * 110.0 / 6) << "the crests drive it past the mean voltage";
   }
 }
@@ -409,14 +409,14 @@ TEST(Plant, APhaseControlledRectifierFiresLateEnoughForItsMean) {
   p.driver.crest = 170;
   Plant plant(p);
   run(plant, 6, 3);
-  const double charge = plant.charge(), heat = plant.heat();
+  const double charge = plant.charge(), heat = plant.squares();
   run(plant, 1, 3);
   const double mean = plant.charge() - charge;
   EXPECT_NEAR(mean * 31.825, 55, 0.8) << "it fires between two steps";
   // From a = acos(pi 55/170 - 1) on: rms = crest sqrt((1 - a/pi + sin(2 a)/(2 pi))/2)
   const double a = std::acos(std::numbers::pi * 55 / 170 - 1);
   const double rms = 170 * std::sqrt((1 - a / std::numbers::pi + std::sin(2 * a) / (2 * std::numbers::pi)) / 2);
-  EXPECT_NEAR(std::sqrt(plant.heat() - heat) * 31.825, rms, 0.01 * rms);
+  EXPECT_NEAR(std::sqrt(plant.squares() - heat) * 31.825, rms, 0.01 * rms);
 }
 
 TEST(Plant, RefusesWhatCannotBe) {

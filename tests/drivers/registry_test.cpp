@@ -149,7 +149,7 @@ TEST(Registry, WhatCannotBeHiddenTogetherIsSaid) {
             "b.yaml:12: simulation.shaft.J_2 is not below motor.J, of which it is a part");
   EXPECT_EQ(complaint("sensors: {lag: 1}"),
             "b.yaml:12: simulation.sensors.lag is not known here. Known: tacho_lag, ripple, ripple_second, "
-            "ripple_order, ripple_phase, tacho_stick, delay, torque_lag");
+            "ripple_order, ripple_phase, tacho_stick, delay, torque_lag, supply");
 }
 
 TEST(Registry, TheInstrumentsAreCheckedStrictly) {

@@ -65,6 +65,7 @@ inline TestBench slow_bench() {
                                   {"armature_heating.C_th", 5},  // a hundredth of a real one: the run is short
                                   {"field_heating.tau", 40},
                                   {"pwm_drive.V_s", 104},
+                                  {"supply_current.V_s", 104},
                                   {"coulomb_friction.T_c", 0.0547},
                                   {"friction_warmup.tau", 30},
                                   {"cogging.N", 4},
@@ -128,7 +129,8 @@ inline TestBench fast_bench() {
                                   {"tacho_lag.tau", 0.007},
                                   {"tacho_ripple.phase", 0.5},
                                   {"tacho_offset.omega_0", 1.5},
-                                  {"current_offset.i_0", 0.05}});
+                                  {"current_offset.i_0", 0.05},
+                                  {"supply_current.V_s", 26}});
   return b;
 }
 

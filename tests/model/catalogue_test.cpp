@@ -55,7 +55,8 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"tacho_offset", {"omega_0"}},
     {"torque_lag", {"tau"}},
     {"torque_offset", {"T_0"}},
-    {"current_offset", {"i_0"}}};
+    {"current_offset", {"i_0"}},
+    {"supply_current", {"V_s"}}};
 
 TEST(Catalogue, BoundsHoldTheSizesOfAWatchAndOfASlowLinearAxis) {
   Ranges watch, axis;

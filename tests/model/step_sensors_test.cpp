@@ -30,6 +30,27 @@ TEST(Step, ATachoLagChangesTheReadingAndNotTheMotor) {
   EXPECT_LT(with_lag.omega[120], without.omega[120]);
 }
 
+TEST(Step, ACurrentReadAtTheSupplyIsTheShareOfTheTimeThatTheBridgeIsOn) {
+  const Excitation x = holds(1e-3, {{0.1, 3}, {0.2, 6}, {0.1, -9}});
+  const Trajectory<double> motor = run(with({}), servo, x),
+                           supply = run(with({"supply_current"}), and_(servo, {12}), x);
+  EXPECT_EQ(motor.omega, supply.omega);
+  EXPECT_NEAR(supply.i_a[90], 0.25 * motor.i_a[90], 1e-12);
+  EXPECT_NEAR(supply.i_a[290], 0.5 * motor.i_a[290], 1e-12);
+  EXPECT_NEAR(supply.i_a[390], 0.75 * motor.i_a[390], 1e-12);
+}
+
+TEST(Step, ACurrentReadAtTheSupplyGoesWithTheVoltageThatWasMeasured) {
+  Excitation x = constant(0.2, 1e-3, 6, &Excitation::e_a);
+  ModelStructure structure = with({"supply_current"}, Signal::e_a);
+  structure.measured_voltage = true;
+  ModelStructure plain = with({}, Signal::e_a);
+  plain.measured_voltage = true;
+  const Trajectory<double> motor = run(plain, servo, x), supply = run(structure, and_(servo, {12}), x);
+  ASSERT_GT(motor.i_a[100], 0);
+  EXPECT_NEAR(supply.i_a[100], 0.5 * motor.i_a[100], 1e-12);
+}
+
 TEST(Step, ALateSpeedIsThatOfBeforeAndTheMotorIsAsItWas) {
   const double t_d = 0.0123;
   const Excitation x = holds(1e-3, {{0.1, 1}, {0.2, 5}});

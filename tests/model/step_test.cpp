@@ -358,6 +358,25 @@ TEST(Step, LongIntervalsAreDividedIntoTheSameSteps) {
   }
 }
 
+TEST(Step, ALongRowInWhichAllComesToStandIsGoneThroughAtOnce) {
+  const std::vector<std::string_view> effects{"armature_inductance", "coulomb_friction", "windage"};
+  const std::vector<double> values = and_(servo, {1e-3, 0.003, 2e-8});
+  Excitation fine = holds(1e-3, {{4, 0.5}, {4, -3}, {4, 0}});
+  Excitation coarse = holds(2, {{4, 0.5}, {4, -3}, {4, 0}});
+  fine.longest_step = coarse.longest_step = fine.quick_step = coarse.quick_step = 1e-3;
+  ASSERT_TRUE(keeps_no_past(with(effects), coarse));
+  EXPECT_FALSE(keeps_no_past(with({"tacho_lag"}), coarse));
+  EXPECT_FALSE(keeps_no_past(with({"friction_warmup"}), coarse));
+  EXPECT_FALSE(keeps_no_past(with({"cogging"}), coarse));
+  EXPECT_LT(steps_of(with(effects), coarse), steps_of(with(effects), fine) / 4);
+  const Trajectory<double> a = run(with(effects), values, fine), b = run(with(effects), values, coarse);
+  for (std::size_t k = 0; k < coarse.t.size(); ++k) {
+    EXPECT_NEAR(b.omega[k], a.omega[2000 * k], 1e-7) << k;
+    EXPECT_NEAR(b.i_a[k], a.i_a[2000 * k], 1e-9) << k;
+    EXPECT_NEAR(b.theta[k], a.theta[2000 * k], 1e-7) << k;
+  }
+}
+
 TEST(Step, ReadingsMayComeAtAnyTime) {
   // A clock that jitters by 40 % and skips: the same machine.
   Excitation x;

@@ -26,6 +26,7 @@ struct FieldHeating {
           {{{.symbol = "drop", .unit = "1", .null = 0, .min = -0.5, .max = 0.5, .typical = 0.04},
             {.symbol = "tau", .unit = "s", .null = 100, .min = 1e-2, .max = 1e5, .typical = 100, .role = Role::shape}}},
       .parameter_count = 2,
+      .in_time = true,
       .bench = {.field_winding = true}};
 
   template <class Scalar>

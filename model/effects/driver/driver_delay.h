@@ -28,6 +28,7 @@ struct DriverDelay {
       .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2, .typical = 0.03}}},
       .at_null = AtNull::small,
       .family = Family::driver_edges,
+      .in_time = true,
       .bench = {.driver = true}};
 
   template <class Scalar>

@@ -33,7 +33,7 @@ struct PwmDrive {
       .source = "Erickson and Maksimovic, Fundamentals of Power Electronics, ch. 5: discontinuous conduction, with R_a",
       .parameter_list =
           {{{.symbol = "r", .unit = "1", .null = 1, .min = 0.01, .max = 1e3, .typical = 1, .role = Role::shape},
-            {.symbol = "V_s", .unit = "V", .null = 24, .min = 1e-3, .max = 1e4, .typical = 24, .role = Role::shape},
+            {.symbol = "V_s", .unit = "V", .null = 24, .min = 1e-3, .max = 1e4, .typical = 24, .role = Role::supply},
             {.symbol = "k", .unit = "1", .null = 0, .min = 0, .max = 1, .typical = 0.1, .role = Role::shape}}},
       .parameter_count = 3,
       .at_null = AtNull::nothing,
@@ -58,9 +58,7 @@ struct PwmDrive {
 
   /// Of a supply that the reference goes up to. Its period may be as short as it likes: then the motor coasts.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
-    return Plausible(info, p)
-        .at_least(1, 0.8 * machine.seen.supply, "the supply that the reference asks for")
-        .at_most(1, 5 * machine.seen.supply, "the supply that the reference asks for, five times");
+    return Plausible(info, p).supply(1, machine.seen);
   }
 };
 

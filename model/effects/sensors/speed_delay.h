@@ -26,6 +26,7 @@ struct SpeedDelay {
       .parameter_list = {{{.symbol = "t_d", .unit = "s", .null = 0, .min = 0, .max = 2, .typical = 0.03}}},
       .at_null = AtNull::small,
       .family = Family::late_speed,
+      .in_time = true,
       .reads = Signal::omega};
 
   template <class Scalar>

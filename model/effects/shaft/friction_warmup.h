@@ -25,7 +25,8 @@ struct FrictionWarmup {
       .parameter_list =
           {{{.symbol = "drop", .unit = "1", .null = 0, .min = -1, .max = 0.95, .typical = 0.4},
             {.symbol = "tau", .unit = "s", .null = 60, .min = 1e-2, .max = 1e5, .typical = 60, .role = Role::shape}}},
-      .parameter_count = 2};
+      .parameter_count = 2,
+      .in_time = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {

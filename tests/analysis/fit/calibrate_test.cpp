@@ -163,6 +163,24 @@ TEST(Calibrate, APriorPullsAgainstTheDataByItsWeight) {
   EXPECT_NEAR(calibrate(records, model).model.at(0).value, found, 0.01 * error);
 }
 
+TEST(Calibrate, WhatOnlyTheSupplyTellsIsKnownAsFarAsThatIs) {
+  Model model = with_noise(servo_model());
+  model.tie.clear();  // so that no torque tells the size of the current
+  model.include(effect_index("supply_current"));
+  emtb::Run run = record({}, synthetic::steps, 1e-3, quiet);
+  constexpr double supply = 26;
+  for (std::size_t k = 0; k < run.at(Signal::i_a).value.size(); ++k)
+    run.signals[Signal::i_a].value.edit()[k] *= std::abs(run.at(Signal::e_a).value[k]) / supply;
+  const Calibration c = calibrate(prepared({run}, model), model);
+  const Parameter& V_s = c.model.parameters_of(effect_index("supply_current"))[0];
+  EXPECT_NEAR(V_s.value, 24, 1) << "the driver's limit";
+  ASSERT_TRUE(V_s.std_error);
+  EXPECT_NEAR(*V_s.std_error, 0.2 * 24, 1);
+  const double R_a_error = c.model.at(base::R_a).std_error.value_or(0);
+  EXPECT_NEAR(R_a_error, 0.2 * c.model.at(base::R_a).value, 0.05) << "which carries all that goes with it";
+  EXPECT_NEAR(c.model.at(base::R_a).value * V_s.value / supply, Truth{}.R_a, 0.03);
+}
+
 TEST(Calibrate, LeavesFixedParametersAlone) {
   Model model = with_noise(servo_model());
   model.at(0).value = 1.2;

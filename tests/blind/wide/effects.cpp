@@ -299,6 +299,12 @@ Truth current_reads_high(WideBench& b, double size, Draw draw) {
   return {{"i_0", offset}};
 }
 
+/// Beside the supply of a bridge, not the motor.
+Truth current_is_the_supplys(WideBench& b, double, Draw draw) {
+  b.plant.sensors.supply = b.machine.voltage * draw.within(1, 1.3);
+  return {{"V_s", b.plant.sensors.supply}};
+}
+
 Truth speed_comes_late(WideBench& b, double size, Draw) {
   const double t_d = b.period + std::max(b.period, 0.1 * b.machine.tau) * size;
   if (Instrument* tacho = b.find(Signal::omega)) tacho->delay = t_d;
@@ -356,6 +362,7 @@ constexpr std::array all{
     WideEffect{.id = "torque_lag", .possible = has_gauge, .hide = gauge_lags},
     WideEffect{.id = "torque_offset", .possible = has_gauge, .hide = gauge_reads_high},
     WideEffect{.id = "current_offset", .possible = has_current, .hide = current_reads_high},
+    WideEffect{.id = "supply_current", .sized = false, .possible = has_current, .hide = current_is_the_supplys},
     WideEffect{.id = "speed_delay", .hide = speed_comes_late},
     WideEffect{.id = "friction_bump", .outside = true, .hide = outside::friction_bump},
     WideEffect{.id = "sector_friction", .outside = true, .possible = fine_enough, .hide = outside::sector_friction},

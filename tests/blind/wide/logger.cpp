@@ -20,7 +20,7 @@ struct Moment {
 };
 
 Moment moment_of(const Plant& p) {
-  return {p.time(), p.e_a(), p.i_a(), p.tacho(), p.omega(), p.theta(), p.gauge(), p.charge()};
+  return {p.time(), p.e_a(), p.ammeter(), p.tacho(), p.omega(), p.theta(), p.gauge(), p.charge()};
 }
 
 double of(const Moment& m, Signal signal) {
