@@ -247,12 +247,34 @@ std::optional<CountedSpeed> mean_of_counts(std::span<const Series> speeds, doubl
   return std::nullopt;
 }
 
+/// Are they whole counts by the time that each row took, where by the usual time some would not be? No converter knows
+/// how long a row took.
+bool told_by_unlike_rows(std::span<const Series> speeds, double step) {
+  constexpr std::size_t enough = 4;           // rows: that many parts of a count are not near nothing by chance
+  constexpr double none = 0.03, clear = 0.1;  // of a count
+  const auto miss = [](double counts) { return std::abs(counts - std::round(counts)); };
+  std::size_t telling = 0;
+  for (const Series& speed : speeds) {
+    const std::vector<double> measured = advances(speed, true), usual = advances(speed, false);
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      if (miss(measured[k] / step) > clear) return false;
+      if (miss(measured[k] / step) < none && miss(usual[k] / step) > clear) ++telling;
+    }
+  }
+  return telling >= enough;
+}
+
 /// What they are counts of, as they were written.
 std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
-  for (const bool measured_time : {false, true}) {
+  const auto step_of = [&](bool measured_time) {
     std::vector<std::vector<double>> all;
     for (const Series& speed : speeds) all.push_back(advances(speed, measured_time));
-    const std::optional<double> step = common_step(all);
+    return common_step(all);
+  };
+  if (const auto step = step_of(true); step && told_by_unlike_rows(speeds, *step))
+    return CountedSpeed{.step = *step, .measured_time = true};
+  for (const bool measured_time : {false, true}) {
+    const std::optional<double> step = step_of(measured_time);
     if (!step) continue;
     constexpr double no_chance = 1e-3,
                      close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times

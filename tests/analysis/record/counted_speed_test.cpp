@@ -134,6 +134,27 @@ Run swinging(double step, bool is_counted, double noise) {
   return {.name = "swinging", .signals = {{Signal::omega, omega}}};
 }
 
+TEST(CountedSpeed, OfAWheelThatStaysNowhereIsToldByRowsThatLastUnlikeLong) {
+  constexpr double step = 0.00322;  // rad; no whole part of a turn
+  const auto angle = [](double t) { return 20 * t + 5 * std::sin(3 * t) + 2 * std::sin(9 * t); };
+  const auto run = [&](auto duration) {
+    Series omega;
+    double t = 0, last = 0;
+    for (int k = 0; k < 120; ++k) {
+      const double dt = duration(k), counts = std::floor(angle(t + dt) / step);
+      omega.t.push_back(t += dt);
+      omega.value.push_back((counts - last) * step / dt);
+      last = counts;
+    }
+    return std::vector<emtb::Run>{{.name = "wheel", .signals = {{Signal::omega, omega}}}};
+  };
+  const auto found = counted_speed(run([](int k) { return k % 3 == 0 ? 0.011 : 0.010; }));
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->measured_time);
+  EXPECT_NEAR(found->step, step, 1e-6);
+  EXPECT_FALSE(counted_speed(run([](int) { return 0.010; }))) << "as a converter's codes would be";
+}
+
 TEST(CountedSpeed, OfAnAxisThatStaysNowhereIsToldByHowItsCountsErr) {
   for (const double step : {4.2017e-3, 1.31e-3}) {
     const auto found = look_at(swinging(step, true, 0));
