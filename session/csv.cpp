@@ -136,7 +136,10 @@ class Rows {
     const std::string hint = header_.run ? "; rows of one run must stand in the order of time"
                                          : "; if the file holds several runs, tell them apart by a column `run`, or "
                                            "name theirs with --map, run: COLUMN";
-    if (t == run.last) table_.fail(header_.time_name + " stands still at " + shown(text) + " s" + hint);
+    if (t == run.last) {
+      table_.fail(header_.time_name + " stands still at " + shown(text) +
+                  " s: two rows of one time are one reading too many. Leave one of them out" + hint);
+    }
     table_.fail(header_.time_name + " goes back from " + shown(run.last_text) + " to " + shown(text) + " s" + hint);
   }
 

@@ -82,7 +82,7 @@ bool present(std::span<const Run> runs, Signal signal) {
 }
 
 /// One value in all runs. Runs that begin as a step is made have a voltage that never changes, each its own, or, where
-/// no reference says otherwise, that of the one step that was made.
+/// no reference says otherwise, that of the one step that was made. A current that a voltage drives changes in any run.
 bool dead(std::span<const Run> runs, Signal signal) {
   std::set<double> values;
   const bool never_changes = in_all(runs, signal, [&](const Series& series) {
@@ -90,7 +90,8 @@ bool dead(std::span<const Run> runs, Signal signal) {
     return constant(series);
   });
   const bool made_one_step = signal == Signal::e_a && !values.contains(0) && !present(runs, Signal::u_ref);
-  return never_changes && values.size() == 1 && !made_one_step;
+  const bool is_driven = signal == Signal::i_a && (present(runs, Signal::u_ref) || present(runs, Signal::e_a));
+  return never_changes && (values.size() == 1 || is_driven) && !made_one_step;
 }
 
 /// A signal that goes from level to level, of which its instrument knows but a few.
@@ -135,7 +136,7 @@ DataFindings resting(std::span<const Run> runs) {
     const bool matters = signal != Signal::torque;  // a shaft without a load is told as a torque of zero, too
     add(signal, Flaw::rest,
         name_of(signal) +
-            " has one value in all runs though the shaft moves: its channel is dead; leave the column out",
+            " has one value in all of a run though the shaft moves: its channel is dead; leave the column out",
         matters);
   }
   for (const Signal signal : {Signal::i_a, Signal::omega, Signal::torque}) {
