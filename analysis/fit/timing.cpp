@@ -261,6 +261,23 @@ class TimingSearch {
   Eigen::MatrixXd sts_;
 };
 
+/// A voltage that holds from row to row, and one that goes straight from reading to reading, lead to parameters so far
+/// from each other that no straight line of them leads from the ones to the others: each is fitted.
+/// @param records whose timing becomes that which leaves clearly less @return fitted to it
+Model with_voltage_held_or_straight(std::vector<Record>& records, const Model& fitted, double clear) {
+  const CalibrationOptions quick{.extra_starts = 0, .max_iterations = 15, .tolerance = 1e-4, .with_covariance = false};
+  const Timing as_set{records.front().excitation.acts_after, records.front().excitation.e_a_held};
+  const auto fit_to = [&](const Timing& timing) {
+    set_timing(records, timing);
+    return fit_or_none(records, fitted, quick);
+  };
+  const Timing other = as_set.held ? Timing{} : Timing{0, true};
+  const Fit there = fit_to(other), here = fit_to(as_set);
+  if (!(there.cost + clear < here.cost)) return fitted;
+  set_timing(records, other);
+  return there.model;
+}
+
 }  // namespace
 
 Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
@@ -273,7 +290,9 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   const bool input_is_seen = !seen.empty();
   if (!input_is_seen) seen.assign(records.begin(), records.end());
   const double interval = mean_interval(seen.front().excitation.t);
-  TimingSearch search(std::move(seen), fitted);
+  const bool held = input_is_seen && fitted.input == Signal::e_a;
+  const Model told_by = held ? with_voltage_held_or_straight(seen, fitted, clear) : fitted;
+  TimingSearch search(std::move(seen), told_by);
   Timing best;  // where the voltage is measured, that told the rest (record/reference_row.h)
   if (!input_is_seen) best.acts_after = records.front().excitation.acts_after;
   double least = search.cost(best) - clear;
@@ -293,7 +312,6 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
     timing.late = search.late(timing, clear, left_of_a_sample + least_late);
     return timing;
   };
-  const bool held = input_is_seen && fitted.input == Signal::e_a;
   if (held) look_at({0, true});
   if (!input_is_seen) return with_late(best);
   for (const double share : shares) {
