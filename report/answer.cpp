@@ -83,10 +83,11 @@ std::string before_and_after(const Diagnosis& d) {
 }  // namespace
 
 std::string how_sure(const Diagnosis& d) {
-  const std::string judged = d.judged_on_training ? " (one run, judged on itself: record a second)"
-                             : d.training_judges
-                                 ? " (shown by training runs alone: each was held out in turn, beside those you named)"
-                                 : "";
+  std::string judged = d.judged_on_training ? " (one run, judged on itself: record a second)"
+                       : d.training_judges
+                           ? " (shown by training runs alone: each was held out in turn, beside those you named)"
+                           : "";
+  if (!d.fitted_too.empty()) judged += " (" + fitted_too_in_words(d) + ")";
   const std::string verdict = std::string(word(d.verdict)) + ": ";
   switch (d.verdict) {
     case Verdict::found: {
@@ -156,7 +157,9 @@ std::optional<NamedFiles> trained_on_too(NamedFiles f, const std::string& run) {
 
 }  // namespace
 
-std::string next_command(const Diagnosis& d, const NamedFiles& f) {
+std::string next_command(const Diagnosis& d, const NamedFiles& named) {
+  NamedFiles f = named;
+  for (const std::string& run : d.fitted_too) f = trained_on_too(f, run).value_or(f);
   NamedFiles plain = f;
   plain.candidates.clear();  // of commands that take none
   const std::string out = shell_quoted(stem(f.model) + "-final.yaml");

@@ -54,7 +54,8 @@ void add_shares(std::vector<std::string>& lines, const Shares& s, const std::str
     lines.push_back(text + "no quantity alone explains more than a twentieth: it is run to run, memory or reading.");
     return;
   }
-  lines.push_back(text + ". All together explain " + percent(s.together) + "; " +
+  const double together = std::max(s.together, list.front().second.alone);  // what one foretells, all of them can
+  lines.push_back(text + ". All together explain " + percent(together) + "; " +
                   percent(std::max(0.0, s.ceiling - only)) + " several of them can, and " + percent(1 - s.ceiling) +
                   " none: run to run, memory, reading or noise.");
 }

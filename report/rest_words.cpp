@@ -43,6 +43,14 @@ std::string part_of_a_sample(double share) {
   return share > 0.99 ? "one sample" : pretty(share, digits) + " of a sample";
 }
 
+/// ` (3 % of that applied)`; nothing where as good as nothing is applied.
+std::string share_of_applied(double share) {
+  constexpr double any = 100;
+  if (!(share < any)) return {};
+  return share > 1 ? " (" + pretty(share, digits) + " times that applied)"
+                   : " (" + pretty(100 * share, digits) + " % of that applied)";
+}
+
 std::string how_well_known(const NoiseFloor& noise) {
   return noise.upper_bound ? " at most" : noise.lower_bound ? " at least" : "";
 }
@@ -74,8 +82,7 @@ std::string in_words(Signal signal, const SignalFit& fit) {
     if (rest.like > 0) {
       what.push_back(signal == Signal::i_a ? "is like a voltage of " + with_scaled_unit(rest.like, "V")
                                            : "is like a torque of " + with_scaled_unit(rest.like, "N m"));
-      if (rest.applied > 0)
-        what.back() += " (" + pretty(100 * rest.like / rest.applied, digits) + " % of that applied)";
+      what.back() += share_of_applied(rest.like / rest.applied);
     }
     if (!what.empty()) text += "; the rest " + joined(what);
   }

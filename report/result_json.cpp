@@ -209,6 +209,7 @@ json to_json(const Diagnosis& d) {
   out["unexplained"] = number_json(d.final_held_out);
   out["cut"] = d.cut;
   out["shown_by"] = d.shown_by;
+  out["fitted_too"] = d.fitted_too;
   out["timing"] = timing_json(d.data->timing, d.data->interval(), d.final);
   out["where"] = maps_json(d.where);
   out["where_final"] = maps_json(d.where_final);

@@ -127,6 +127,7 @@ std::string verdict_text(const Diagnosis& d) {
         out << "      With it " << other << ".\n";
     }
   }
+  if (!d.fitted_too.empty()) out << "  " << fitted_too_in_words(d) << "\n";
   if (d.cut) out << "  " << cut_in_words() << "\n";
   if (!d.next.empty()) out << "  " << in_words(d.next.front()) << "\n";
   return out.str();
@@ -181,7 +182,10 @@ std::string answer_in_words(const Diagnosis& d) {
 
 }  // namespace
 
-std::string verdict_in_words(const Diagnosis& d) { return answer_in_words(d) + (d.cut ? " " + cut_in_words() : ""); }
+std::string verdict_in_words(const Diagnosis& d) {
+  return answer_in_words(d) + (d.fitted_too.empty() ? "" : " (" + fitted_too_in_words(d) + ".)") +
+         (d.cut ? " " + cut_in_words() : "");
+}
 
 std::vector<std::string> refused(const Diagnosis& d) {
   std::vector<std::string> lines;

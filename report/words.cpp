@@ -26,6 +26,13 @@ std::string judged_on(const Diagnosis& d) {
                               : "runs that no fit has seen";
 }
 
+std::string fitted_too_in_words(const Diagnosis& d) {
+  const bool one = d.fitted_too.size() == 1;
+  return joined(d.fitted_too) +
+         (one ? ", which the training runs do not foretell, was fitted, too, and judges no longer"
+              : ", which the training runs do not foretell, were fitted, too, and judge no longer");
+}
+
 std::string floors(double error) { return printed(error, 3) + " noise floors"; }
 
 std::string cut_in_words() {

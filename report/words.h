@@ -17,6 +17,10 @@ std::string floors(double error);                                               
 /// Which runs the errors of a diagnosis are of: `runs that no fit has seen`.
 std::string judged_on(const Diagnosis& diagnosis);
 
+/// Which held-out runs were fitted as well, and why: `high.csv, which the training runs do not foretell, was
+/// fitted, too, and judges no longer`.
+std::string fitted_too_in_words(const Diagnosis& diagnosis);
+
 /// What to do where a bound on the search kept something from being tried.
 std::string cut_in_words();
 

@@ -13,7 +13,6 @@
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/calibrate.h"
 #include "analysis/fit/profile_likelihood.h"
-#include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "config/formula_effect.h"
@@ -177,10 +176,6 @@ void print_where(const std::vector<ResidualMap>& maps, const std::map<Signal, Si
   if (shown.empty()) std::cout << "No signal is above its noise floor by more than a tenth.\n";
 }
 
-double error_on(std::span<const Record> runs, const Model& model) {
-  return error_of(mean_squares(residuals(runs, model, model.values(), {})));
-}
-
 void finish_model(const ModelOptions& o, const Model& model) {
   if (o.out.empty()) return;
   write_model(o.out, model);
@@ -243,9 +238,12 @@ int add_command(const ModelOptions& o) {
   if (!runs) return 1;
   Dataset data = prepare(runs->train, runs->held_out, model);
   const Calibration before = calibrate(data, model);
+  Model with_it = model;
+  with_it.include(effect);
+  const auto error_before = [&](std::span<const Record> on) { return error_on(on, before.model, with_it); };
   json extra{{"added", o.effect}};
-  extra["before"] = {{"train", error_on(data.train, before.model)},
-                     {"held_out", data.held_out.empty() ? json(nullptr) : json(error_on(data.held_out, before.model))}};
+  extra["before"] = {{"train", error_before(data.train)},
+                     {"held_out", data.held_out.empty() ? json(nullptr) : json(error_before(data.held_out))}};
   if (o.json_file != "-") {
     std::cout << "without " << o.effect << ": training " << error_cell(extra["before"]["train"].get<double>())
               << ", held-out " << (data.held_out.empty() ? "-" : error_cell(extra["before"]["held_out"].get<double>()))

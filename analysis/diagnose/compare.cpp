@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/diagnose/likelihood.h"
+#include "analysis/diagnose/load_law.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
@@ -161,6 +162,13 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   }
   result.where = residual_maps(compared, model);
   return result;
+}
+
+double error_on(std::span<const Record> records, const Model& model, const Model& alike) {
+  if (records.empty()) return std::nan("");
+  std::map<Signal, double> squares = mean_squares(residuals(records, model, model.values(), {}));
+  if (squares.size() > 1 && torque_only_loads(records, alike)) squares.erase(Signal::torque);
+  return error_of(squares);
 }
 
 }  // namespace emtb

@@ -58,6 +58,12 @@ struct Comparison {
 Comparison compare(std::span<const Run> runs, const Model& model, const Model& judge, std::span<const Run> beside = {});
 inline Comparison compare(std::span<const Run> runs, const Model& model) { return compare(runs, model, model); }
 
+/// The error of a model on records as it stands, 1 = noise floor: of all signals that it predicts, so without a
+/// measured torque that only loads it. NaN where there are no records.
+/// @param alike the model whose torque counts: the same in two models that are held against each other
+double error_on(std::span<const Record> records, const Model& model, const Model& alike);
+inline double error_on(std::span<const Record> records, const Model& model) { return error_on(records, model, model); }
+
 /// The fit of each signal on records.
 std::map<Signal, SignalFit> fit_of(std::span<const Record> records, const Model& model, const Noise& noise);
 

@@ -11,6 +11,7 @@
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/left_floor.h"
 #include "analysis/diagnose/load_law.h"
+#include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
 #include "analysis/diagnose/tied_values.h"
@@ -83,11 +84,23 @@ bool named(const Finding& found, std::size_t effect) {
   return std::ranges::find(found.effects, effect) != found.effects.end();
 }
 
+/// Is an effect there for the sake of another that needs it, and does nothing itself?
+bool is_only_needed(std::size_t effect, const Model& model) {
+  if (!needed(effect, model)) return false;
+  const EffectInfo& about = model.about(effect);
+  const std::vector<Parameter>& fitted = model.parameters_of(effect);
+  for (std::size_t i = 0; i < about.parameter_count; ++i) {
+    if (!about.parameter_list[i].is_shape() && fitted[i].value != about.parameter_list[i].null) return false;
+  }
+  return true;
+}
+
 /// Names what was found, with what is tied with it, and what would tell them apart.
 void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> train, const Dataset& data,
                       const Reach& reach) {
   std::vector<Model> all_rivals;
   for (const std::size_t effect : found.effects) {
+    if (is_only_needed(effect, d.final)) continue;
     MissingEffect m{effect, {}, {}};
     std::vector<Model> rival_models;
     const auto rivals = found.rivals.find(effect);
@@ -106,6 +119,14 @@ void name_the_missing(Diagnosis& d, const Finding& found, std::span<const Run> t
   }
   widen_by_ties(all_rivals, d.final);
   for (MissingEffect& m : d.missing) m.parameters = d.final.parameters_of(m.effect);
+}
+
+void say_why_refused(Finding& found, const FittedTrials& trials) {
+  for (const auto& [effect, why] : trials.refused()) {
+    const auto candidate =
+        std::ranges::find(found.candidates, effect, [](const Candidate& c) { return c.score.effect; });
+    if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
+  }
 }
 
 void sort_best_first(std::vector<Candidate>& candidates) {
@@ -143,12 +164,26 @@ void refuse_what_leaves_all_bounds(const Trial& answer) {
       "Add sessions like it to the training, or leave out the effect that grows so fast");
 }
 
+/// Does what was found leave the same in other steps? It is then fitted in them, and nothing needs to be searched.
+bool stands_in_other_steps(Road& road, WholeSearch& search, const Criterion& criterion) {
+  Trial& found = road.found.current;
+  Trial again = search.again(found);
+  if (criterion.material(found.held_out, again.held_out) || criterion.material(again.held_out, found.held_out))
+    return false;
+  found = std::move(again);
+  road.first = search.again(road.first);
+  return true;
+}
+
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   if (!informative(data)) return Verdict::cannot_tell;
   if (remainder) return Verdict::unknown_effect;
   if (std::ranges::any_of(d.missing, [](const MissingEffect& m) { return !m.tied_with.empty(); })) return Verdict::tied;
   return d.missing.empty() ? Verdict::nothing_missing : Verdict::found;
 }
+
+Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
+                            const DiagnoseOptions& options);
 
 }  // namespace
 
@@ -170,12 +205,32 @@ std::string_view word(Verdict verdict) noexcept {
 
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options) {
+  Diagnosis d = diagnose_as_named(train, held_out, model, options);
+  if (d.shown_by.empty()) return d;
+  std::vector<Run> fitted(train.begin(), train.end()), unseen(held_out.begin(), held_out.end());
+  std::vector<std::string> fitted_too;
+  while (!d.shown_by.empty() && !d.cut) {
+    const auto shows_most = std::ranges::find(unseen, d.shown_by.front(), &Run::name);
+    if (shows_most == unseen.end()) break;
+    fitted_too.push_back(shows_most->name);
+    fitted.push_back(std::move(*shows_most));
+    unseen.erase(shows_most);
+    d = diagnose_as_named(fitted, unseen, model, options);
+  }
+  d.fitted_too = std::move(fitted_too);
+  return d;
+}
+
+namespace {
+
+Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
+                            const DiagnoseOptions& options) {
   const auto progress = [&](double share, const std::string& doing) {
     if (options.progress) options.progress(share, doing);
   };
   const auto prepared = std::make_shared<Dataset>(prepare(train, held_out, model));
   const Dataset& data = *prepared;
-  const bool only_loads = !options.explain_torque && torque_only_loads(data, model);
+  const bool only_loads = !options.explain_torque && torque_only_loads(data.train, model);
   const MaterialityCriterion by_materiality(options.materiality, only_loads);
   const Criterion& criterion = options.criterion ? *options.criterion : by_materiality;
   Diagnosis d;
@@ -199,7 +254,9 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   const Circumstances recorded = circumstances_of(data);
   Road road = best_road(*prepared, search, criterion, first);
   const auto road_anew = [&] { return best_road(*prepared, search, criterion, first_fit(trials, data, given)); };
-  if (!trials.exhausted() && set_shorter_steps(*prepared, road.found.current.model())) road = road_anew();
+  if (!trials.exhausted() && set_shorter_steps(*prepared, road.found.current.model()) &&
+      !stands_in_other_steps(road, search, criterion))
+    road = road_anew();
   if (auto quieter =
           trials.exhausted() ? std::nullopt : floors_down_to_what_is_left(data, road.found.current.model())) {
     set_noise(*prepared, std::move(*quieter), given);
@@ -231,11 +288,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   tell_of_the_base(d, data, all, road.first, options);
   tell_the_answer(d, data, all, found, std::move(last), model);
   name_the_missing(d, found, train, data, options.reach);
-  for (const auto& [effect, why] : trials.refused()) {
-    const auto candidate =
-        std::ranges::find(found.candidates, effect, [](const Candidate& c) { return c.score.effect; });
-    if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
-  }
+  say_why_refused(found, trials);
   sort_best_first(found.candidates);
   const Loss& left = found.current.held_out;
   const bool is_refused_law = leaves_a_share(left, inputs, options.materiality) &&
@@ -248,4 +301,5 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   return d;
 }
 
+}  // namespace
 }  // namespace emtb

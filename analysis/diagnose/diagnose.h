@@ -61,8 +61,11 @@ struct Diagnosis {
   bool training_judges = false;            ///< beside the held-out runs, each training run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   bool cut = false;                        ///< a bound on the search kept something from being tried
-  std::vector<std::string> shown_by;  ///< held-out runs that alone show what is left: of no training run anything is
-  std::vector<Proposal> next;         ///< where effects tie: experiments that would tell them apart, best first
+  std::vector<std::string> shown_by;    ///< held-out runs that alone show what is left, those that show most first: of
+                                        ///< no training run anything is
+  std::vector<std::string> fitted_too;  ///< runs that were named as held out and alone showed what the model lacks:
+                                        ///< they were then taken among the training runs, and judge no longer
+  std::vector<Proposal> next;           ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
 
   /// What is known of an effect that the diagnosis names by its number.
@@ -90,7 +93,8 @@ struct DiagnoseOptions {
 /// Finds out which physical effect of the catalogue, or which formula on offer, the model is missing (section 6 of the
 /// design): fit; score every absent effect at zero amplitude; refit the best; keep the one that removes something
 /// material from held-out runs; repeat; then try to swap each member for its rivals (those that do as well are tied
-/// with it) and to do without it. Where effects tie, the next experiment is proposed.
+/// with it) and to do without it. Where effects tie, the next experiment is proposed. Where held-out runs alone show
+/// what is missing, no fit has seen it: all is asked again with the one that shows most among the training runs.
 /// @throws ModelError where the runs do not fit the model.
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options = {});

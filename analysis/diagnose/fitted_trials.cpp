@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "analysis/diagnose/moves.h"
@@ -469,10 +470,13 @@ bool FittedTrials::only_training_shows_a_remainder(const Trial& trial) const {
 }
 
 std::vector<std::string> FittedTrials::runs_that_alone_show_a_remainder(const Trial& trial) const {
-  std::vector<std::string> names;
-  if (!unexplained(data_.train, trial.model(), trial.fit.phases).empty()) return names;
+  if (!unexplained(data_.train, trial.model(), trial.fit.phases).empty()) return {};
+  std::vector<std::pair<double, std::string>> shown;
   for (const Record* run : unexplained(data_.held_out, trial.model(), trial.held_out_phases))
-    names.push_back(run->name);
+    shown.emplace_back(loss_on(std::span(run, 1), trial.model(), {}).error(), run->name);
+  std::ranges::stable_sort(shown, std::greater{}, &std::pair<double, std::string>::first);
+  std::vector<std::string> names;
+  for (auto& [error, name] : shown) names.push_back(std::move(name));
   return names;
 }
 

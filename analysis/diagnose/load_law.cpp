@@ -57,10 +57,9 @@ bool differ_at(const std::vector<std::size_t>& a, const std::vector<std::size_t>
 
 }  // namespace
 
-bool torque_only_loads(const Dataset& data, const Model& given) {
+bool torque_only_loads(std::span<const Record> records, const Model& given) {
   const auto says_of_the_load = [&](const IncludedEffect& e) { return concerns_the_load(given.about(e.effect)); };
-  return std::ranges::any_of(data.train, &Record::measured_load) &&
-         std::ranges::none_of(given.effects, says_of_the_load);
+  return std::ranges::any_of(records, &Record::measured_load) && std::ranges::none_of(given.effects, says_of_the_load);
 }
 
 bool concerns_the_load(const EffectInfo& effect) {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "analysis/diagnose/search.h"
@@ -14,7 +15,7 @@ bool concerns_the_load(const EffectInfo& effect);
 
 /// Does a measured torque load the shaft, of which the model as given says nothing? It acts on the motion as it was
 /// read, whatever its law: what a law says is told by the gauge alone, and what it leaves of the reading bends nothing.
-bool torque_only_loads(const Dataset& data, const Model& given);
+bool torque_only_loads(std::span<const Record> records, const Model& given);
 
 /// A fitted model of which a search may change nothing but what concerns the load.
 /// @param given which effects were withheld from the beginning

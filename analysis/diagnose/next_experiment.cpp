@@ -228,8 +228,14 @@ std::string in_words(const Proposal& best) {
   std::ostringstream text;
   text << "Run `" << best.profile.name() << "`: " << best.what;
   for (const Signal signal : best.record) text << ", with a fast " << info(signal).column << " recorded beside";
+  constexpr double far = 1000;  // floors: a prediction so far from any run is no number to go by
   text.precision(2);
-  text << ". It would bring their predictions " << best.separation << " noise floors apart.";
+  text << ". It would bring their predictions ";
+  if (best.separation < far) {
+    text << best.separation << " noise floors apart.";
+  } else {
+    text << "more than " << static_cast<int>(far) << " noise floors apart.";
+  }
   return text.str();
 }
 

@@ -188,6 +188,15 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
     if (criterion.material(best.found.current.held_out, plain.found.current.held_out)) best = std::move(plain);
     set(data, best.circumstances);
   }
+  if (as_recorded.model().input == Signal::e_a && remains && !best.circumstances.timing.held) {
+    // What a voltage that goes straight from reading to reading makes of a motor hides what one that holds would show.
+    Circumstances held = recorded;
+    held.timing.held = true;
+    set(data, held);
+    Road steps = search_from(data, search, criterion, search.again(as_recorded));
+    if (criterion.material(best.found.current.held_out, steps.found.current.held_out)) best = std::move(steps);
+    set(data, best.circumstances);
+  }
   return with_a_lag_within_a_row(data, search, criterion, std::move(best));
 }
 

@@ -115,13 +115,21 @@ void Search::forward() {
 }
 
 /// Where much is left and nothing promising mends it, each effect is refitted before that is said, also those whose
-/// first steps do little; if none helps alone and the model is far off, two in turn.
+/// first steps do little; if none helps alone, two in turn: any where the model is far off, else that which helps
+/// most, but by values that it cannot have, which may be since the other is missing beside.
 bool Search::add_what_the_scores_passed_by(Round& of_current) {
   if (!criterion_.worth_trying_all(found_.current.held_out) || trials_.exhausted()) return false;
   tell(0.5, "trying all effects");
   const std::vector<Addition>& all = rounds_.all_refits_of(of_current);
   if (add_best_of(all) || add_best_of(rounds_.slow_refits_of(of_current))) return true;
-  return criterion_.far_off(found_.current.held_out) && add_two_in_turn(of_current, all);
+  if (criterion_.far_off(found_.current.held_out)) return add_two_in_turn(of_current, all);
+  const Addition* refused = nullptr;  // the best of them
+  for (const Addition& a : all) {
+    const bool helps = criterion_.worth_a_step(found_.current.held_out, a.trial.held_out);
+    if (!dropped_.contains(a.effect()) && helps && (refused == nullptr || a.trial.fit.cost < refused->trial.fit.cost))
+      refused = &a;
+  }
+  return refused != nullptr && add_two_in_turn(of_current, {*refused});
 }
 
 /// Half of the truth may foretell new runs worse than nothing: a weight that no friction holds swings on. What helps in
@@ -395,13 +403,19 @@ bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t membe
          trials_.determined(a.trial.model(), a.effect());
 }
 
-/// What the others have made superfluous goes.
+/// What the others have made superfluous goes. Where something is left, many drops of which each does little must not
+/// together undo what was found.
 void Search::prune() {
+  const Loss before = found_.current.held_out;
+  const auto undoes = [&](const Trial& without) {
+    return criterion_.remainder(without.held_out) && criterion_.material(without.held_out, before) &&
+           !criterion_.material(without.held_out, found_.current.held_out);
+  };
   for (std::size_t i = 0; i < found_.effects.size();) {
     tell(0.85, "pruning");
     const std::size_t effect = found_.effects[i];
     std::optional<Trial> without;
-    if (needed(effect, found_.current.model()) || !superfluous(effect, without)) {
+    if (needed(effect, found_.current.model()) || !superfluous(effect, without) || undoes(*without)) {
       ++i;
       continue;
     }

@@ -31,13 +31,14 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 /// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
 /// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
 /// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
-/// all and leaves enough itself. What fitted to the end has gone where it is not what it is called goes as well.
+/// all and leaves enough itself, or is nothing within one error. What fitted to the end has gone where it is not what
+/// it is called goes as well.
 /// @return what is known of the errors of the rest
 std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& search, const Criterion& criterion,
                                                  Dataset& data, const WorthAName& worth) {
   FittedTrials& trials = search.trials();
-  constexpr double by_far = 5, hardly = 2;            // errors
-  constexpr double likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
+  constexpr double by_far = 5, hardly = 2, not_at_all = 1;  // errors
+  constexpr double likelier = 0.5 * by_far * by_far;        // [nats], the same for what is not linear
   std::optional<Calibration> judged = with_all_errors(data, found.current.model());
   for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
@@ -65,8 +66,9 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& se
       if (may_be) before = in_itself;
       set_timing(data, without_it);
     }
+    const bool is_something = may_be && told_but_for_scale(data.train, *judged, effect, not_at_all);
     const bool is_needed =
-        !trial || (may_be && criterion.remainder(trial->held_out) && !doubtful &&
+        !trial || (is_something && criterion.remainder(trial->held_out) && !doubtful &&
                    ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
                      gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
                     (removes_most(trial->held_out, found.current.held_out) &&

@@ -14,10 +14,6 @@
 namespace emtb {
 namespace {
 
-double error_on(std::span<const Record> runs, const Model& model) {
-  return error_of(mean_squares(residuals(runs, model, model.values(), {})));
-}
-
 /// Of the formulas that explain most, so many.
 auto best(std::size_t most) {
   return [most](std::vector<EquationError> formulas) {

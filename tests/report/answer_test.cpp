@@ -112,6 +112,15 @@ TEST(Answer, WhatOnlyAHeldOutRunShowsIsToBeTrainedOn) {
       << "a run that is in none of the files";
 }
 
+TEST(Answer, ARunThatWasFittedTooIsSaidToBeAndTheNextCommandFitsItToo) {
+  Diagnosis d = answer(Verdict::found, {friction()});
+  d.fitted_too = {"b.csv@1:2"};
+  EXPECT_THAT(
+      answer_text(d, files),
+      AllOf(HasSubstr("(b.csv@1:2, which the training runs do not foretell, was fitted, too, and judges no longer)"),
+            HasSubstr("emtb add coulomb_friction 'my motor.yaml' a.csv b.csv@1:2 --map names.yaml")));
+}
+
 TEST(NextCommand, IsToBeTypedAsItStands) {
   EXPECT_EQ(next_command(answer(Verdict::found, {friction()}), files),
             "emtb add coulomb_friction 'my motor.yaml' a.csv --held-out b.csv@1:2 --map names.yaml --out "

@@ -8,7 +8,6 @@
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/diagnose.h"
-#include "analysis/fit/residuals.h"
 #include "analysis/fit/timing.h"
 #include "config/mapping.h"
 #include "config/model.h"
@@ -71,10 +70,6 @@ std::vector<Run> runs_of(const std::vector<std::string>& specs, const Mapping& m
   std::vector<Run> runs = read_runs(specs, mapping);
   refuse_slow_readings(runs);
   return runs;
-}
-
-double error_on(const std::vector<Record>& records, const Model& model) {
-  return error_of(mean_squares(residuals(records, model, model.values(), {})));
 }
 
 void fit(const std::vector<Run>& train, const std::vector<Run>& held_out, const Model& model, json& out) {

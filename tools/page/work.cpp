@@ -8,7 +8,6 @@
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/refit.h"
-#include "analysis/fit/residuals.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "config/formula_effect.h"
@@ -125,11 +124,6 @@ const Record& Work::record(const std::string& id) const {
     if (std::to_string(i) == id) return *all[i];
   }
   throw Error("there is no run " + id);
-}
-
-double Work::error_on(std::span<const Record> records, const Model& model) const {
-  if (records.empty()) return std::nan("");
-  return error_of(mean_squares(residuals(records, model, model.values(), {})));
 }
 
 Work::Step Work::step_of(const std::string& added, const Model& model) const {

@@ -87,7 +87,6 @@ class Work {
   void refit(const Model& start, State& next);
   void count_steps_anew();
   Step step_of(const std::string& added, const Model& model) const;
-  double error_on(std::span<const Record> records, const Model& model) const;
   void refuse_unless_fit_for_fitting() const;
   const Diagnosis& diagnosis(const Progress& progress);
   std::string question() const;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/next_experiment.h"
 #include "analysis/diagnose/overlay.h"
 #include "analysis/diagnose/refit.h"

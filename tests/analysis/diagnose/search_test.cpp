@@ -60,10 +60,11 @@ class ByError final : public Criterion {
   bool remainder(const Loss& loss) const override { return loss.error() > 1.1; }
   bool remainder_in(const Loss& loss, Signal) const override { return remainder(loss); }
   bool worth_a_wide_search(const Loss& loss) const override { return remainder(loss); }
-  bool far_off(const Loss& loss) const override { return remainder(loss); }
+  bool far_off(const Loss& loss) const override { return is_far_off && remainder(loss); }
   bool worth_trying_all(const Loss& loss) const override { return remainder(loss); }
   bool anything_left(const Loss& loss) const override { return loss.error() > 1.05; }
 
+  bool is_far_off = true;
   double of_a_law = 0.01;
   bool edges_tell_two = true;
 };
@@ -73,6 +74,7 @@ class MadeUp final : public Trials {
  public:
   std::map<Effects, double> errors;
   std::set<std::size_t> undetermined;
+  std::set<Effects> implausible;         // together: none of them is determined in such a model
   std::set<std::size_t> unpromising;     // by their scores
   std::set<std::size_t> slow;            // by their first steps
   std::map<Effects, double> lost;        // by its first fit: the error, in a valley that a later fit does not meet
@@ -147,7 +149,9 @@ class MadeUp final : public Trials {
     for (const std::size_t effect : two->second) more.include(effect);
     return Pair{{*two->second.begin(), *two->second.rbegin()}, trial(more, 0.5 * fitted.train)};
   }
-  bool determined(const Model&, std::size_t effect) override { return !undetermined.contains(effect); }
+  bool determined(const Model& fitted, std::size_t effect) override {
+    return !undetermined.contains(effect) && !implausible.contains(held_by(fitted));
+  }
   bool explains_most_runs(const Trial&) override { return false; }
 };
 
@@ -229,6 +233,21 @@ TEST_F(SearchOnMadeUpFits, TriesALagThatNoScorePromisesInThePlaceOfAnother) {
   EXPECT_THAT(found().effects, ElementsAre(coil)) << "though nothing to speak of is left";
   trials.errors = {{{}, 9}, {{dry}, 1.04}, {{coil}, 1}};
   EXPECT_THAT(found().effects, ElementsAre(dry)) << "a friction stands in for no lag";
+}
+
+TEST_F(SearchOnMadeUpFits, TriesASecondBesideWhatIsNoneThatItCanBeAlone) {
+  trials.errors = {{{}, 9}, {{dry}, 5}, {{dry, air}, 1}};
+  trials.implausible = {{dry}};
+  criterion.is_far_off = false;
+  EXPECT_THAT(found().effects, UnorderedElementsAre(dry, air));
+  trials.implausible = {{dry}, {dry, air}};
+  EXPECT_THAT(found().effects, IsEmpty());
+}
+
+TEST_F(SearchOnMadeUpFits, ManyDropsThatDoLittleDoNotTogetherUndoWhatWasFound) {
+  trials.errors = {{{}, 9},       {{dry}, 5}, {{dry, air}, 4.45}, {{dry, air, brush}, 3.9}, {{air, brush}, 4.2},
+                   {{brush}, 4.6}};
+  EXPECT_THAT(found().effects, ElementsAre(air, brush));
 }
 
 TEST_F(SearchOnMadeUpFits, AddsAgainWhereADroppedMemberLeftRoom) {
