@@ -71,13 +71,15 @@ void tell_the_answer(Diagnosis& d, const Dataset& data, const RecordRefs& all, c
   d.signals = fit_of(data.held_out.empty() ? data.train : data.held_out, d.final, data.noise);
 }
 
-/// How many steps a search may simulate at an effort (DiagnoseOptions): some minutes of two cores at 1.
+/// How many steps a search may simulate at an effort (DiagnoseOptions): some minutes of two cores at 1, less where few
+/// readings leave little to look for.
 std::uint64_t most_steps(const Dataset& data, const Model& model, double effort) {
-  constexpr double steps = 1e9, passes = 2000;  // by hand: slow right answers take up to 4e8
+  // By hand: slow right answers take up to 4e8, and some 1500 passes, of few rows more.
+  constexpr double steps = 1e9, passes = 2000, passes_of_few_rows = 20000;
   double once = 0;
   for (const Record& record : data.train)
     once += static_cast<double>(steps_of(record.structure(model), record.excitation));
-  return static_cast<std::uint64_t>(effort * std::max(steps, passes * once));
+  return static_cast<std::uint64_t>(effort * std::max(passes * once, std::min(steps, passes_of_few_rows * once)));
 }
 
 bool named(const Finding& found, std::size_t effect) {

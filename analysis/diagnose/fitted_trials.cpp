@@ -109,7 +109,10 @@ Fit with_standard_errors(std::span<const Record> records, const Model& fitted, b
 
 bool told_but_for_scale(std::span<const Record> records, const Fit& judged, std::size_t effect, double errors) {
   if (told_from_zero(judged, effect, errors)) return true;
-  const std::vector<std::size_t> places = places_to_hold(records, judged.model);
+  Model without = judged.model;
+  without.exclude(effect);
+  std::vector<std::size_t> places = places_to_hold(records, without);
+  std::erase_if(places, [](std::size_t place) { return place >= ModelStructure::base_count; });
   if (places.empty()) return false;
   Model held = judged.model;
   for (const std::size_t place : places) held.at(place).fixed = true;

@@ -115,8 +115,9 @@ class FittedTrials final : public Trials {
 /// Do the data tell the size of an effect from nothing, to so many of its standard errors?
 bool told_from_zero(const Fit& judged, std::size_t effect, double errors = 3);
 
-/// The same, where what the data cannot tell of the model is held where it is (gauge.h): along a factor that they leave
-/// free the size of an effect may be anything, but not nothing.
+/// The same, where what the data cannot tell of the model without it is held where it is (gauge.h): along a factor that
+/// they leave free the size of an effect may be anything, but not nothing. One that opens such a factor itself, a
+/// driver that never gives more beside a free K_b, is not told by that.
 bool told_but_for_scale(std::span<const Record> records, const Fit& judged, std::size_t effect, double errors = 3);
 
 /// A fitted model as it stands, with its standard errors and what rests on a bound.

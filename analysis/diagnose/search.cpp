@@ -403,8 +403,8 @@ bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t membe
          trials_.determined(a.trial.model(), a.effect());
 }
 
-/// What the others have made superfluous goes. Where something is left, many drops of which each does little must not
-/// together undo what was found.
+/// What the others have made superfluous goes. Where something is left, drops of which each does little wait before
+/// they together undo what was found, until others were tried beside what stayed.
 void Search::prune() {
   const Loss before = found_.current.held_out;
   const auto undoes = [&](const Trial& without) {

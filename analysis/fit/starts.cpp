@@ -150,14 +150,13 @@ void descend(Start& start) {
   }
 }
 
-/// @param was_fitted the model, to this record among others: a start that was wrong bent its parameters
-bool settle(Record& record, const Model& fitted, bool was_fitted) {
+bool settle(Record& record, const Model& fitted) {
   constexpr double clear = 10;  // of half the sum of squares: more than two numbers take by chance
   InitialState& initial = record.excitation.initial;
   if (initial.omega == 0 && initial.omega_doubt == 0) return false;
   const InitialState before = initial;
   Start start(record, fitted);
-  if (was_fitted) start.see_parameters();
+  start.see_parameters();
   const double cost = start.cost();
   if (initial.omega == 0) initial.omega = initial.omega_doubt;
   start.look_around();
@@ -172,9 +171,8 @@ bool settle(Record& record, const Model& fitted, bool was_fitted) {
 bool settle_starts(Dataset& data, const Model& fitted) {
   std::vector<char> changed(data.train.size() + data.held_out.size(), 0);
   parallel_for(changed.size(), [&](std::size_t i) {
-    const bool was_fitted = i < data.train.size();
-    Record& record = was_fitted ? data.train[i] : data.held_out[i - data.train.size()];
-    changed[i] = settle(record, fitted, was_fitted) ? 1 : 0;
+    Record& record = i < data.train.size() ? data.train[i] : data.held_out[i - data.train.size()];
+    changed[i] = settle(record, fitted) ? 1 : 0;
   });
   return std::ranges::find(changed, 1) != changed.end();
 }
