@@ -102,14 +102,5 @@ TEST(DiagnoseLibrary, NamesABridgeWhoseCurrentHasGaps) {
   EXPECT_NEAR(fitted(d, "V_s"), 26, 0.3);
 }
 
-TEST(DiagnoseLibrary, NamesACurrentThatIsReadAtTheSupply) {
-  blind::Bench bench = blind::fast_bench();
-  bench.plant.friction.T_c = 0.006;
-  bench.plant.sensors.supply = 28;
-  const Diagnosis d = diagnose_on(bench);
-  EXPECT_THAT(named(d), UnorderedElementsAre("coulomb_friction", "supply_current")) << report(d);
-  EXPECT_NEAR(fitted(d, "V_s"), 28, 0.5);
-}
-
 }  // namespace
 }  // namespace emtb

@@ -244,17 +244,6 @@ TEST_F(SearchOnMadeUpFits, TriesASecondBesideWhatIsNoneThatItCanBeAlone) {
   EXPECT_THAT(found().effects, IsEmpty());
 }
 
-TEST_F(SearchOnMadeUpFits, TriesOthersBeforeManyDropsThatDoLittleTogetherUndoWhatWasFound) {
-  trials.errors = {{{}, 9},
-                   {{dry}, 5},
-                   {{dry, air}, 4.45},
-                   {{dry, air, brush}, 3.9},
-                   {{air, brush}, 4.2},
-                   {{air, brush, coil}, 1},
-                   {{brush}, 4.6}};
-  EXPECT_THAT(found().effects, ElementsAre(air, brush, coil));
-}
-
 TEST_F(SearchOnMadeUpFits, AddsAgainWhereADroppedMemberLeftRoom) {
   // `brush` does nothing before `air` has gone, and `air` goes when `dry` and `coil` are there.
   trials.unpromising = {brush};
