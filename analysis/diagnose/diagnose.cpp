@@ -208,7 +208,7 @@ std::string_view word(Verdict verdict) noexcept {
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options) {
   Diagnosis d = diagnose_as_named(train, held_out, model, options);
-  if (d.shown_by.empty()) return d;
+  if (d.shown_by.empty() || options.keep_held_out) return d;
   std::vector<Run> fitted(train.begin(), train.end()), unseen(held_out.begin(), held_out.end());
   std::vector<std::string> fitted_too;
   while (!d.shown_by.empty() && !d.cut) {

@@ -87,6 +87,7 @@ struct DiagnoseOptions {
                                 ///< machine and load, some minutes on two cores
   std::function<bool()> ends_now = {};  ///< what is found when this says so is the answer; several threads ask
   Reach reach;                          ///< of the next experiment
+  bool keep_held_out = false;  ///< a held-out run that alone shows what is missing is not fitted: more can be recorded
   std::function<void(double share, const std::string& doing)> progress;  ///< may be empty
 };
 

@@ -83,6 +83,7 @@ class ClosedLoop {
   void diagnose_all(int round) {
     DiagnoseOptions options;
     options.reach = bench_.reach();
+    options.keep_held_out = true;
     options.ends_now = [this] { return bench_.stop_wanted(); };
     options.progress = [this](double share, const std::string& doing) { listener_.diagnosing(share, doing); };
     Diagnosis d = diagnose(runs_of(train_), runs_of(held_out_), given_, options);
