@@ -74,7 +74,7 @@ void tell_the_answer(Diagnosis& d, const Dataset& data, const RecordRefs& all, c
 /// How many steps a search may simulate at an effort (DiagnoseOptions): some minutes of two cores at 1, less where few
 /// readings leave little to look for.
 std::uint64_t most_steps(const Dataset& data, const Model& model, double effort) {
-  // By hand: slow right answers take up to 4e8, and some 1500 passes, of few rows more.
+  // By hand: slow right answers took up to 4e8. Of few rows no more was measured than that a search has an end.
   constexpr double steps = 1e9, passes = 2000, passes_of_few_rows = 20000;
   double once = 0;
   for (const Record& record : data.train)

@@ -180,22 +180,22 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
   const bool told = change == TimingChange::none;
   Road best = search_from(data, search, criterion, told ? as_recorded : search.again(as_recorded), told);
   const bool remains = criterion.remainder(best.found.current.held_out) && !search.trials().exhausted();
+  const auto try_from = [&](const Circumstances& others) {
+    set(data, others);
+    Road other = search_from(data, search, criterion, search.again(as_recorded));
+    if (criterion.material(best.found.current.held_out, other.found.current.held_out)) best = std::move(other);
+    set(data, best.circumstances);
+  };
   if (change == TimingChange::other && remains) {
     Circumstances in_itself = recorded;
     in_itself.timing.lags_in_itself = true;
-    set(data, in_itself);
-    Road plain = search_from(data, search, criterion, search.again(as_recorded));
-    if (criterion.material(best.found.current.held_out, plain.found.current.held_out)) best = std::move(plain);
-    set(data, best.circumstances);
+    try_from(in_itself);
   }
   if (as_recorded.model().input == Signal::e_a && remains && !best.circumstances.timing.held) {
     // What a voltage that goes straight from reading to reading makes of a motor hides what one that holds would show.
     Circumstances held = recorded;
     held.timing.held = true;
-    set(data, held);
-    Road steps = search_from(data, search, criterion, search.again(as_recorded));
-    if (criterion.material(best.found.current.held_out, steps.found.current.held_out)) best = std::move(steps);
-    set(data, best.circumstances);
+    try_from(held);
   }
   return with_a_lag_within_a_row(data, search, criterion, std::move(best));
 }
