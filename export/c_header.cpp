@@ -82,10 +82,9 @@ void start_function(std::ostream& out, const ExportedEquations& x) {
   if (x.input == Signal::u_ref) {
     out << "  {\n    double u = u_ref, gain = p->driver_gain, offset = 0, e_min = p->driver_min, e_max = "
            "p->driver_max;\n"
-        << "    double rise = p->driver_rise, fall = p->driver_fall, lag = 0, output_resistance = 0, one_quadrant = "
-           "0;\n";
+        << "    double rise = p->driver_rise, fall = p->driver_fall, lag = 0, output_resistance = 0;\n";
     for (const ResolvedStatement& s : x.driver) out << "    " << s.term << " = " << spelt_in_c(s.value) << ";\n";
-    out << "    (void)rise, (void)fall, (void)lag, (void)output_resistance, (void)one_quadrant;\n"
+    out << "    (void)rise, (void)fall, (void)lag, (void)output_resistance;\n"
         << "    s->e_slewed = s->e_driver = s->e_a = emtb_clamp(gain * u + offset, e_min, e_max);\n  }\n";
   } else {
     out << "  (void)p;\n  " << (x.input == Signal::e_a ? "s->e_a = e_a;\n" : "s->i_a = i_a_ref;\n");

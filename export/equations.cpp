@@ -18,6 +18,7 @@ constexpr std::array saturation_limit{Statement{"e_min", "e_min - positive(-e_mi
 constexpr std::array output_resistance{Statement{"output_resistance", "output_resistance + $R_o"}};
 constexpr std::array lag{Statement{"lag", "lag + $tau"}};
 constexpr std::array one_quadrant{Statement{"one_quadrant", "1"}};
+constexpr std::array lets_go{Statement{"lets_go", "1"}};
 constexpr std::array inductance{Statement{"inductance", "inductance + $L_a"}};
 constexpr std::array brush_drop{Statement{"contact_drop", "contact_drop + $V_b"},
                                 Statement{"contact_knee", "contact_knee + $i_lin"}};
@@ -40,13 +41,14 @@ constexpr std::array eccentric{Statement{"load_torque", "load_torque + $T_e*mean
 constexpr std::array eddy_brake{
     Statement{"load_torque", "load_torque + 2*$T_b*(omega/$omega_b)/(1 + (omega/$omega_b)*(omega/$omega_b))"}};
 
-constexpr std::array<WrittenEffect, 22> written{{{"driver_gain_error", gain_error},
+constexpr std::array<WrittenEffect, 23> written{{{"driver_gain_error", gain_error},
                                                  {"driver_slew", slew_limits},
                                                  {"driver_dead_zone", dead_zone},
                                                  {"driver_saturation", saturation_limit},
                                                  {"driver_output_resistance", output_resistance},
                                                  {"driver_lag", lag},
                                                  {"one_quadrant_driver", one_quadrant},
+                                                 {"coasting_driver", lets_go},
                                                  {"armature_inductance", inductance},
                                                  {"brush_drop", brush_drop},
                                                  {"armature_reaction", reaction},
@@ -86,6 +88,9 @@ void refuse_unwritten(const Model& model) {
                    ". Take it out of the model, or linearise about a speed: --linear --at RAD_S");
 }
 
+/// What a driver does to the circuit, whichever voltage drives the motor.
+bool is_of_circuit(const Statement& s) { return s.term == "one_quadrant" || s.term == "lets_go"; }
+
 void add_driver(ExportedEquations& out, const Model& model) {
   if (model.input != Signal::u_ref) return;
   const DriverModel d = model.driver.value_or(DriverModel{});
@@ -108,7 +113,9 @@ std::span<const WrittenEffect> written_effects() noexcept { return written; }
 
 ExportedEquations equations_of(const Model& model) {
   refuse_unwritten(model);
-  ExportedEquations out{.model = in_a_comment(model.name), .input = model.input};
+  ExportedEquations out{.model = in_a_comment(model.name),
+                        .input = model.input,
+                        .both_ways = model.driver.value_or(DriverModel{}).min < 0};
   const std::vector<double> values = model.values();
   for (std::size_t i = 0; i < base_parameters.size(); ++i) {
     const BaseParameter& p = base_parameters[i];
@@ -131,8 +138,8 @@ ExportedEquations equations_of(const Model& model) {
       out.parameters.push_back({prefix + std::string(p.symbol), std::string(p.unit), std::string(info.name),
                                 values[place], e.parameters[i].std_error.value_or(0)});
     }
-    auto& part = info.stage == Stage::driver ? out.driver : out.machine;
     for (const Statement& s : std::ranges::find(written, info.id, &WrittenEffect::id)->statements) {
+      auto& part = info.stage == Stage::driver && !is_of_circuit(s) ? out.driver : out.machine;
       part.push_back({std::string(s.term), with_prefix(s.value, prefix)});
     }
   }

@@ -43,6 +43,7 @@ struct ResolvedStatement {
 struct ExportedEquations {
   std::string model;
   Signal input = Signal::u_ref;
+  bool both_ways = true;  ///< the driver gives voltages below zero as well
   std::vector<ExportedParameter> parameters = {};
   std::vector<ResolvedStatement> driver = {}, machine = {};
   std::vector<std::string> included = {};  ///< ids of its effects

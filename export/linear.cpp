@@ -149,7 +149,7 @@ std::vector<std::string> not_linear(const Model& model) {
     if (!bends) {
       const Balance<double> b = terms_at(alone, 1, 0.1, 1);
       bends = b.dry_friction != 0 || b.brake != 0 || b.gear_friction != 0 || b.bristle != 0 || b.gap != 0 ||
-              b.one_quadrant || b.chop_period != 0 || info.periodic;
+              b.one_quadrant || b.lets_go || b.chop_period != 0 || info.periodic;
     }
     if (!bends) {
       const LinearMachine slow = linearise(alone, {3, 0}), fast = linearise(alone, {-77, 0.1});

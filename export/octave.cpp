@@ -107,7 +107,7 @@ std::string octave_function(const ExportedEquations& x, const std::string& funct
   for (const StateText& s : states_of(x)) out << "  s." << s.name << " = 0;  % [" << s.unit << "] " << s.about << "\n";
   if (x.input == Signal::u_ref) {
     out << "  u = u_ref; gain = p.driver_gain; offset = 0; e_min = p.driver_min; e_max = p.driver_max;\n"
-        << "  lag = 0; output_resistance = 0; one_quadrant = 0;\n";
+        << "  lag = 0; output_resistance = 0;\n";
     for (const ResolvedStatement& s : x.driver) out << "  " << s.term << " = " << spelt_in_octave(s.value) << ";\n";
     out << "  s.e_a = clamp(gain*u + offset, e_min, e_max); s.e_slewed = s.e_a; s.e_driver = s.e_a;\n";
   } else {

@@ -13,6 +13,7 @@
 #include "model/effects/armature/armature_heating.h"
 #include "model/effects/armature/armature_inductance.h"
 #include "model/effects/armature/brush_drop.h"
+#include "model/effects/driver/coasting_driver.h"
 #include "model/effects/driver/current_limit.h"
 #include "model/effects/driver/discontinuous_conduction.h"
 #include "model/effects/driver/driver_dead_zone.h"
@@ -53,7 +54,7 @@ namespace emtb {
 /// All effects. A new one is its file and one line here, in the order of the stages.
 using AllEffects =
     std::tuple<DriverGainError, DriverSlew, DriverDeadZone, DriverSaturation, DriverOutputResistance, DriverLag,
-               DriverDelay, CurrentLimit, OneQuadrantDriver, DiscontinuousConduction,
+               DriverDelay, CurrentLimit, OneQuadrantDriver, CoastingDriver, DiscontinuousConduction,
                PwmDrive,                                        //
                ArmatureHeating, ArmatureInductance, BrushDrop,  //
                ArmatureReaction, FieldHeating,                  //

@@ -246,6 +246,7 @@ struct Balance {
   Scalar chop_decay{};          ///< [V] against which the current runs on between the pulses
   Scalar current_limit{};       ///< [A] that the driver does not exceed
   bool one_quadrant = false;    ///< the driver takes no current back
+  bool lets_go = false;         ///< asked for nothing, it opens the circuit
   // armature: e_a = R i + L di/dt + K_b flux omega + contact drop
   Scalar resistance{};    ///< [ohm]
   Scalar inductance{};    ///< [H]

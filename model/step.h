@@ -10,6 +10,7 @@
 #include "model/dual.h"
 #include "model/effect.h"
 #include "model/machine/armature.h"
+#include "model/machine/blocked_current.h"
 #include "model/machine/driver.h"
 #include "model/machine/equations.h"
 #include "model/machine/first_current.h"
@@ -293,7 +294,7 @@ class Machine : public Motion<Scalar> {
     equations_.middle.omega = omega_in_middle();
     motor_.set_braking_torque(steady_braking_, equations_);
     solved_h_ = linear_h_ = 0;
-    is_linear_ = is_there_ == TermsThere{} && !terms.one_quadrant && !structure_.measured_load &&
+    is_linear_ = is_there_ == TermsThere{} && !terms.one_quadrant && !terms.lets_go && !structure_.measured_load &&
                  structure_.input != Signal::i_a;
   }
 
@@ -315,10 +316,9 @@ class Machine : public Motion<Scalar> {
     }
     // A measured voltage is the motor's own while the driver blocks, give or take noise: the driver tells.
     const bool follows_driver = structure_.input == Signal::u_ref;
-    const Scalar source = follows_driver ? Scalar(driven) : e.mean();
-    const bool takes_none_back =
-        equations_.terms.one_quadrant && value_of(armature_.stopping_voltage(source + user_.voltage(), *this)) <= 0;
-    if (conducts && (takes_none_back || without_pulse)) {
+    const Scalar source = (follows_driver ? Scalar(driven) : e.mean()) + user_.voltage();
+    const bool asked = follows_driver ? value_of(equations_.terms.u) != 0 : in.e_a_mean != 0 || in.e_a_end != 0;
+    if (conducts && (without_pulse || blocks(structure_.driver, equations_.terms, armature_, *this, source, asked))) {
       equations_.terms.flux = full_flux_;
       solve_for(h, false);
       user_.set_voltage(Scalar(0.0));

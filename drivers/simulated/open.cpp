@@ -58,6 +58,7 @@ DriverParameters read_driver(const YamlMap& yaml) {
              "sampling",
              "play",
              "one_quadrant",
+             "coasts",
              "conduction_rise",
              "conduction_current",
              "chop_period",
@@ -89,6 +90,7 @@ DriverParameters read_driver(const YamlMap& yaml) {
       .not_negative("crest", driver.crest);
   driver.delay = yaml.within_or("delay", 0, 10, 0);
   driver.one_quadrant = yaml.flag_or("one_quadrant", false);
+  driver.coasts = yaml.flag_or("coasts", false);
   if (driver.min >= driver.max) yaml.fail(yaml.has("max") ? "max" : "min", "leaves no voltage. Write a max above min");
   return driver;
 }

@@ -95,13 +95,15 @@ class Plant {
   double driver_after(double e, double dt) const noexcept;
   double output(const State& x, double e, double t) const noexcept;
   double wave(double e, double t) const noexcept;
-  bool blocks(double driving, double i) const noexcept;
+  double way(double e, double i) const noexcept;
+  bool lets_go() const noexcept;
+  bool blocks(double driving, double e, double i) const noexcept;
   double withheld(double driving, double i) const noexcept;
   double at_terminals(const State& x, double e, double t, double i) const noexcept;
   double read_current(double i, double e_a) const noexcept;
   double brush_drop(double i) const noexcept;
   double flux(double past) const noexcept;
-  double armature_current(double voltage, double guess) const noexcept;
+  double armature_current(double voltage, double e, double guess) const noexcept;
   double back_emf(const State& x) const noexcept;  // [V]
   double driving_voltage(const State& x, double e, double t) const noexcept;
   double load_torque(double omega, double theta) const noexcept;
@@ -130,11 +132,12 @@ class Plant {
   double inductance_ = 0;    ///< [H] 0 where too small to matter
   double see_ = 0;           ///< [s] lag of the current that flux and rectifier see; 0: nobody looks
   double lag_1_ = 0, lag_2_ = 0, tacho_1_ = 0, tacho_2_ = 0, gauge_1_ = 0, gauge_2_ = 0;  ///< [s] 0: none
-  double inertia_ = 0;    ///< [kg m2] of the motor's side
-  double stiffness_ = 0;  ///< [N m/rad] of the bristle
-  double damping_ = 0;    ///< [N m s/rad] of the bristle
-  bool one_way_ = false;  ///< the current cannot reverse
-  bool rare_ = false;     ///< lags or two bodies are integrated, too
+  double inertia_ = 0;            ///< [kg m2] of the motor's side
+  double stiffness_ = 0;          ///< [N m/rad] of the bristle
+  double damping_ = 0;            ///< [N m s/rad] of the bristle
+  bool takes_none_back_ = false;  ///< the driver lets no current flow against its voltage
+  bool one_way_ = false;          ///< nor in more than one direction
+  bool rare_ = false;             ///< lags or two bodies are integrated, too
 
   // What is brought along step by step.
   double target_ = 0;               ///< [V] of the driver

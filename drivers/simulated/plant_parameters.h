@@ -41,8 +41,11 @@ struct DriverParameters {
 
   double current_limit = unlimited;  ///< [A] that it holds by giving less voltage. other: gives way by a little beyond
 
-  bool one_quadrant = false;   ///< the current cannot reverse; while it is blocked, the terminals show the back-EMF
-  double conduction_rise = 0;  ///< [V] by which e_a is too high at no current, e > 0: V_d exp(-|i|/i_c);
+  /// The current only flows the way that the voltage asked for drives it; while it is blocked, the terminals show the
+  /// back-EMF. Without a voltage below zero it flows one way only.
+  bool one_quadrant = false;
+  bool coasts = false;              ///< asked for nothing, it opens the circuit
+  double conduction_rise = 0;       ///< [V] by which e_a is too high at no current, e > 0: V_d exp(-|i|/i_c);
   double conduction_current = 0.1;  ///< [A] i_c. other: V_d (1 - |i|/(3 i_c))^2 until the current flows all the time
 
   double chop_period = 0;   ///< [L_a/R_a] of a chopper whose current runs on through diodes; 0: none

@@ -34,7 +34,7 @@ class Driver {
     terms.output_resistance = terms.light_load_rise = terms.light_load_current = Scalar(0.0);
     terms.chop_period = terms.chop_supply = terms.chop_decay = Scalar(0.0);
     terms.current_limit = Scalar(infinity);
-    terms.one_quadrant = false;
+    terms.one_quadrant = terms.lets_go = false;
   }
 
   /// Where it stands and how fast it moves; settled at the reference, where that is not known. What a lag has not

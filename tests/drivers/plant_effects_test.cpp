@@ -118,6 +118,48 @@ TEST(Driver, AWornPotentiometerTakesUpItsPlayFirst) {
   }
 }
 
+TEST(Driver, OneThatTakesNoneBackDoesSoBothWays) {
+  for (const double L_a : {0.0, 2e-3}) {
+    PlantParameters p = servo();
+    p.motor.L_a = L_a;
+    p.driver.one_quadrant = true;
+    Plant plant(p);
+    run(plant, 0.5, -5);
+    const double top = plant.omega();
+    ASSERT_LT(top, -300);
+    for (const double reference : {-1.0, 0.0}) {
+      for (int n = 0; n < 300; ++n) {
+        plant.advance(tick, reference);
+        ASSERT_LE(plant.i_a(), 0) << reference;
+      }
+      EXPECT_LT(plant.omega(), 0.9 * top) << reference;
+    }
+    run(plant, 0.5, 5);
+    EXPECT_NEAR(plant.omega(), -top, 0.01 * -top) << "driven the other way";
+  }
+}
+
+TEST(Driver, OneThatLetsGoAtZeroBrakesElsewhere) {
+  for (const double L_a : {0.0, 2e-3}) {
+    PlantParameters p = servo();
+    p.motor.L_a = L_a;
+    p.driver.coasts = true;
+    Plant plant(p);
+    run(plant, 0.5, 5);
+    const double top = plant.omega();
+    run(plant, 0.5, 2);
+    const double lower = plant.omega();
+    EXPECT_NEAR(lower, 0.4 * top, 0.01 * top);
+    for (int n = 0; n < 300; ++n) {
+      plant.advance(tick, 0);
+      ASSERT_EQ(plant.i_a(), 0);
+    }
+    EXPECT_GT(plant.omega(), 0.9 * lower);
+    EXPECT_NEAR(plant.e_a(), 0.042 * plant.omega(), 1e-12);
+    EXPECT_FALSE(plant.armature_open()) << "that is the contactor's";
+  }
+}
+
 TEST(Driver, AOneQuadrantDriverCoastsAndShowsTheBackEmf) {
   for (const double L_a : {0.0, 2e-3}) {
     PlantParameters p = servo();

@@ -39,6 +39,7 @@ TEST(WrittenEffects, NameParametersOfTheirEffectAndTermsOfTheStep) {
                                          "output_resistance",
                                          "lag",
                                          "one_quadrant",
+                                         "lets_go",
                                          "inductance",
                                          "contact_drop",
                                          "contact_knee",

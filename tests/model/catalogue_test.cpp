@@ -27,6 +27,7 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"driver_delay", {"t_d"}},
     {"current_limit", {"i_max"}},
     {"one_quadrant_driver", {}},
+    {"coasting_driver", {}},
     {"discontinuous_conduction", {"V_d", "i_c"}},
     {"pwm_drive", {"r", "V_s", "k"}},
     {"armature_inductance", {"L_a"}},

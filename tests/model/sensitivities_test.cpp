@@ -110,7 +110,8 @@ TEST_P(EffectSensitivities, AreRightWhereVoltageAndLoadAreMeasured) {
     EXPECT_TRUE(CheckSensitivities(staged(case_of(bench(), {{effect(), Size::null}}), true, true)));
   }
   // Where the driver begins to block, the current jumps by what the voltmeter is off.
-  const bool blocks = effect_catalogue()[effect()].id == "one_quadrant_driver";
+  const std::string_view id = effect_catalogue()[effect()].id;
+  const bool blocks = id == "one_quadrant_driver" || id == "coasting_driver";
   EXPECT_TRUE(CheckSensitivities(
       staged(case_of(bench(), {{effect(), Size::typical}}), true, !blocks, blocks ? 1 : 1.01), tolerance_of(effect())));
 }
@@ -161,7 +162,7 @@ TEST(BaseSensitivities, AreRightWithEveryEffectAtOnce) {
       // All but those that make every later moment hang on a hair: angles that hold, play, blocking, ringing.
       const std::string_view id = effect_catalogue()[effect].id;
       if (id == "cogging" || id == "eccentric_load" || id == "backlash" || id == "one_quadrant_driver" ||
-          id == "pwm_drive" || id == "shaft_compliance") {
+          id == "coasting_driver" || id == "pwm_drive" || id == "shaft_compliance") {
         continue;
       }
       all.emplace_back(effect, Size::typical);

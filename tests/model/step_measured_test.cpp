@@ -40,6 +40,37 @@ TEST(Step, NoiseOfTheMeasuredVoltageDoesNotDriveAMotorWhoseDriverBlocks) {
   for (std::size_t k = 550; k < x.t.size(); ++k) ASSERT_EQ(y.i_a[k], 0) << "at " << x.t[k] << " s";
 }
 
+TEST(Step, ADriverThatTakesNoneBackDoesSoBothWays) {
+  for (const double L_a : {0.0, 2e-3}) {
+    ModelStructure s = with({"one_quadrant_driver", "armature_inductance"});
+    s.driver = {.gain = 10, .min = -100, .max = 100};
+    const Excitation x = holds(1e-3, {{0.3, 1}, {0.3, 0.3}, {0.3, 0}, {0.3, -1}, {0.3, -0.3}, {0.3, 0}});
+    const Trajectory<double> y = run(s, and_(servo, {L_a}), x);
+    EXPECT_GT(y.omega[599], 0.9 * y.omega[299]) << "it coasts at less voltage";
+    EXPECT_GT(y.omega[899], 0.9 * y.omega[599]) << "and at none";
+    EXPECT_LT(y.omega[1199], -0.9 * y.omega[299]) << "the other way it is driven";
+    EXPECT_LT(y.omega.back(), 0.9 * y.omega[1199]);
+    for (std::size_t k = 310; k < 900; ++k) ASSERT_EQ(y.i_a[k], 0) << "at " << x.t[k] << " s, L_a " << L_a;
+    for (std::size_t k = 910; k < x.t.size(); ++k) ASSERT_LE(y.i_a[k], 0) << "at " << x.t[k] << " s, L_a " << L_a;
+  }
+}
+
+TEST(Step, ADriverThatLetsGoAtZeroBrakesElsewhere) {
+  for (const Signal input : {Signal::u_ref, Signal::e_a}) {
+    ModelStructure s = with({"coasting_driver"}, input);
+    s.driver = {.gain = 1, .min = -100, .max = 100};
+    s.measured_voltage = input == Signal::e_a;
+    Excitation x = holds(1e-3, {{0.3, 10}, {0.3, 3}, {0.3, 0}, {0.3, -10}, {0.3, 0}});
+    if (input == Signal::e_a) x.e_a = std::exchange(x.u_ref, {}), x.e_a_held = true;
+    const Trajectory<double> y = run(s, servo, x);
+    EXPECT_NEAR(y.omega[599], 0.3 * y.omega[299], 0.02 * y.omega[299]) << "less voltage brakes";
+    EXPECT_LT(y.i_a[305], 0);
+    EXPECT_GT(y.omega[899], 0.9 * y.omega[599]) << "none lets go";
+    EXPECT_LT(y.omega.back(), 0.9 * y.omega[1199]);
+    for (std::size_t k = 602; k < 900; ++k) ASSERT_EQ(y.i_a[k], 0) << "at " << x.t[k] << " s";
+  }
+}
+
 TEST(Step, AMeasuredVoltageIsLinearBetweenItsReadings) {
   // Two readings far apart are the same as many on the line between them.
   ModelStructure s = with({"armature_inductance"}, Signal::e_a);

@@ -90,6 +90,22 @@ TEST(DiagnoseLibrary, NamesFrictionThatGivesBeforeItSlips) {
   EXPECT_NEAR(fitted(d, "sigma_0"), 0.1, 0.03);
 }
 
+TEST(DiagnoseLibrary, NamesABridgeThatTakesNoCurrentBackEitherWay) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.one_quadrant = true;
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::e_a; });
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("one_quadrant_driver")) << report(d);
+}
+
+TEST(DiagnoseLibrary, NamesABridgeThatLetsGoAtZero) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.driver.coasts = true;
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::e_a; });
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), ElementsAre("coasting_driver")) << report(d);
+}
+
 TEST(DiagnoseLibrary, NamesABridgeWhoseCurrentHasGaps) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.friction.T_c = 0.006;

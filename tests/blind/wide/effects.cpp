@@ -103,6 +103,12 @@ Truth one_quadrant(WideBench& b, double, Draw) {
   return {};
 }
 
+/// A bridge that opens its switches where it is asked for nothing.
+Truth lets_go(WideBench& b, double, Draw) {
+  b.plant.driver.coasts = true;
+  return {};
+}
+
 Truth conduction(WideBench& b, double size, Draw draw) {
   b.plant.driver.conduction_rise = 0.04 * b.machine.voltage * size;
   b.plant.driver.conduction_current = b.machine.current * draw.within(0.1, 0.3);
@@ -321,7 +327,8 @@ constexpr std::array all{
     WideEffect{.id = "driver_output_resistance", .possible = terminal_and_current, .hide = output_resistance},
     WideEffect{.id = "driver_lag", .possible = has_reference, .hide = driver_lag},
     WideEffect{.id = "driver_delay", .possible = has_reference, .hide = driver_delay},
-    WideEffect{.id = "one_quadrant_driver", .sized = false, .possible = one_way, .hide = one_quadrant},
+    WideEffect{.id = "one_quadrant_driver", .sized = false, .possible = has_reference, .hide = one_quadrant},
+    WideEffect{.id = "coasting_driver", .sized = false, .possible = has_reference, .hide = lets_go},
     WideEffect{.id = "discontinuous_conduction", .possible = one_way, .hide = conduction},
     WideEffect{.id = "pwm_drive", .sized = false, .possible = has_reference, .hide = chops},
     WideEffect{.id = "armature_inductance", .largest = 6, .hide = inductance},
