@@ -1,6 +1,7 @@
 #include "analysis/diagnose/told_names.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,10 +33,11 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 /// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
 /// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
 /// all and leaves enough itself, or is nothing within one error. What fitted to the end has gone where it is not what
-/// it is called goes as well.
+/// it is called goes as well. Nothing goes without which the rest foretells other runs worse than the model as given:
+/// that is no answer, whatever its errors.
 /// @return what is known of the errors of the rest
-std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& search, const Criterion& criterion,
-                                                 Dataset& data, const WorthAName& worth) {
+std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_given, WholeSearch& search,
+                                                 const Criterion& criterion, Dataset& data, const WorthAName& worth) {
   FittedTrials& trials = search.trials();
   constexpr double by_far = 5, hardly = 2, not_at_all = 1;  // errors
   constexpr double likelier = 0.5 * by_far * by_far;        // [nats], the same for what is not linear
@@ -67,12 +69,13 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, WholeSearch& se
       set_timing(data, without_it);
     }
     const bool is_something = may_be && told_but_for_scale(data.train, *judged, effect, not_at_all);
-    const bool is_needed =
-        !trial || (is_something && criterion.remainder(trial->held_out) && !doubtful &&
-                   ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
-                     gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
-                    (removes_most(trial->held_out, found.current.held_out) &&
-                     worth_a_name(data, trial->model(), trial->held_out, worth.inputs, worth.rule))));
+    const bool is_needed = !trial || !std::isfinite(trial->held_out_error()) ||
+                           criterion.material(trial->held_out, as_given) ||
+                           (is_something && criterion.remainder(trial->held_out) && !doubtful &&
+                            ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
+                              gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
+                             (removes_most(trial->held_out, found.current.held_out) &&
+                              worth_a_name(data, trial->model(), trial->held_out, worth.inputs, worth.rule))));
     if (is_needed) {
       set(data, as_set);
       set_timing(data, before);
@@ -123,7 +126,8 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
     Finding& found = road.found;
     if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
     const std::vector<std::size_t> before = found.effects;
-    std::optional<Calibration> judged = drop_what_is_not_told(found, search, criterion, data, worth);
+    std::optional<Calibration> judged =
+        drop_what_is_not_told(found, road.first.held_out, search, criterion, data, worth);
     const std::vector<std::size_t> dropped = gone(before, found.effects);
     if (!dropped.empty()) found = search.with_rivals_renewed(std::move(found), road.first.held_out);
     if (dropped.empty() || !criterion.remainder(found.current.held_out) || trials.exhausted()) return judged;

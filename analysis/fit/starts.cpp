@@ -32,6 +32,10 @@ class Start {
     low_ = driver.min, high_ = driver.max;
     const double u = record.excitation.u_ref.empty() ? 0 : record.excitation.u_ref.front();
     settled_ = std::clamp(driver.gain * u, low_, high_);
+    fastest_ = std::abs(initial_.omega);
+    if (const Observation* o = record.find(Signal::omega)) {
+      for (const double v : o->value) fastest_ = std::max(fastest_, std::abs(v));
+    }
   }
 
   Eigen::VectorXd at() const {
@@ -41,20 +45,19 @@ class Start {
     return x;
   }
   void set(const Eigen::VectorXd& x) {
-    initial_.omega = x[0];
+    // Where a motor forgets its start before the next reading, no reading but the first tells it, and that by a little:
+    // a thousand times the speed would then mend what the model lacks there.
+    constexpr double above_all_read = 2;
+    initial_.omega = std::clamp(x[0], -above_all_read * fastest_, above_all_read * fastest_);
     if (drives_) initial_.e_driver = std::clamp(x[1], low_, high_);
   }
   /// By how much each is moved to see what that changes.
   Eigen::VectorXd little() const {
     constexpr double share = 1e-3;
-    double fastest = std::abs(initial_.omega);
-    if (const Observation* o = record_.find(Signal::omega)) {
-      for (const double v : o->value) fastest = std::max(fastest, std::abs(v));
-    }
     Eigen::VectorXd d(drives_ ? 2 : 1);
-    d[0] = share * fastest;
+    d[0] = share * fastest_;
     if (drives_)
-      d[1] = share * std::max({1e-3, std::abs(settled_), std::abs(at()[1]), fastest * model_.at(base::K_b).value});
+      d[1] = share * std::max({1e-3, std::abs(settled_), std::abs(at()[1]), fastest_ * model_.at(base::K_b).value});
     return d;
   }
   double cost() const { return 0.5 * residual().squaredNorm(); }
@@ -120,6 +123,7 @@ class Start {
   Eigen::MatrixXd slopes_, gram_;  // of the free parameters
   bool drives_ = false;
   double low_ = 0, high_ = 0, settled_ = 0;
+  double fastest_ = 0;  ///< [rad/s] that is read, with the start as told by the first readings
 };
 
 void descend(Start& start) {

@@ -20,7 +20,7 @@ struct CoastingDriver {
           "is too large by rising edges.",
       .source = "Data sheets of bridges: L298, TB6612, DRV8871: coast, fast stop or stop with both inputs low",
       .parameter_count = 0,
-      .bench = {.voltage = true}};
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar>, Balance<Scalar>& balance) {

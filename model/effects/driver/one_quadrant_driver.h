@@ -18,7 +18,7 @@ struct OneQuadrantDriver {
       .told_apart = "From a slow fall (driver_slew) by the current, which is zero; from J by rising edges.",
       .source = "Krause, Wasynczuk and Sudhoff, Analysis of Electric Machinery: one-quadrant chopper",
       .parameter_count = 0,
-      .bench = {.voltage = true}};
+      .bench = {.driver = true}};
 
   template <class Scalar>
   static void apply(Parameters<Scalar>, Balance<Scalar>& balance) {

@@ -83,8 +83,9 @@ TEST(DiagnoseGauge, FreesWhatAnEffectLetsTheDataTell) {
   // in for it. A shaft that coasts tells it, but for the scale of all torques, which nothing tells.
   blind::Bench bench = blind::fast_bench();
   bench.plant.driver.one_quadrant = true;
+  const std::vector<double> levels{1.5, 0.7};  // the second tells it from one that lets go at zero alone
   std::erase_if(bench.channels, [](const simulated::DaqChannel& c) { return c.signal != Signal::omega; });
-  bench.train = {step("fast", 3, 1, 3, 12), step("slow", 1.5, 1, 3, 12)};
+  bench.train = {step("fast", 3, 1, 3, 12), staircase("down", levels, 1, 3, 12)};
   bench.held_out = {step("between", 2, 1, 3, 12)};
   const Diagnosis d = diagnose(record(bench, bench.train, 1), record(bench, bench.held_out, 101), bench.model);
   EXPECT_THAT(named(d), ElementsAre("one_quadrant_driver"));

@@ -93,6 +93,8 @@ TEST(DiagnoseLibrary, NamesFrictionThatGivesBeforeItSlips) {
 TEST(DiagnoseLibrary, NamesABridgeThatTakesNoCurrentBackEitherWay) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.driver.one_quadrant = true;
+  bench.plant.driver.rise = bench.plant.driver.fall = simulated::unlimited;
+  bench.model.driver->rise = bench.model.driver->fall = DriverModel::unlimited;
   std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::e_a; });
   const Diagnosis d = diagnose_on(bench);
   EXPECT_THAT(named(d), ElementsAre("one_quadrant_driver")) << report(d);

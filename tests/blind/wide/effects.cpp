@@ -27,6 +27,10 @@ bool turns_without_gauge(const WideBench& b) { return turns(b) && no_gauge(b); }
 bool turns_with_tacho(const WideBench& b) { return turns(b) && has_tacho(b); }
 bool both_ways(const WideBench& b) { return b.machine.both_ways; }
 bool one_way(const WideBench& b) { return has_reference(b) && !b.machine.both_ways; }
+/// A driver that takes no current back: with an output that crosses zero slowly there is none.
+bool may_take_none_back(const WideBench& b) {
+  return has_reference(b) && (!b.machine.both_ways || !std::isfinite(b.machine.slew));
+}
 bool terminal_and_reference(const WideBench& b) { return has_reference(b) && b.find(Signal::e_a) != nullptr; }
 bool terminal_and_current(const WideBench& b) { return terminal_and_reference(b) && has_current(b); }
 /// Runs that last long enough for something to warm up.
@@ -327,7 +331,7 @@ constexpr std::array all{
     WideEffect{.id = "driver_output_resistance", .possible = terminal_and_current, .hide = output_resistance},
     WideEffect{.id = "driver_lag", .possible = has_reference, .hide = driver_lag},
     WideEffect{.id = "driver_delay", .possible = has_reference, .hide = driver_delay},
-    WideEffect{.id = "one_quadrant_driver", .sized = false, .possible = has_reference, .hide = one_quadrant},
+    WideEffect{.id = "one_quadrant_driver", .sized = false, .possible = may_take_none_back, .hide = one_quadrant},
     WideEffect{.id = "coasting_driver", .sized = false, .possible = has_reference, .hide = lets_go},
     WideEffect{.id = "discontinuous_conduction", .possible = one_way, .hide = conduction},
     WideEffect{.id = "pwm_drive", .sized = false, .possible = has_reference, .hide = chops},
