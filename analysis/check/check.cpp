@@ -11,11 +11,13 @@
 #include "analysis/check/duplicate.h"
 #include "analysis/check/held.h"
 #include "analysis/check/leaps.h"
+#include "analysis/check/lost_sign.h"
 #include "analysis/check/power.h"
 #include "analysis/check/resting.h"
 #include "analysis/check/sampling.h"
 #include "analysis/check/scale.h"
 #include "analysis/check/spikes.h"
+#include "analysis/check/stops_dead.h"
 #include "analysis/numerics/parallel.h"
 
 namespace emtb {
@@ -50,6 +52,8 @@ Looked look_at(const Run& run) {
   add(l.findings, std::move(turned));
   const bool told = std::ranges::any_of(l.findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
   if (!told) add(l.findings, turned_signs(l.windows, balance_of(l.windows), run.name, run.duration()));
+  add(l.findings, stops_dead(run));
+  add(l.findings, drive_without_sign(l.windows, run.name, run.duration()));
   return l;
 }
 
@@ -71,7 +75,8 @@ DataFindings check(std::span<const Run> train, std::span<const Run> held_out, co
   add(findings, resting(runs));
   add(findings, dead_reference(runs));
   add(findings, begins_anew(runs));
-  const bool sign_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
+  const bool sign_known =
+      std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::sign && f.stops; });
   const bool scale_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::scale; });
   const MotorBalance together = balance_of(windows);
   if (sign_known) add(findings, turned_signs(windows, together, {}, 0));

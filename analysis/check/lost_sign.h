@@ -16,4 +16,8 @@ bool never_below_zero(const MotionWindows& windows);
 /// @param run as the finding names it
 DataFindings lost_sign(const MotionWindows& windows, const std::string& run, double duration);
 
+/// A drive of which only the size was logged, as the duty of a bridge that is reversed by other pins: it is never
+/// negative, and the shaft turns both ways under it. A weight that a motor lets down does the same: a remark.
+DataFindings drive_without_sign(const MotionWindows& windows, const std::string& run, double duration);
+
 }  // namespace emtb

@@ -43,5 +43,16 @@ TEST(LostSign, IsNotThatOfACurrentThatHasItNorOfOneThatALoadHoldsUp) {
   EXPECT_THAT(held_up, testing::Not(testing::Contains(IsALostSign())));
 }
 
+MATCHER(IsADriveWithoutSign, "") { return arg.what == Flaw::sign && arg.signal == Signal::u_ref && !arg.stops; }
+
+TEST(LostSign, IsRemarkedOfADriveUnderWhichTheShaftTurnsBothWays) {
+  std::vector<emtb::Run> runs = both_ways([](double i) { return i; });
+  runs[0].signals.erase(Signal::i_a);
+  EXPECT_THAT(check(runs, {}, nullptr), testing::Not(testing::Contains(IsADriveWithoutSign())));
+  for (double& u : runs[0].signals.at(Signal::u_ref).value.edit()) u = std::abs(u);
+  runs[0].signals.erase(Signal::e_a);
+  EXPECT_THAT(check(runs, {}, nullptr), testing::Contains(IsADriveWithoutSign()));
+}
+
 }  // namespace
 }  // namespace emtb
