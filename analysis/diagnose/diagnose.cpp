@@ -163,7 +163,7 @@ Trial first_fit(FittedTrials& trials, const Dataset& data, const Model& given) {
 
 /// A simulation that blows up where it is to judge tells nothing, least of all that nothing is missing.
 void refuse_what_leaves_all_bounds(const Trial& answer) {
-  if (std::isfinite(answer.held_out_error())) return;
+  if (!answer.held_out.leaves_all_bounds()) return;
   throw ModelError(
       "model `" + answer.model().name +
       "`, fitted to the training runs, leaves all bounds on a held-out run, which therefore judges nothing. "

@@ -8,12 +8,29 @@ namespace {
 
 constexpr double half_of_it = 0.5;  // of what is too much; by hand
 
+/// [floors] What is further off, or no number, has left all bounds: by how much tells nothing, and squares of it may be
+/// no numbers any more, which are neither more nor less than others.
+constexpr double all_bounds = 1e15;
+
+bool leaves_all_bounds(const Residuals& r) { return !(r.value.array().abs() <= all_bounds).all(); }
+
+Residuals within_all_bounds(Residuals r) {
+  for (double& value : r.value) {
+    if (!(std::abs(value) <= all_bounds)) value = std::copysign(all_bounds, std::isnan(value) ? 1 : value);
+  }
+  return r;
+}
+
 }  // namespace
 
 Loss::Loss(const Noise& noise) : floors_(noise) {}
 
 void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals, bool unseen) {
-  for (const Residuals& r : residuals) {
+  for (const Residuals& as_left : residuals) {
+    const bool leaves = leaves_all_bounds(as_left);
+    leaves_all_bounds_ = leaves_all_bounds_ || leaves;
+    const Residuals bounded = leaves ? within_all_bounds(as_left) : Residuals{};
+    const Residuals& r = leaves ? bounded : as_left;
     const Record& record = records[r.record];
     const Observation& o = *record.find(r.signal);
     if (unseen) add_squares(squares_, record, r);

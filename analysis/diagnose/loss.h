@@ -35,6 +35,10 @@ class Loss {
   double share_left(Signal signal) const;
 
   std::vector<Signal> signals() const;
+
+  /// Has a simulation blown up? What is left then counts as 1e15 floors.
+  bool leaves_all_bounds() const { return leaves_all_bounds_; }
+
   const Squares& squares() const { return squares_; }  ///< for the model's quality
 
   /// Is the floor of a signal known only to be no higher?
@@ -73,6 +77,7 @@ class Loss {
   std::map<Signal, Readings> signals_;
   Squares squares_;
   Noise floors_;
+  bool leaves_all_bounds_ = false;
 };
 
 /// What counts as a difference. Every wrong model is coloured and "significant" at 10^5 readings: materiality does the

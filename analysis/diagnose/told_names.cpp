@@ -1,7 +1,6 @@
 #include "analysis/diagnose/told_names.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -69,8 +68,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
       set_timing(data, without_it);
     }
     const bool is_something = may_be && told_but_for_scale(data.train, *judged, effect, not_at_all);
-    const bool is_needed = !trial || !std::isfinite(trial->held_out_error()) ||
-                           criterion.material(trial->held_out, as_given) ||
+    const bool is_needed = !trial || criterion.material(trial->held_out, as_given) ||
                            (is_something && criterion.remainder(trial->held_out) && !doubtful &&
                             ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
                               gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
