@@ -92,13 +92,7 @@ bool named(const Finding& found, std::size_t effect) {
 
 /// Is an effect there for the sake of another that needs it, and does nothing itself?
 bool is_only_needed(std::size_t effect, const Model& model) {
-  if (!needed(effect, model)) return false;
-  const EffectInfo& about = model.about(effect);
-  const std::vector<Parameter>& fitted = model.parameters_of(effect);
-  for (std::size_t i = 0; i < about.parameter_count; ++i) {
-    if (!about.parameter_list[i].is_shape() && fitted[i].value != about.parameter_list[i].null) return false;
-  }
-  return true;
+  return needed(effect, model) && !has_size(effect, model);
 }
 
 /// Names what was found, with what is tied with it, and what would tell them apart.

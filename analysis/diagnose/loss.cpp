@@ -12,7 +12,7 @@ constexpr double half_of_it = 0.5;  // of what is too much; by hand
 /// no numbers any more, which are neither more nor less than others.
 constexpr double all_bounds = 1e15;
 
-bool leaves_all_bounds(const Residuals& r) { return !(r.value.array().abs() <= all_bounds).all(); }
+bool beyond_all_bounds(const Residuals& r) { return !(r.value.array().abs() <= all_bounds).all(); }
 
 Residuals within_all_bounds(Residuals r) {
   for (double& value : r.value) {
@@ -27,7 +27,7 @@ Loss::Loss(const Noise& noise) : floors_(noise) {}
 
 void Loss::add(std::span<const Record> records, std::span<const Residuals> residuals, bool unseen) {
   for (const Residuals& as_left : residuals) {
-    const bool leaves = leaves_all_bounds(as_left);
+    const bool leaves = beyond_all_bounds(as_left);
     leaves_all_bounds_ = leaves_all_bounds_ || leaves;
     const Residuals bounded = leaves ? within_all_bounds(as_left) : Residuals{};
     const Residuals& r = leaves ? bounded : as_left;

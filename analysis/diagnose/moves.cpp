@@ -30,6 +30,18 @@ Model without(Model model, bool (*goes)(const EffectInfo&)) {
   return model;
 }
 
+bool has_size(std::size_t effect, const Model& model) {
+  const EffectInfo& about = model.about(effect);
+  const std::vector<Parameter>& fitted = model.parameters_of(effect);
+  bool any_size = false;
+  for (std::size_t i = 0; i < about.parameter_count; ++i) {
+    if (about.parameter_list[i].is_shape()) continue;
+    if (fitted[i].value != about.parameter_list[i].null) return true;
+    any_size = true;
+  }
+  return !any_size;  // it is there or not
+}
+
 bool needed(std::size_t effect, const Model& model) {
   return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
     return effect_catalogue()[e.effect].needs == model.about(effect).id;

@@ -20,6 +20,9 @@ bool makes_sense(std::size_t effect, const Model& model);
 /// The model without those of its effects that go.
 Model without(Model model, bool (*goes)(const EffectInfo&));
 
+/// Has an effect any size in a fitted model? Not where each rests where the effect is absent.
+bool has_size(std::size_t effect, const Model& model);
+
 /// Does some effect of the model need this one?
 bool needed(std::size_t effect, const Model& model);
 

@@ -17,6 +17,11 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
+/// What is left with an effect; none where the fit does without it: another refit of the rest says nothing of it.
+std::optional<double> error_with(const Addition& a) {
+  return has_size(a.effect(), a.trial.model()) ? std::optional(a.trial.held_out_error()) : std::nullopt;
+}
+
 }  // namespace
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
@@ -59,7 +64,7 @@ Finding Search::held_against_others() {
     if (needed(found_.effects[i], found_.current.model())) continue;
     const Round* reduced = round_without(i);
     if (reduced == nullptr) continue;
-    for (const Addition& a : reduced->refits) remember(a.score, a.trial.held_out_error());
+    for (const Addition& a : reduced->refits) remember(a.score, error_with(a));
   }
   return std::move(found_);
 }
@@ -164,7 +169,7 @@ bool Search::add_best(Round& of_current) {
 /// Adds the best of some refits of the current model with one effect more, if any is worth it.
 bool Search::add_best_of(std::vector<Addition> additions) {
   const Trial& current = found_.current;
-  for (const Addition& a : additions) remember(a.score, a.trial.held_out_error());
+  for (const Addition& a : additions) remember(a.score, error_with(a));
   std::erase_if(additions, [&](const Addition& a) {
     return dropped_.contains(a.effect()) ||
            mends_another(a.effect(), found_.effects, current.held_out, a.trial.held_out) ||
@@ -335,7 +340,7 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
     } else {
       set_beside(found_.effects[place], reduced, a);
     }
-    remember(a.score, trial.held_out_error());
+    remember(a.score, error_with(a));
   }
   return taken;
 }

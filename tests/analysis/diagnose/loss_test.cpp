@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace emtb {
 namespace {
@@ -61,6 +62,19 @@ TEST_F(Losses, CountAnEffectThatActsOnlyAtTwoEdgesAsMaterial) {
   EXPECT_FALSE(material(with, without));
   EXPECT_FALSE(tied(with, without));
   EXPECT_TRUE(remainder(without));
+}
+
+TEST_F(Losses, OfWhatLeavesAllBoundsAreWorseThanAllOthers) {
+  const Loss bad = loss([](double t) { return 30 * std::sin(t); });
+  for (const double far : {1e25, 1e70, std::numeric_limits<double>::infinity(), std::nan("")}) {
+    const Loss blown_up = loss([&](double t) { return t > 15 ? far : 0.0; });
+    EXPECT_TRUE(blown_up.leaves_all_bounds()) << far;
+    EXPECT_TRUE(material(blown_up, bad)) << far;
+    EXPECT_FALSE(material(bad, blown_up)) << far;
+    EXPECT_FALSE(tied(bad, blown_up)) << far;
+    EXPECT_TRUE(remainder(blown_up)) << far;
+  }
+  EXPECT_FALSE(bad.leaves_all_bounds());
 }
 
 TEST_F(Losses, DoNotCountWhatIsSignificantButTrivial) {

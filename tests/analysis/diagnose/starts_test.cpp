@@ -51,6 +51,22 @@ TEST_F(BeginningOnTheWay, IsNoEffectOfTheDriverWhereNobodyReadsIt) {
   EXPECT_TRUE(d.data->train.front().excitation.initial.e_driver);
 }
 
+TEST_F(BeginningOnTheWay, IsNoFasterThanWhatIsReadWhereAMotorForgetsItAtOnce) {
+  without(Signal::e_a);
+  without(Signal::i_a);
+  bench.slow_meter = false;
+  Model light = bench.model;
+  light.driver->rise = light.driver->fall = DriverModel::unlimited;
+  light.base[base::J].value = 1e-6;  // a time constant of 0.1 ms, where rows are 5 ms apart
+  Dataset data = prepare(runs(false), {}, light);
+  settle_starts(data, light);
+  for (const Record& record : data.train) {
+    const std::vector<double>& speed = record.find(Signal::omega)->value;
+    const auto [low, high] = std::ranges::minmax(speed);
+    EXPECT_LE(std::abs(record.excitation.initial.omega), 2.01 * std::max(std::abs(low), std::abs(high))) << record.name;
+  }
+}
+
 TEST_F(BeginningOnTheWay, SettlesNothingWhereRunsBeginAtRest) {
   without(Signal::e_a);
   Dataset data = prepare(record(bench, bench.train, 1), {}, bench.model);
