@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <vector>
+#include <span>
 
 #include "tests/analysis/synthetic.h"
 
@@ -19,7 +19,7 @@ emtb::Run two_starts() {
 TEST(StopsDead, IsRemarkedWhereRowsOfAStopAreMissing) {
   emtb::Run run = two_starts();
   EXPECT_THAT(stops_dead(run), testing::IsEmpty()) << "it takes as long to stop as to start";
-  std::vector<double>& speed = run.signals.at(Signal::omega).value.edit();
+  const std::span<double> speed = run.signals.at(Signal::omega).value.edit();
   const Series& u = run.at(Signal::u_ref);
   for (std::size_t k = 0; k < speed.size(); ++k) {
     const auto row = static_cast<std::size_t>(std::ranges::upper_bound(u.t, run.at(Signal::omega).t[k]) - u.t.begin());
@@ -33,7 +33,7 @@ TEST(StopsDead, IsRemarkedWhereRowsOfAStopAreMissing) {
 
 TEST(StopsDead, IsNotRemarkedOfAMotorThatStartsWithinARow) {
   emtb::Run run = two_starts();
-  std::vector<double>& speed = run.signals.at(Signal::omega).value.edit();
+  const std::span<double> speed = run.signals.at(Signal::omega).value.edit();
   for (double& v : speed) v = v > 50 ? 400 : 0;
   EXPECT_THAT(stops_dead(run), testing::IsEmpty());
 }
