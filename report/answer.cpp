@@ -170,6 +170,9 @@ std::string next_command(const Diagnosis& d, const NamedFiles& named) {
       return "emtb add " + d.id(d.missing[0].effect) + as_arguments(f) + " --out " +
              shell_quoted(stem(f.model) + "-with-" + d.id(d.missing[0].effect) + ".yaml");
     case Verdict::tied:
+      if (!d.next.empty() && !f.map.empty()) {  // no bench of emtb made these: its page shows what to record
+        return "emtb report" + as_arguments(f) + " --out " + shell_quoted(stem(f.model) + ".html");
+      }
       if (!d.next.empty()) {
         return "emtb investigate " + shell_quoted(f.model) + " --sessions" + listed(f.sessions) +
                (f.held_out.empty() ? "" : " --held-out" + listed(f.held_out));

@@ -30,10 +30,10 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
 /// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
 /// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
-/// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
-/// all and leaves enough itself, or is nothing within one error. What fitted to the end has gone where it is not what
-/// it is called goes as well. Nothing goes without which the rest foretells other runs worse than the model as given:
-/// that is no answer, whatever its errors.
+/// starts have had their say, or most of what has no other name, and that is worth a name, unless it is hardly told at
+/// all and leaves enough itself; nor what is nothing within one error. What fitted to the end has gone where it is not
+/// what it is called goes as well. Nothing goes without which the rest foretells other runs worse than the model as
+/// given: that is no answer, whatever its errors.
 /// @return what is known of the errors of the rest
 std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_given, WholeSearch& search,
                                                  const Criterion& criterion, Dataset& data, const WorthAName& worth) {
@@ -69,10 +69,10 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
     }
     const bool is_something = may_be && told_but_for_scale(data.train, *judged, effect, not_at_all);
     const bool is_needed = !trial || criterion.material(trial->held_out, as_given) ||
-                           (is_something && criterion.remainder(trial->held_out) && !doubtful &&
+                           (is_something && criterion.remainder(trial->held_out) &&
                             ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
                               gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
-                             (removes_most(trial->held_out, found.current.held_out) &&
+                             (!doubtful && removes_most(trial->held_out, found.current.held_out) &&
                               worth_a_name(data, trial->model(), trial->held_out, worth.inputs, worth.rule))));
     if (is_needed) {
       set(data, as_set);

@@ -68,6 +68,17 @@ TEST(Answer, NamesWhatIsTiedAndWhatHasNoName) {
               HasSubstr("missing  nothing that these runs show\n"));
 }
 
+TEST(Answer, OfForeignFilesThatAreTiedLeadsToThePageThatShowsWhatToRecord) {
+  MissingEffect one = friction();
+  one.tied_with = {effect_index("windage")};
+  Diagnosis tied = answer(Verdict::tied, {one});
+  tied.next.emplace_back();
+  NamedFiles foreign = files;
+  EXPECT_THAT(answer_text(tied, foreign), HasSubstr("\nnext     emtb investigate "));
+  foreign.map = "mine.yaml";
+  EXPECT_THAT(answer_text(tied, foreign), HasSubstr("\nnext     emtb report "));
+}
+
 TEST(Answer, WhatIsTiedNeedNotBeTheFirst) {
   MissingEffect second = friction();
   second.tied_with = {effect_index("windage")};
