@@ -46,6 +46,19 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
   return false;
 }
 
+/// Whether what drives the motor lets go of it, or turns it round, during a stretch: then nothing rests at its extreme.
+bool driven_back(const Run& run, const Series& own, const EqualReadings& s) {
+  constexpr double hardly = 0.2;  // of its largest
+  const Signal drive = run.has(Signal::u_ref) ? Signal::u_ref : Signal::e_a;
+  if (!run.has(drive) || is_sparse(run, drive)) return false;
+  const Series& y = run.at(drive);
+  const double from = own.t[s.begin], third = (own.t[s.end - 1] - from) / 3, way = s.value > 0 ? 1 : -1;
+  for (const double begin : {from, from + third, from + 2 * third}) {
+    if (way * mean_of(y, begin, begin + third) < hardly * size_of(y.value)) return true;
+  }
+  return false;
+}
+
 /// Whether the reference goes on amid a stretch of the voltage that it sets, by what several of its steps are worth. It
 /// alone says where a voltage goes.
 bool reference_moves(const Run& run, const EqualReadings& s) {
@@ -141,9 +154,18 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
       if (angle_held(run, series, s, step, far, at_rest)) found.push_back(s);
       continue;
     }
+    if (!is_long(s, usual)) continue;
+    if (std::abs(s.value) <= rest) {
+      // A current goes with the voltage also where it is small; a speed may be that of a shaft at rest.
+      const bool small = signal == Signal::i_a && std::abs(s.value) > 3 * step;
+      if (small && is_long(s, restlessness(x, 0, step, s.value)) &&
+          others_move(run, signal, series.t[s.begin], series.t[s.end - 1]))
+        found.push_back(s);
+      continue;
+    }
     // Clipped, if anything: a driver at its limit, read to a step.
-    const bool extreme = (s.value - low < 1.5 * step || high - s.value < 1.5 * step) && !jumps_after(x, s, far);
-    if (std::abs(s.value) <= rest || extreme || !is_long(s, usual)) continue;
+    const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
+    if (at_an_end && !jumps_after(x, s, far) && (signal == Signal::e_a || !driven_back(run, series, s))) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
