@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "experiment/profile.h"
 #include "model/catalogue.h"
 #include "report/verdict.h"
 
@@ -72,7 +73,7 @@ TEST(Answer, OfForeignFilesThatAreTiedLeadsToThePageThatShowsWhatToRecord) {
   MissingEffect one = friction();
   one.tied_with = {effect_index("windage")};
   Diagnosis tied = answer(Verdict::tied, {one});
-  tied.next.emplace_back();
+  tied.next.push_back({emtb::step("coast_down", 5, 1, 2, 3), "a step and a rest", {Signal::i_a}, 4.2});
   EXPECT_THAT(answer_text(tied, files), HasSubstr("\nnext     emtb report "));
   NamedFiles own = files;
   own.map.clear();
