@@ -155,21 +155,20 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
       continue;
     }
     if (!is_long(s, usual)) continue;
+    // Clipped, if anything: a driver at its limit, read to a step.
+    const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
+    const bool turned_back = signal != Signal::e_a && driven_back(run, series, s);
+    const bool sent_elsewhere = signal == Signal::e_a
+                                    ? reference_moves(run, s)
+                                    : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     if (std::abs(s.value) <= rest) {
       // A current goes with the voltage also where it is small; a speed may be that of a shaft at rest.
       const bool small = signal == Signal::i_a && std::abs(s.value) > 3 * step;
-      if (small && is_long(s, restlessness(x, 0, step, s.value)) &&
-          others_move(run, signal, series.t[s.begin], series.t[s.end - 1]))
-        found.push_back(s);
+      if (small && sent_elsewhere && is_long(s, restlessness(x, 0, step, s.value))) found.push_back(s);
       continue;
     }
-    // Clipped, if anything: a driver at its limit, read to a step.
-    const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
-    if (at_an_end && !jumps_after(x, s, far) && (signal == Signal::e_a || !driven_back(run, series, s))) continue;
+    if (at_an_end && !jumps_after(x, s, far) && !turned_back) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
-    const bool sent_elsewhere = signal == Signal::e_a
-                                    ? reference_moves(run, s)
-                                    : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     bool without_noise = own.noisy && is_long(s, own);
     if (without_noise && signal == Signal::e_a) {
       constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
