@@ -46,15 +46,18 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
   return false;
 }
 
-/// Whether what drives the motor lets go of it, or turns it round, during a stretch: then nothing rests at its extreme.
+/// Whether the motor is driven the other way for a part of a stretch, of twenty readings or more.
 bool driven_back(const Run& run, const Series& own, const EqualReadings& s) {
-  constexpr double hardly = 0.2;  // of its largest
+  constexpr double clearly = 0.1;  // of its largest
   const Signal drive = run.has(Signal::u_ref) ? Signal::u_ref : Signal::e_a;
   if (!run.has(drive) || is_sparse(run, drive)) return false;
   const Series& y = run.at(drive);
-  const double from = own.t[s.begin], third = (own.t[s.end - 1] - from) / 3, way = s.value > 0 ? 1 : -1;
-  for (const double begin : {from, from + third, from + 2 * third}) {
-    if (way * mean_of(y, begin, begin + third) < hardly * size_of(y.value)) return true;
+  const std::size_t parts = std::clamp<std::size_t>(s.length() / 20, 1, 12);
+  const double from = own.t[s.begin], part = (own.t[s.end - 1] - from) / static_cast<double>(parts);
+  const double way = s.value > 0 ? 1 : -1, least = clearly * size_of(y.value);
+  for (std::size_t i = 0; i < parts; ++i) {
+    const double begin = from + static_cast<double>(i) * part;
+    if (way * mean_of(y, begin, begin + part) < -least) return true;
   }
   return false;
 }
@@ -163,7 +166,7 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
                                     : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     if (std::abs(s.value) <= rest) {
       // A current goes with the voltage also where it is small; a speed may be that of a shaft at rest.
-      const bool small = signal == Signal::i_a && std::abs(s.value) > 3 * step;
+      const bool small = signal == Signal::i_a && std::abs(s.value) > 1.5 * step;
       if (small && sent_elsewhere && is_long(s, restlessness(x, 0, step, s.value))) found.push_back(s);
       continue;
     }
