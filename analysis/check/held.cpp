@@ -165,8 +165,9 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
                                     ? reference_moves(run, s)
                                     : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     if (std::abs(s.value) <= rest) {
-      // A current goes with the voltage also where it is small; a speed may be that of a shaft at rest.
-      const bool small = signal == Signal::i_a && std::abs(s.value) > 1.5 * step;
+      // A current goes with the voltage also where it is small, but for pauses; a speed may be that of a shaft at rest.
+      constexpr std::size_t pauses = 10;  // times as long at the least
+      const bool small = signal == Signal::i_a && std::abs(s.value) > 1.5 * step && s.length() > x.size() / pauses;
       if (small && sent_elsewhere && is_long(s, restlessness(x, 0, step, s.value))) found.push_back(s);
       continue;
     }
