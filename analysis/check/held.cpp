@@ -160,14 +160,16 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
     if (!is_long(s, usual)) continue;
     // Clipped, if anything: a driver at its limit, read to a step.
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
-    const bool turned_back = signal != Signal::e_a && driven_back(run, series, s);
+    // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
+    constexpr std::size_t pauses = 10;  // times as long at the least
+    const bool pause = signal == Signal::i_a && s.length() <= x.size() / pauses;
+    const bool turned_back = signal != Signal::e_a && !pause && driven_back(run, series, s);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     if (std::abs(s.value) <= rest) {
-      // A current goes with the voltage also where it is small, but for pauses; a speed may be that of a shaft at rest.
-      constexpr std::size_t pauses = 10;  // times as long at the least
-      const bool small = signal == Signal::i_a && std::abs(s.value) > 1.5 * step && s.length() > x.size() / pauses;
+      // A current goes with the voltage also where it is small; a speed may be that of a shaft at rest.
+      const bool small = signal == Signal::i_a && !pause && std::abs(s.value) > 1.5 * step;
       if (small && sent_elsewhere && is_long(s, restlessness(x, 0, step, s.value))) found.push_back(s);
       continue;
     }
