@@ -135,34 +135,56 @@ bool is_long(const EqualReadings& s, const Restlessness& usual) {
   return s.length() >= std::max<std::size_t>({20, 20 * usual.length, 3 * usual.rare});
 }
 
-void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
+/// How restless a signal is where it is off rest.
+struct Usual {
+  Restlessness all, own;
+  std::optional<Restlessness> undriven;  ///< told where it is asked; of a voltage it is its own
+};
+
+/// @param without readings of this value are left out
+Usual usual_of(const Run& run, Signal signal, double rest, double step, std::optional<double> without = {}) {
+  Usual usual{restlessness(run.at(signal).value, rest, step, without), own_restlessness(run, signal, rest, without),
+              std::nullopt};
+  if (signal == Signal::e_a) usual.undriven = usual.own;
+  return usual;
+}
+
+/// Whether it does without the noise that it has by itself.
+bool lacks_noise(const Run& run, Signal signal, const EqualReadings& s, double rest, const Drives& drives,
+                 std::optional<double> without, Usual& usual) {
+  if (!usual.own.noisy || !is_long(s, usual.own)) return false;
+  if (signal == Signal::e_a) {
+    constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
+    // Under a reference that stays a voltage is where it should be, however quiet.
+    const Series& series = run.at(signal);
+    if (!drives.change(series.t[s.begin + edge], series.t[s.end - 1 - edge])) return false;
+  }
+  if (!usual.undriven) usual.undriven = undriven_restlessness(run, signal, rest, without);
+  return usual.undriven->noisy && is_long(s, *usual.undriven);
+}
+
+/// The stretches of a speed, current, voltage or torque in which it stands still while it should change.
+std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
   const Series& series = run.at(signal);
   const std::span<const double> x = series.value;
-  const double step = step_of(series), size = size_of(x);
-  if (step == 0) return;
-  const double far = far_change(x, step);
-  const bool angle = signal == Signal::theta;
-  const double at_rest = angle ? speed_read_at_rest(run) : 0;
+  const double step = step_of(series), far = far_change(x, step), rest = std::max(3 * step, 0.05 * size_of(x));
   const Drives drives(run, signal);
-  const double rest = angle ? 0 : std::max(3 * step, 0.05 * size);
-  const std::vector<EqualReadings> all = equal_readings(x);
-  const Restlessness usual = angle ? Restlessness{} : restlessness(x, rest, step);
-  const Restlessness own = angle ? usual : own_restlessness(run, signal, rest);
-  std::optional<Restlessness> undriven;  // told where it is asked; of a voltage it is its own
-  if (signal == Signal::e_a) undriven = own;
+  Usual usual_in_all = usual_of(run, signal, rest, step);
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<EqualReadings> found;
-  for (const EqualReadings& s : all) {
-    if (angle) {
-      if (angle_held(run, series, s, step, far, at_rest)) found.push_back(s);
-      continue;
-    }
-    if (!is_long(s, usual)) continue;
+  for (const EqualReadings& s : equal_readings(x)) {
+    constexpr std::size_t least = 20, most_of_it = 10;  // readings; of so many, it would be its own measure
+    if (s.length() < least) continue;
+    const bool is_much = s.length() > x.size() / most_of_it;
+    const std::optional<double> without = is_much ? std::optional(s.value) : std::nullopt;
+    Usual usual_without;
+    if (is_much) usual_without = usual_of(run, signal, rest, step, without);
+    Usual& usual = is_much ? usual_without : usual_in_all;
+    if (!is_long(s, usual.all)) continue;
     // Clipped, if anything: a driver at its limit, read to a step.
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
     // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
-    constexpr std::size_t pauses = 10;  // times as long at the least
-    const bool pause = signal == Signal::i_a && s.length() <= x.size() / pauses;
+    const bool pause = signal == Signal::i_a && !is_much;
     const bool turned_back = signal != Signal::e_a && !pause && driven_back(run, series, s);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
@@ -175,18 +197,26 @@ void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
     }
     if (at_an_end && !jumps_after(x, s, far) && !turned_back) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
-    bool without_noise = own.noisy && is_long(s, own);
-    if (without_noise && signal == Signal::e_a) {
-      constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
-      // Under a reference that stays a voltage is where it should be, however quiet.
-      without_noise = drives.change(series.t[s.begin + edge], series.t[s.end - 1 - edge]);
-    }
-    if (without_noise) {
-      if (!undriven) undriven = undriven_restlessness(run, signal, rest);
-      without_noise = undriven->noisy && is_long(s, *undriven);
-    }
-    if (without_noise || jump || sent_elsewhere) found.push_back(s);
+    if (jump || sent_elsewhere || lacks_noise(run, signal, s, rest, drives, without, usual)) found.push_back(s);
   }
+  return found;
+}
+
+/// The stretches in which an angle does while the shaft turns.
+std::vector<EqualReadings> frozen_angles(const Run& run) {
+  const Series& theta = run.at(Signal::theta);
+  const double step = step_of(theta), far = far_change(theta.value, step), at_rest = speed_read_at_rest(run);
+  std::vector<EqualReadings> found;
+  for (const EqualReadings& s : equal_readings(theta.value)) {
+    if (angle_held(run, theta, s, step, far, at_rest)) found.push_back(s);
+  }
+  return found;
+}
+
+void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
+  const Series& series = run.at(signal);
+  if (step_of(series) == 0) return;
+  const std::vector<EqualReadings> found = signal == Signal::theta ? frozen_angles(run) : frozen(run, signal);
   if (found.empty()) return;
   const EqualReadings longest = *std::ranges::max_element(found, {}, &EqualReadings::length);
   findings.push_back({run.name, signal, Flaw::held, series.t[longest.begin], series.t[longest.end - 1],
