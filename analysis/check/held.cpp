@@ -47,12 +47,13 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
 }
 
 /// Whether the motor is driven the other way for a part of a stretch, of twenty readings or more.
-bool driven_back(const Run& run, const Series& own, const EqualReadings& s) {
+/// @param most parts
+bool driven_back(const Run& run, const Series& own, const EqualReadings& s, std::size_t most) {
   constexpr double clearly = 0.1;  // of its largest
   const Signal drive = run.has(Signal::u_ref) ? Signal::u_ref : Signal::e_a;
   if (!run.has(drive) || is_sparse(run, drive)) return false;
   const Series& y = run.at(drive);
-  const std::size_t parts = std::clamp<std::size_t>(s.length() / 20, 1, 12);
+  const std::size_t parts = std::clamp<std::size_t>(s.length() / 20, 1, most);
   const double from = own.t[s.begin], part = (own.t[s.end - 1] - from) / static_cast<double>(parts);
   const double way = s.value > 0 ? 1 : -1, least = clearly * size_of(y.value);
   for (std::size_t i = 0; i < parts; ++i) {
@@ -185,7 +186,8 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
     // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
     const bool pause = signal == Signal::i_a && !is_much;
-    const bool turned_back = signal != Signal::e_a && !pause && driven_back(run, series, s);
+    // What is clipped comes back from far beyond its end.
+    const bool turned_back = signal != Signal::e_a && !pause && driven_back(run, series, s, at_an_end ? 3 : 12);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
