@@ -46,22 +46,44 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
   return false;
 }
 
-/// Whether the motor is driven the other way for a part of a stretch, of twenty readings or more.
-/// @param most parts
-bool driven_back(const Run& run, const Series& own, const EqualReadings& s, std::size_t most) {
-  constexpr double clearly = 0.1;  // of its largest
-  const Signal drive = run.has(Signal::u_ref) ? Signal::u_ref : Signal::e_a;
-  if (!run.has(drive) || is_sparse(run, drive)) return false;
-  const Series& y = run.at(drive);
-  const std::size_t parts = std::clamp<std::size_t>(s.length() / 20, 1, most);
-  const double from = own.t[s.begin], part = (own.t[s.end - 1] - from) / static_cast<double>(parts);
-  const double way = s.value > 0 ? 1 : -1, least = clearly * size_of(y.value);
-  for (std::size_t i = 0; i < parts; ++i) {
-    const double begin = from + static_cast<double>(i) * part;
-    if (way * mean_of(y, begin, begin + part) < -least) return true;
+/// Whether a motor is driven one way where it turns the other, and by how much.
+class DrivenBack {
+ public:
+  DrivenBack(const Run& run, const Series& own) : own_(own) {
+    constexpr std::size_t parts = 50;
+    const Signal signal = run.has(Signal::u_ref) ? Signal::u_ref : Signal::e_a;
+    if (!run.has(signal) || is_sparse(run, signal)) return;
+    drive_ = &run.at(signal);
+    const double part = (own.t.back() - own.t.front()) / static_cast<double>(parts);
+    double with = 0;
+    for (std::size_t i = 0; i < parts; ++i) {
+      const double begin = own.t.front() + static_cast<double>(i) * part;
+      const double product = mean_of(*drive_, begin, begin + part) * mean_of(own, begin, begin + part);
+      if (std::isfinite(product)) with += product;
+    }
+    if (!(with > 0)) drive_ = nullptr;  // the sign of one of them is turned, and tells nothing
   }
-  return false;
-}
+
+  /// For a part of a stretch, of twenty readings or more; at its beginning, where it may be clipped, for what is comes
+  /// back from far beyond its end.
+  bool during(const EqualReadings& s, bool may_be_clipped) const {
+    constexpr double clearly = 0.1;  // of its largest
+    constexpr std::size_t beginning = 4, most = 12, readings = 20;
+    if (drive_ == nullptr) return false;
+    const std::size_t parts = may_be_clipped ? beginning : std::clamp<std::size_t>(s.length() / readings, 1, most);
+    const double from = own_.t[s.begin], part = (own_.t[s.end - 1] - from) / static_cast<double>(parts);
+    const double way = s.value > 0 ? 1 : -1, least = clearly * size_of(drive_->value);
+    for (std::size_t i = 0; i < (may_be_clipped ? 1 : parts); ++i) {
+      const double begin = from + static_cast<double>(i) * part;
+      if (way * mean_of(*drive_, begin, begin + part) < -least) return true;
+    }
+    return false;
+  }
+
+ private:
+  const Series& own_;
+  const Series* drive_ = nullptr;
+};
 
 /// Whether the reference goes on amid a stretch of the voltage that it sets, by what several of its steps are worth. It
 /// alone says where a voltage goes.
@@ -170,6 +192,7 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
   const std::span<const double> x = series.value;
   const double step = step_of(series), far = far_change(x, step), rest = std::max(3 * step, 0.05 * size_of(x));
   const Drives drives(run, signal);
+  const DrivenBack driven_back(run, series);
   Usual usual_in_all = usual_of(run, signal, rest, step);
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<EqualReadings> found;
@@ -186,8 +209,7 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
     // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
     const bool pause = signal == Signal::i_a && !is_much;
-    // What is clipped comes back from far beyond its end.
-    const bool turned_back = signal != Signal::e_a && !pause && driven_back(run, series, s, at_an_end ? 3 : 12);
+    const bool turned_back = signal != Signal::e_a && !pause && driven_back.during(s, at_an_end);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
