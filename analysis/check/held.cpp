@@ -64,16 +64,15 @@ class DrivenBack {
     if (!(with > 0)) drive_ = nullptr;  // the sign of one of them is turned, and tells nothing
   }
 
-  /// For a part of a stretch, of twenty readings or more; at its beginning, where it may be clipped, for what is comes
-  /// back from far beyond its end.
-  bool during(const EqualReadings& s, bool may_be_clipped) const {
+  /// For a part of a stretch, of twenty readings or more.
+  bool during(const EqualReadings& s) const {
     constexpr double clearly = 0.1;  // of its largest
-    constexpr std::size_t beginning = 4, most = 12, readings = 20;
+    constexpr std::size_t most = 12, readings = 20;
     if (drive_ == nullptr) return false;
-    const std::size_t parts = may_be_clipped ? beginning : std::clamp<std::size_t>(s.length() / readings, 1, most);
+    const std::size_t parts = std::clamp<std::size_t>(s.length() / readings, 1, most);
     const double from = own_.t[s.begin], part = (own_.t[s.end - 1] - from) / static_cast<double>(parts);
     const double way = s.value > 0 ? 1 : -1, least = clearly * size_of(drive_->value);
-    for (std::size_t i = 0; i < (may_be_clipped ? 1 : parts); ++i) {
+    for (std::size_t i = 0; i < parts; ++i) {
       const double begin = from + static_cast<double>(i) * part;
       if (way * mean_of(*drive_, begin, begin + part) < -least) return true;
     }
@@ -209,7 +208,7 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
     // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
     const bool pause = signal == Signal::i_a && !is_much;
-    const bool turned_back = signal != Signal::e_a && !pause && driven_back.during(s, at_an_end);
+    const bool turned_back = signal != Signal::e_a && !pause && driven_back.during(s);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
@@ -219,7 +218,7 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
       if (small && sent_elsewhere && is_long(s, restlessness(x, 0, step, s.value))) found.push_back(s);
       continue;
     }
-    if (at_an_end && !jumps_after(x, s, far) && !turned_back) continue;
+    if (at_an_end && !jumps_after(x, s, far)) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     if (jump || sent_elsewhere || lacks_noise(run, signal, s, rest, drives, without, usual)) found.push_back(s);
   }
