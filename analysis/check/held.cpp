@@ -218,7 +218,7 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
       if (small && sent_elsewhere && is_long(s, restlessness(x, 0, step, s.value))) found.push_back(s);
       continue;
     }
-    if (at_an_end && !jumps_after(x, s, far)) continue;
+    if (at_an_end && (is_much || !jumps_after(x, s, far))) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     if (jump || sent_elsewhere || lacks_noise(run, signal, s, rest, drives, without, usual)) found.push_back(s);
   }
