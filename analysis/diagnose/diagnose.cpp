@@ -209,7 +209,7 @@ Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, co
   if (d.shown_by.empty() || options.keep_held_out) return d;
   std::vector<Run> fitted(train.begin(), train.end()), unseen(held_out.begin(), held_out.end());
   std::vector<std::string> fitted_too;
-  while (!d.shown_by.empty() && !d.cut) {
+  while (!d.shown_by.empty() && !(options.ends_now && options.ends_now())) {
     const auto shows_most = std::ranges::find(unseen, d.shown_by.front(), &Run::name);
     if (shows_most == unseen.end()) break;
     fitted_too.push_back(shows_most->name);

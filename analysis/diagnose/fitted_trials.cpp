@@ -473,10 +473,14 @@ bool FittedTrials::only_training_shows_a_remainder(const Trial& trial) const {
 }
 
 std::vector<std::string> FittedTrials::runs_that_alone_show_a_remainder(const Trial& trial) const {
-  if (!unexplained(data_.train, trial.model(), trial.fit.phases).empty()) return {};
+  constexpr double by_far = 3;  // times what training runs leave: another effect
+  const bool all_explained = unexplained(data_.train, trial.model(), trial.fit.phases).empty();
+  const double of_training = loss_on(data_.train, trial.model(), trial.fit.phases).error();
   std::vector<std::pair<double, std::string>> shown;
-  for (const Record* run : unexplained(data_.held_out, trial.model(), trial.held_out_phases))
-    shown.emplace_back(loss_on(std::span(run, 1), trial.model(), {}).error(), run->name);
+  for (const Record* run : unexplained(data_.held_out, trial.model(), trial.held_out_phases)) {
+    const double error = loss_on(std::span(run, 1), trial.model(), {}).error();
+    if (all_explained || error > by_far * of_training) shown.emplace_back(error, run->name);
+  }
   std::ranges::stable_sort(shown, std::greater{}, &std::pair<double, std::string>::first);
   std::vector<std::string> names;
   for (auto& [error, name] : shown) names.push_back(std::move(name));

@@ -61,8 +61,8 @@ class FittedTrials final : public Trials {
   /// K_b by itself. @return none where nothing is told, or the fit is no better
   std::optional<Trial> with_told_pins_free(const Trial& found);
 
-  /// The held-out runs of which something is left, most of it first, where nothing is left of any training run: what is
-  /// missing acts in them alone, and no fit has seen it.
+  /// The held-out runs of which something is left, most of it first, where nothing is left of any training run, or by
+  /// far less: what is missing acts in them alone, and no fit has seen it.
   std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
 
   /// Do held-out runs that were named show nothing of what is left of the training runs, and so say nothing of it?

@@ -1,6 +1,7 @@
 #include "analysis/diagnose/told_names.h"
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,23 +28,32 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
   }
 }
 
+constexpr double by_far = 5;                        // errors
+constexpr double likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
+
+/// What is dropped for its errors.
+struct Drops {
+  std::set<std::size_t> costly;  ///< with which much likelihood went, though it may be
+  std::set<std::size_t> kept;    ///< is not dropped for them
+};
+
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
 /// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
 /// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
-/// starts have had their say, or most of what has no other name, and that is worth a name, unless it is hardly told at
-/// all and leaves enough itself; nor what is nothing within one error. What fitted to the end has gone where it is not
+/// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
+/// all and leaves enough itself, or is nothing within one error. What fitted to the end has gone where it is not
 /// what it is called goes as well. Nothing goes without which the rest foretells other runs worse than the model as
 /// given: that is no answer, whatever its errors.
 /// @return what is known of the errors of the rest
 std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_given, WholeSearch& search,
-                                                 const Criterion& criterion, Dataset& data, const WorthAName& worth) {
+                                                 const Criterion& criterion, Dataset& data, const WorthAName& worth,
+                                                 Drops& drops) {
   FittedTrials& trials = search.trials();
-  constexpr double by_far = 5, hardly = 2, not_at_all = 1;  // errors
-  constexpr double likelier = 0.5 * by_far * by_far;        // [nats], the same for what is not linear
+  constexpr double hardly = 2, not_at_all = 1;  // errors
   std::optional<Calibration> judged = with_all_errors(data, found.current.model());
   for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
     const std::size_t effect = found.effects[left - 1];
-    if (needed(effect, found.current.model())) continue;
+    if (needed(effect, found.current.model()) || drops.kept.contains(effect)) continue;
     bool may_be = trials.determined_but_for_scale(judged->model, effect);
     if (may_be && told_from_zero(*judged, effect, by_far)) continue;
     const bool doubtful =
@@ -69,16 +79,18 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
     }
     const bool is_something = may_be && told_but_for_scale(data.train, *judged, effect, not_at_all);
     const bool is_needed = !trial || criterion.material(trial->held_out, as_given) ||
-                           (is_something && criterion.remainder(trial->held_out) &&
+                           (is_something && criterion.remainder(trial->held_out) && !doubtful &&
                             ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
                               gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
-                             (!doubtful && removes_most(trial->held_out, found.current.held_out) &&
+                             (removes_most(trial->held_out, found.current.held_out) &&
                               worth_a_name(data, trial->model(), trial->held_out, worth.inputs, worth.rule))));
     if (is_needed) {
       set(data, as_set);
       set_timing(data, before);
       continue;
     }
+    if (may_be && gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier)
+      drops.costly.insert(effect);
     found.current = std::move(*trial);
     found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
     found.rivals.erase(effect);
@@ -115,17 +127,17 @@ void remember(std::vector<Candidate>& candidates, const std::vector<Candidate>& 
   }
 }
 
-}  // namespace
-
-std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& without, WholeSearch& search,
-                                             const Criterion& criterion, Dataset& data, const WorthAName& worth) {
+/// Drops, and goes on without.
+std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout& without, WholeSearch& search,
+                                                 const Criterion& criterion, Dataset& data, const WorthAName& worth,
+                                                 Drops& drops) {
   FittedTrials& trials = search.trials();
   while (true) {
     Finding& found = road.found;
     if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
     const std::vector<std::size_t> before = found.effects;
     std::optional<Calibration> judged =
-        drop_what_is_not_told(found, road.first.held_out, search, criterion, data, worth);
+        drop_what_is_not_told(found, road.first.held_out, search, criterion, data, worth, drops);
     const std::vector<std::size_t> dropped = gone(before, found.effects);
     if (!dropped.empty()) found = search.with_rivals_renewed(std::move(found), road.first.held_out);
     if (dropped.empty() || !criterion.remainder(found.current.held_out) || trials.exhausted()) return judged;
@@ -150,6 +162,26 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
     remember(other.found.candidates, found.candidates);
     road = std::move(other);
   }
+}
+
+}  // namespace
+
+std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& without, WholeSearch& search,
+                                             const Criterion& criterion, Dataset& data, const WorthAName& worth) {
+  FittedTrials& trials = search.trials();
+  const Road before = road;
+  const Circumstances as_set = circumstances_of(data);
+  const bool training_judged = trials.training_judges();
+  Drops drops;
+  std::optional<Calibration> judged = keep_what_errors_tell(road, without, search, criterion, data, worth, drops);
+  if (drops.costly.empty() || trials.training_judges() != training_judged) return judged;
+  const Loss &after = road.found.current.held_out, &with_all = before.found.current.held_out;
+  if (!criterion.remainder(after) || gain(*after.quality, *with_all.quality) <= likelier) return judged;
+  // Nothing has taken the place of what went: its errors are wide since something else is missing beside it.
+  set(data, as_set);
+  road = before;
+  drops.kept = std::move(drops.costly);
+  return keep_what_errors_tell(road, without, search, criterion, data, worth, drops);
 }
 
 }  // namespace emtb
