@@ -28,8 +28,8 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
   }
 }
 
-constexpr double by_far = 5;                        // errors
-constexpr double likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
+constexpr double by_far = 5;                             // errors
+constexpr double much_likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
 
 /// What is dropped for its errors.
 struct Drops {
@@ -81,7 +81,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
     const bool is_needed = !trial || criterion.material(trial->held_out, as_given) ||
                            (is_something && criterion.remainder(trial->held_out) && !doubtful &&
                             ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
-                              gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier) ||
+                              gain(*trial->held_out.quality, *found.current.held_out.quality) > much_likelier) ||
                              (removes_most(trial->held_out, found.current.held_out) &&
                               worth_a_name(data, trial->model(), trial->held_out, worth.inputs, worth.rule))));
     if (is_needed) {
@@ -89,7 +89,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
       set_timing(data, before);
       continue;
     }
-    if (may_be && gain(*trial->held_out.quality, *found.current.held_out.quality) > likelier)
+    if (may_be && gain(*trial->held_out.quality, *found.current.held_out.quality) > much_likelier)
       drops.costly.insert(effect);
     found.current = std::move(*trial);
     found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
@@ -176,7 +176,7 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
   std::optional<Calibration> judged = keep_what_errors_tell(road, without, search, criterion, data, worth, drops);
   if (drops.costly.empty() || trials.training_judges() != training_judged) return judged;
   const Loss &after = road.found.current.held_out, &with_all = before.found.current.held_out;
-  if (!criterion.remainder(after) || gain(*after.quality, *with_all.quality) <= likelier) return judged;
+  if (!criterion.remainder(after) || gain(*after.quality, *with_all.quality) <= much_likelier) return judged;
   // Nothing has taken the place of what went: its errors are wide since something else is missing beside it.
   set(data, as_set);
   road = before;
