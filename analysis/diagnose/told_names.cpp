@@ -127,12 +127,27 @@ void remember(std::vector<Candidate>& candidates, const std::vector<Candidate>& 
   }
 }
 
+/// The likeliest answer that was dropped from, and what it was found in.
+struct Likeliest {
+  Road road;
+  Circumstances circumstances;
+  bool training_judged = false;
+
+  void consider(const Road& other, const Dataset& data, bool training_judges) {
+    const bool comparable = training_judges == training_judged;
+    if (!comparable || gain(*road.found.current.held_out.quality, *other.found.current.held_out.quality) <= 0) return;
+    road = other;
+    circumstances = circumstances_of(data);
+  }
+};
+
 /// Drops, and goes on without.
 std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout& without, WholeSearch& search,
                                                  const Criterion& criterion, Dataset& data, const WorthAName& worth,
-                                                 Drops& drops) {
+                                                 Drops& drops, Likeliest& likeliest) {
   FittedTrials& trials = search.trials();
   while (true) {
+    likeliest.consider(road, data, trials.training_judges());
     Finding& found = road.found;
     if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
     const std::vector<std::size_t> before = found.effects;
@@ -169,19 +184,22 @@ std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout
 std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& without, WholeSearch& search,
                                              const Criterion& criterion, Dataset& data, const WorthAName& worth) {
   FittedTrials& trials = search.trials();
-  const Road before = road;
-  const Circumstances as_set = circumstances_of(data);
-  const bool training_judged = trials.training_judges();
+  Likeliest likeliest{road, circumstances_of(data), trials.training_judges()};
   Drops drops;
-  std::optional<Calibration> judged = keep_what_errors_tell(road, without, search, criterion, data, worth, drops);
-  if (drops.costly.empty() || trials.training_judges() != training_judged) return judged;
-  const Loss &after = road.found.current.held_out, &with_all = before.found.current.held_out;
-  if (!criterion.remainder(after) || gain(*after.quality, *with_all.quality) <= much_likelier) return judged;
-  // Nothing has taken the place of what went: its errors are wide since something else is missing beside it.
-  set(data, as_set);
-  road = before;
-  drops.kept = std::move(drops.costly);
-  return keep_what_errors_tell(road, without, search, criterion, data, worth, drops);
+  while (true) {
+    std::optional<Calibration> judged =
+        keep_what_errors_tell(road, without, search, criterion, data, worth, drops, likeliest);
+    const Loss &after = road.found.current.held_out, &best = likeliest.road.found.current.held_out;
+    const bool comparable = trials.training_judges() == likeliest.training_judged;
+    if (drops.costly.empty() || !comparable || !criterion.remainder(after) ||
+        gain(*after.quality, *best.quality) <= much_likelier)
+      return judged;
+    // Nothing has taken the place of what went: its errors are wide since something else is missing beside it.
+    set(data, likeliest.circumstances);
+    road = likeliest.road;
+    drops.kept.merge(drops.costly);
+    drops.costly.clear();
+  }
 }
 
 }  // namespace emtb
