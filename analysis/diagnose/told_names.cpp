@@ -1,6 +1,7 @@
 #include "analysis/diagnose/told_names.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -33,8 +34,8 @@ constexpr double much_likelier = 0.5 * by_far * by_far;  // [nats], the same for
 
 /// What is dropped for its errors.
 struct Drops {
-  std::set<std::size_t> costly;  ///< with which much likelihood went, though it may be
-  std::set<std::size_t> kept;    ///< is not dropped for them
+  std::map<std::size_t, double> costly;  ///< [nats] with which much likelihood went, though it may be
+  std::set<std::size_t> kept;            ///< is not dropped for them
 };
 
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
@@ -89,8 +90,8 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
       set_timing(data, before);
       continue;
     }
-    if (may_be && gain(*trial->held_out.quality, *found.current.held_out.quality) > much_likelier)
-      drops.costly.insert(effect);
+    const double lost = gain(*trial->held_out.quality, *found.current.held_out.quality);
+    if (may_be && lost > much_likelier) drops.costly.insert_or_assign(effect, lost);
     found.current = std::move(*trial);
     found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
     found.rivals.erase(effect);
@@ -194,10 +195,11 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
     if (drops.costly.empty() || !comparable || !criterion.remainder(after) ||
         gain(*after.quality, *best.quality) <= much_likelier)
       return judged;
-    // Nothing has taken the place of what went: its errors are wide since something else is missing beside it.
+    // Nothing has taken the place of what went: its errors are wide since something else is missing beside it. What
+    // carried most stays from now on.
     set(data, likeliest.circumstances);
     road = likeliest.road;
-    drops.kept.merge(drops.costly);
+    drops.kept.insert(std::ranges::max_element(drops.costly, {}, &std::pair<const std::size_t, double>::second)->first);
     drops.costly.clear();
   }
 }
