@@ -34,7 +34,8 @@ constexpr double much_likelier = 0.5 * by_far * by_far;  // [nats], the same for
 
 /// What is dropped for its errors.
 struct Drops {
-  std::map<std::size_t, double> costly;  ///< [nats] with which much likelihood went, though it may be
+  std::map<std::size_t, double> costly;  ///< [nats] with which much likelihood went, and most of what it explained,
+                                         ///< though it may be
   std::set<std::size_t> kept;            ///< is not dropped for them
 };
 
@@ -91,7 +92,8 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
       continue;
     }
     const double lost = gain(*trial->held_out.quality, *found.current.held_out.quality);
-    if (may_be && lost > much_likelier) drops.costly.insert_or_assign(effect, lost);
+    if (may_be && lost > much_likelier && removes_most(trial->held_out, found.current.held_out))
+      drops.costly.insert_or_assign(effect, lost);
     found.current = std::move(*trial);
     found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
     found.rivals.erase(effect);
@@ -192,9 +194,8 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
         keep_what_errors_tell(road, without, search, criterion, data, worth, drops, likeliest);
     const Loss &after = road.found.current.held_out, &best = likeliest.road.found.current.held_out;
     const bool comparable = trials.training_judges() == likeliest.training_judged;
-    if (drops.costly.empty() || !comparable || !criterion.remainder(after) ||
-        gain(*after.quality, *best.quality) <= much_likelier)
-      return judged;
+    const bool nothing_else = removes_most(after, best) && gain(*after.quality, *best.quality) > much_likelier;
+    if (drops.costly.empty() || !comparable || !criterion.remainder(after) || !nothing_else) return judged;
     // Nothing has taken the place of what went: its errors are wide since something else is missing beside it. What
     // carried most stays from now on.
     set(data, likeliest.circumstances);
