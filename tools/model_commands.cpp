@@ -190,7 +190,6 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   const bool blows_up = entry.held_out && !std::isfinite(*entry.held_out);
   if (blows_up) entry.held_out.reset();  // it is no number, so it stands nowhere as one
   c.model.history.push_back(entry);
-
   json out = std::move(extra);
   out["converged"] = c.converged;
   const LikelihoodIntervals intervals =
@@ -212,11 +211,14 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
                  "number. The model does not hold there: add sessions like it to the training, or another effect\n";
   }
   if (o.json_file == "-") return c.converged && !blows_up ? 0 : 1;
-
   print_parameters(c.model, c.at_bound, c.identifiability.undetermined, data.train, intervals);
   std::cout << "error (1 = noise floor): training " << error_cell(entry.train) << ", held-out "
             << error_cell(entry.held_out) << "\n";
   finish_model(o, c.model);
+  constexpr double clearly = 1.02;  // times what was left before
+  if (out.contains("before") && *entry.train > clearly * out["before"]["train"].get<double>())
+    std::cerr << "emtb: the model leaves more with it than without: it is not this, or its fit went astray. Give its "
+                 "parameters values and bounds in the model, and calibrate\n";
   if (!c.converged)
     std::cerr << "emtb: the fit did not converge: start nearer, or fix what the data do not determine\n";
   return c.converged && !blows_up ? 0 : 1;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "analysis/check/angle_leaps.h"
 #include "analysis/check/angle_speed.h"
 #include "analysis/check/balance.h"
 #include "analysis/check/begins_anew.h"
@@ -52,6 +53,7 @@ Looked look_at(const Run& run) {
   add(l.findings, std::move(turned));
   const bool told = std::ranges::any_of(l.findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
   if (!told) add(l.findings, turned_signs(l.windows, balance_of(l.windows), run.name, run.duration()));
+  add(l.findings, angle_leaps(run));
   add(l.findings, stops_dead(run));
   add(l.findings, drive_without_sign(l.windows, run.name, run.duration()));
   return l;
