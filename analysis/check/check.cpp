@@ -49,11 +49,13 @@ Looked look_at(const Run& run) {
     });
   });
   add(l.findings, std::move(cut));
+  const auto of_the_angle = [](const DataFinding& f) { return f.signal == Signal::theta; };
+  if (std::ranges::none_of(stays, of_the_angle) && std::ranges::none_of(l.findings, of_the_angle))
+    add(l.findings, angle_leaps(run));  // else it may be the end of that
   add(l.findings, std::move(stays));
   add(l.findings, std::move(turned));
   const bool told = std::ranges::any_of(l.findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
   if (!told) add(l.findings, turned_signs(l.windows, balance_of(l.windows), run.name, run.duration()));
-  add(l.findings, angle_leaps(run));
   add(l.findings, stops_dead(run));
   add(l.findings, drive_without_sign(l.windows, run.name, run.duration()));
   return l;

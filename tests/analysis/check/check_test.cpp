@@ -163,17 +163,6 @@ TEST_F(Check, ASensorThatFreezesIsHeldAndACoarseOneIsNot) {
   EXPECT_THAT(check(coarse, {}, &servo), IsEmpty());
 }
 
-TEST_F(Check, ACurrentThatFreezesAtASmallValueIsHeldWhereTheDriveGoesOn) {
-  auto runs = servo_runs();
-  const std::span<double> i_a = runs[3].signals.at(Signal::i_a).value.edit();  // under random steps
-  const double largest = std::abs(std::ranges::max(i_a, {}, [](double i) { return std::abs(i); }));
-  const std::size_t count = i_a.size() / 3;
-  const auto small = std::ranges::find_if(i_a, [&](double i) { return i > 0.02 * largest && i < 0.04 * largest; });
-  ASSERT_LT(small, i_a.end() - static_cast<std::ptrdiff_t>(count));
-  std::fill_n(small, count, *small);
-  EXPECT_THAT(check(runs, {}, &servo), names(Flaw::held, Signal::i_a));
-}
-
 TEST_F(Check, FrictionMayTakeNearlyAllOfTheTorqueBeforeItsGauge) {
   for (const double share : {0.05, 20.0}) {
     std::vector<Run> runs = servo_runs();
@@ -432,24 +421,6 @@ TEST_F(Check, ANoisySpeedThatGoesWithItsAngleDoesNotRest) {
   };
   EXPECT_THAT(check(turning(1), {}, nullptr), Not(names(Flaw::rest, Signal::omega)));
   EXPECT_THAT(check(turning(0), {}, nullptr), names(Flaw::rest, Signal::omega)) << "noise goes its own way";
-}
-
-TEST_F(Check, ACurrentThatStaysWhereAControllerRestsIsNotHeld) {
-  // It hunts while the controller does, and stays while the voltage ramps: its own noise is below its step.
-  Run run;
-  run.name = "positions";
-  synthetic::Noise noise(3);
-  Series &e_a = run.signals[Signal::e_a], &i_a = run.signals[Signal::i_a], &theta = run.signals[Signal::theta];
-  for (int k = 0; k < 3000; ++k) {
-    const double t = 4e-3 * k;
-    const bool ramps = k % 300 > 240;
-    const double e = ramps ? 8 - 0.08 * (k % 300 - 240) : 3 * std::sin(1.3 * t) + noise(0.8);
-    for (Series* s : {&e_a, &i_a, &theta}) s->t.push_back(t);
-    e_a.value.push_back(e);
-    i_a.value.push_back(0.0028 * std::round((ramps ? -0.039 : e / 26 + 0.05) / 0.0028));
-    theta.value.push_back(3 * std::sin(0.4 * t) + (ramps ? 1e-3 * (k % 300) : 0));
-  }
-  EXPECT_THAT(check(std::vector{run}, {}, nullptr), Not(names(Flaw::held, Signal::i_a)));
 }
 
 /// What a driver makes of a slow wave that goes from 0 to 30 V, read to 0.1 V.

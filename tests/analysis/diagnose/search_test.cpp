@@ -69,6 +69,14 @@ class ByError final : public Criterion {
   bool edges_tell_two = true;
 };
 
+/// With sizes, as a fit leaves them.
+void include(Model& model, std::size_t effect) {
+  model.include(effect);
+  const EffectInfo& about = model.about(effect);
+  for (std::size_t i = 0; i < about.parameter_count; ++i)
+    model.parameters_of(effect)[i].value = about.parameter_list[i].typical;
+}
+
 /// Fits whose errors stand in a table, by the effects that the model holds; what is not in it is as bad as nothing.
 class MadeUp final : public Trials {
  public:
@@ -120,7 +128,7 @@ class MadeUp final : public Trials {
       if (fitted.model().includes(effect) || fitted.model().withholds(effect)) continue;
       if (breadth == Breadth::promising && unpromising.contains(effect)) continue;
       Model more = fitted.model();
-      more.include(effect);
+      include(more, effect);
       Score score;
       score.effect = effect;
       if (slow.contains(effect)) {
@@ -146,7 +154,7 @@ class MadeUp final : public Trials {
     const auto two = pairs.find(held_by(fitted.model()));
     if (two == pairs.end() || fitted.train == errors.at(two->first)) return std::nullopt;
     Model more = fitted.model();
-    for (const std::size_t effect : two->second) more.include(effect);
+    for (const std::size_t effect : two->second) include(more, effect);
     return Pair{{*two->second.begin(), *two->second.rbegin()}, trial(more, 0.5 * fitted.train)};
   }
   bool determined(const Model& fitted, std::size_t effect) override {
