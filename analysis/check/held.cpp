@@ -46,10 +46,10 @@ bool others_move(const Run& run, Signal held_signal, double from, double to) {
   return false;
 }
 
-/// Whether a motor is driven one way where it turns the other, and by how much.
-class DrivenBack {
+/// Whether a motor is driven, and the other way than it turns.
+class Driven {
  public:
-  DrivenBack(const Run& run, const Series& own) : own_(own) {
+  Driven(const Run& run, const Series& own) : own_(own) {
     constexpr std::size_t parts = 50;
     const Signal signal = run.has(Signal::u_ref) ? Signal::u_ref : Signal::e_a;
     if (!run.has(signal) || is_sparse(run, signal)) return;
@@ -64,8 +64,15 @@ class DrivenBack {
     if (!(with > 0)) drive_ = nullptr;  // the sign of one of them is turned, and tells nothing
   }
 
+  /// Is it driven at all? At rest a sensor may be silent that is not while the brushes work.
+  bool at_all(const EqualReadings& s) const {
+    constexpr double clearly = 0.1;  // of its largest
+    if (drive_ == nullptr) return false;
+    return std::abs(mean_of(*drive_, own_.t[s.begin], own_.t[s.end - 1])) > clearly * size_of(drive_->value);
+  }
+
   /// For a part of a stretch, of twenty readings or more.
-  bool during(const EqualReadings& s) const {
+  bool back_during(const EqualReadings& s) const {
     constexpr double clearly = 0.1;  // of its largest
     constexpr std::size_t most = 12, readings = 20;
     if (drive_ == nullptr) return false;
@@ -191,7 +198,7 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
   const std::span<const double> x = series.value;
   const double step = step_of(series), far = far_change(x, step), rest = std::max(3 * step, 0.05 * size_of(x));
   const Drives drives(run, signal);
-  const DrivenBack driven_back(run, series);
+  const Driven driven(run, series);
   Usual usual_in_all = usual_of(run, signal, rest, step);
   const auto [low, high] = std::ranges::minmax(x);
   std::vector<EqualReadings> found;
@@ -200,27 +207,31 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
     if (s.length() < least) continue;
     const bool is_much = s.length() > x.size() / most_of_it;
     const std::optional<double> without = is_much ? std::optional(s.value) : std::nullopt;
+    // What is left beside it may be most of all near rest, where noise goes on as well.
+    const double beside_rest = is_much ? 0 : rest;
     Usual usual_without;
-    if (is_much) usual_without = usual_of(run, signal, rest, step, without);
+    if (is_much) usual_without = usual_of(run, signal, beside_rest, step, without);
     Usual& usual = is_much ? usual_without : usual_in_all;
     if (!is_long(s, usual.all)) continue;
     // Clipped, if anything: a driver at its limit, read to a step.
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
     // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
     const bool pause = signal == Signal::i_a && !is_much;
-    const bool turned_back = signal != Signal::e_a && !pause && driven_back.during(s);
+    const bool turned_back = signal != Signal::e_a && !pause && driven.back_during(s);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
     if (std::abs(s.value) <= rest) {
       // A current goes with the voltage also where it is small; a speed may be that of a shaft at rest.
       const bool small = signal == Signal::i_a && !pause && std::abs(s.value) > 1.5 * step;
-      if (small && sent_elsewhere && is_long(s, restlessness(x, 0, step, s.value))) found.push_back(s);
+      if (small &&
+          (sent_elsewhere || (driven.at_all(s) && lacks_noise(run, signal, s, beside_rest, drives, without, usual))))
+        found.push_back(s);
       continue;
     }
     if (at_an_end && (is_much || !jumps_after(x, s, far))) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
-    if (jump || sent_elsewhere || lacks_noise(run, signal, s, rest, drives, without, usual)) found.push_back(s);
+    if (jump || sent_elsewhere || lacks_noise(run, signal, s, beside_rest, drives, without, usual)) found.push_back(s);
   }
   return found;
 }
