@@ -101,7 +101,8 @@ std::string how_sure(const Diagnosis& d) {
       return verdict +
              (worse ? "the best other effect, " + d.id(other->score.effect) + ", leaves " +
                           error_cell(*other->held_out_error) + " noise floors"
-                    : "no other effect does as well") +
+              : d.cut ? "no other effect that was tried does as well"
+                      : "no other effect does as well") +
              judged;
     }
     case Verdict::tied:

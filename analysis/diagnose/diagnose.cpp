@@ -175,6 +175,14 @@ bool stands_in_other_steps(Road& road, WholeSearch& search, const Criterion& cri
   return true;
 }
 
+/// Of a search that was cut as well.
+/// @param steps that it had
+void tell_the_tied(Road& road, WholeSearch& search, std::uint64_t steps) {
+  constexpr std::uint64_t share = 5;
+  search.trials().go_on_by(steps / share);
+  road.found = search.with_rivals_renewed(std::move(road.found), road.first.held_out);
+}
+
 Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   if (!informative(data)) return Verdict::cannot_tell;
   if (remainder) return Verdict::unknown_effect;
@@ -243,7 +251,8 @@ Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> hel
   given.withheld.clear();
   for (const Withheld& w : d.withheld) given.withheld.push_back(w.effect);
   FittedTrials trials(data, given, criterion, options.score, options.refits);
-  trials.bound_by(most_steps(data, model, options.effort), options.ends_now);
+  const std::uint64_t most = most_steps(data, model, options.effort);
+  trials.bound_by(most, options.ends_now);
   Trial first = first_fit(trials, data, given);
   if (set_steps(*prepared, first.model())) first = first_fit(trials, data, given);
   if (auto quieter = floors_down_to_what_is_left(data, first.model())) {
@@ -279,6 +288,7 @@ Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> hel
   };
   std::optional<Calibration> last =
       keep_what_is_told(road, without, search, criterion, *prepared, {inputs, options.materiality});
+  if (trials.exhausted()) tell_the_tied(road, search, most);
   Finding& found = road.found;
   d.training_judges = trials.training_judges();
   d.cut = trials.cut();

@@ -136,8 +136,14 @@ void FittedTrials::bound_by(std::uint64_t steps, std::function<bool()> ends_now)
 }
 
 bool FittedTrials::exhausted() {
-  if (ends_now() || (data_.effort && data_.effort->steps() >= most_steps_)) cut_ = true;
-  return cut_;
+  if (ends_now() || (data_.effort && data_.effort->steps() >= most_steps_)) exhausted_ = cut_ = true;
+  return exhausted_;
+}
+
+void FittedTrials::go_on_by(std::uint64_t steps) {
+  if (!exhausted_ || !data_.effort) return;
+  most_steps_ = data_.effort->steps() + steps;
+  exhausted_ = false;
 }
 
 std::optional<Trial> FittedTrials::fit(const Model& start, const Trial* known) {

@@ -51,6 +51,9 @@ class FittedTrials final : public Trials {
   /// @param ends_now nor when this says so, which several threads ask; may be empty
   void bound_by(std::uint64_t steps, std::function<bool()> ends_now);
 
+  /// So many steps more, where that bound has been met.
+  void go_on_by(std::uint64_t steps);
+
   /// Has a bound kept anything from being tried?
   bool cut() const { return cut_; }
 
@@ -109,7 +112,7 @@ class FittedTrials final : public Trials {
   std::map<std::size_t, std::string> refused_;
   std::uint64_t most_steps_ = std::numeric_limits<std::uint64_t>::max();
   std::function<bool()> ends_now_;
-  bool cut_ = false;
+  bool exhausted_ = false, cut_ = false;
 };
 
 /// Do the data tell the size of an effect from nothing, to so many of its standard errors?
