@@ -20,6 +20,10 @@ std::string spelt_in_modelica(const std::string& text) { return renamed(spelt(te
 }  // namespace
 
 std::string modelica_model(const ExportedEquations& x) {
+  if (may_block(x)) {
+    throw ModelError("model `" + x.model +
+                     "`: a driver that lets no current flow at times is not written in Modelica. Take another format");
+  }
   const std::string input = input_name(x.input);
   std::ostringstream out;
   out << "// The motor model `" << x.model << "`, written by emtb " << version << ". SI units.\n"
@@ -38,7 +42,7 @@ std::string modelica_model(const ExportedEquations& x) {
       << "  output Real i_a;" << (x.input == Signal::e_a ? "" : " output Real e_a;") << "\nprotected\n"
       << "  Real e(start = 0), e_slewed(start = 0), resistance, output_resistance, inductance, contact_drop, "
          "contact_knee;\n"
-      << "  Real one_quadrant, lets_go, flux, reaction, reaction_knee, inertia, viscous, braking_torque, load_torque, "
+      << "  Real flux, reaction, reaction_knee, inertia, viscous, braking_torque, load_torque, "
          "dry_friction, brake, bias, t;\n"
       << "  Real u, gain, offset, e_min, e_max, rise, fall, lag;\n"
       << "  function positive\n    input Real x; output Real y;\n  algorithm\n    y := if x > 0 then 1 else 0;\n"
@@ -48,7 +52,7 @@ std::string modelica_model(const ExportedEquations& x) {
       << "  function mean_sine\n    input Real x; input Real width; output Real y;\n  algorithm\n    y := sin(x);\n"
       << "  end mean_sine;\n  constant Real h = 0 \"there are no steps\";\nalgorithm\n  t := time;\n  resistance := "
          "p_R_a;\n  output_resistance := 0;\n  inductance := 0;\n"
-      << "  contact_drop := 0;\n  contact_knee := 1;\n  one_quadrant := 0;\n  lets_go := 0;\n  flux := 1;\n  reaction "
+      << "  contact_drop := 0;\n  contact_knee := 1;\n  flux := 1;\n  reaction "
          ":= 0;\n  "
          "reaction_knee := 1;\n  inertia := p_J;\n"
       << "  viscous := p_B;\n  braking_torque := 0;\n  load_torque := 0;\n  dry_friction := 0;\n  brake := 0;\n  bias "

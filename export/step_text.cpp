@@ -28,25 +28,17 @@ List driver_of(const ExportedEquations& x) {
   return list;
 }
 
-/// Is there a driver that lets no current flow at times?
-bool may_block(const ExportedEquations& x) {
-  return std::ranges::any_of(
-      x.machine, [](const ResolvedStatement& s) { return s.term == "one_quadrant" || s.term == "lets_go"; });
-}
-
 /// The armature circuit over the step, with `conducts` 1 or 0.
 List circuit_of(const ExportedEquations& x) {
-  // Which way a driver that takes no current back lets one flow; and for how long one goes on that flows against it.
-  const std::string way = !x.both_ways ? "1"
-                                       : "positive(source) - positive(-source)"
-                                         " + (1 - positive(source) - positive(-source))*(positive(@i_a) - "
-                                         "positive(-@i_a))";
+  // Which way a driver that takes no current back lets one flow.
+  const std::string way = x.both_ways ? "positive(source) - positive(-source)" : "1";
   const std::string asked =
       x.input == Signal::u_ref ? "positive(u) + positive(-u)" : "positive(source) + positive(-source)";
   const std::string drives = x.input == Signal::i_a ? "0"
-                             : !may_block(x)        ? "1"
-                                                    : "(1 - lets_go*(1 - asked))"
-                                                      "*(1 - one_quadrant*(1 - positive(way*stopping))*(1 - against))";
+                             : !may_block(x)
+                                 ? "1"
+                                 : "(1 - lets_go*(1 - asked))"
+                                   "*(1 - one_quadrant*(1 - positive(way*driving))*(1 - positive(way*stopping)))";
   // The flux that the armature's own field leaves, for the mean current of the step.
   const std::string mean =
       x.input == Signal::i_a ? "i_a_ref" : "reacting(pushed - taken, taken, @i_a, reaction, reaction_knee)";
@@ -66,8 +58,8 @@ List circuit_of(const ExportedEquations& x) {
           {"source", "0.5*(e_start + e_end)"},
           {"way", way},
           {"asked", asked},
-          {"against", "positive(tau)*positive(-way*@i_a)"},
-          {"stopping", "source - bias - k_b*omega + holding*@i_a"},
+          {"driving", "source - bias - k_b*omega"},
+          {"stopping", "driving + holding*@i_a"},
           {"conducts", drives},
           {"drop", "conducts*drop_for(stopping, ohm + holding, contact_drop, contact_knee)"},
           {"v_start", "e_start - drop - bias - k_b*@omega"},
@@ -126,6 +118,11 @@ List without_unread(const List& list) {
 }
 
 }  // namespace
+
+bool may_block(const ExportedEquations& x) {
+  return std::ranges::any_of(
+      x.machine, [](const ResolvedStatement& s) { return s.term == "one_quadrant" || s.term == "lets_go"; });
+}
 
 std::vector<StateText> states_of(const ExportedEquations& x) {
   std::vector<StateText> states{{"t", "s", "since the start"},    {"omega", "rad/s", "speed"},

@@ -30,6 +30,9 @@ struct StepText {
   std::vector<std::string> locals;  ///< names that C declares
 };
 
+/// Is there a driver that lets no current flow at times?
+bool may_block(const ExportedEquations& x);
+
 /// What a step keeps and gives, in the order of the exported structures.
 struct StateText {
   std::string name, unit, about;

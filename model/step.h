@@ -317,7 +317,7 @@ class Machine : public Motion<Scalar> {
     // A measured voltage is the motor's own while the driver blocks, give or take noise: the driver tells.
     const bool follows_driver = structure_.input == Signal::u_ref;
     const Scalar source = (follows_driver ? Scalar(driven) : e.mean()) + user_.voltage();
-    const bool asked = follows_driver ? value_of(equations_.terms.u) != 0 : in.e_a_mean != 0 || in.e_a_end != 0;
+    const bool asked = follows_driver ? driver_.asked() != 0 : in.e_a_mean != 0 || in.e_a_end != 0;
     if (conducts && (without_pulse || blocks(structure_.driver, equations_.terms, armature_, *this, source, asked))) {
       equations_.terms.flux = full_flux_;
       solve_for(h, false);

@@ -111,7 +111,7 @@ std::string how_sure(const Diagnosis& d) {
       return verdict + error_cell(d.final_held_out) + " noise floors remain without a name" +
              (d.shown_by.empty() ? ""
                                  : ", and only " + joined(d.shown_by) + (d.shown_by.size() == 1 ? " shows" : " show") +
-                                       " it: no training run does") +
+                                       " it: training runs do not, or by far less") +
              judged;
     case Verdict::nothing_missing:
       return verdict + "what is left is noise, or too little to matter" + judged;

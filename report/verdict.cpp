@@ -161,9 +161,9 @@ std::string answer_in_words(const Diagnosis& d) {
     case Verdict::unknown_effect:
       if (!d.shown_by.empty()) {
         return (d.missing.empty() ? "" : "The model lacks " + found + ". ") +
-               "The training runs show nothing of it, but " + joined(d.shown_by) +
+               "The training runs show nothing of it, or far less, but " + joined(d.shown_by) +
                (d.shown_by.size() == 1 ? " does: " : " do: ") + floors(d.final_held_out) + " remain on " +
-               judged_on(d) + ". What acts there acts in no training run. Diagnose again with " +
+               judged_on(d) + ". What acts there hardly acts in a training run. Diagnose again with " +
                (d.shown_by.size() == 1 ? "that run" : "one of those runs") + " among the training runs.";
       }
       return d.missing.empty()

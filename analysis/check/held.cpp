@@ -192,8 +192,24 @@ bool lacks_noise(const Run& run, Signal signal, const EqualReadings& s, double r
   return usual.undriven->noisy && is_long(s, *usual.undriven);
 }
 
+/// Stretches in which a signal stands still.
+struct Frozen {
+  std::vector<EqualReadings> sure;      ///< while it should change
+  std::vector<EqualReadings> doubtful;  ///< for long: it may be how the sensor is where the load or the driver holds it
+};
+
+/// A current that is small may be the offset of a sensor that is silent at rest.
+bool may_be_offset(const Run& run, Signal signal, const EqualReadings& s, double step, const Driven& driven) {
+  if (signal != Signal::i_a || std::abs(s.value) <= 1.5 * step || !driven.at_all(s)) return true;
+  if (run.has(Signal::armature_open)) return true;
+  if (!run.has(Signal::omega) || is_sparse(run, Signal::omega)) return false;
+  constexpr double turns = 0.05;  // of the highest speed
+  const Series &own = run.at(signal), &omega = run.at(Signal::omega);
+  return std::abs(mean_of(omega, own.t[s.begin], own.t[s.end - 1])) < turns * size_of(omega.value);
+}
+
 /// The stretches of a speed, current, voltage or torque in which it stands still while it should change.
-std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
+Frozen frozen(const Run& run, Signal signal) {
   const Series& series = run.at(signal);
   const std::span<const double> x = series.value;
   const double step = step_of(series), far = far_change(x, step), rest = std::max(3 * step, 0.05 * size_of(x));
@@ -201,11 +217,12 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
   const Driven driven(run, series);
   Usual usual_in_all = usual_of(run, signal, rest, step);
   const auto [low, high] = std::ranges::minmax(x);
-  std::vector<EqualReadings> found;
+  const bool goes_with_drive = signal == Signal::omega || signal == Signal::i_a;  // a load's torque does not
+  Frozen found;
   for (const EqualReadings& s : equal_readings(x)) {
     constexpr std::size_t least = 20, most_of_it = 10;  // readings; of so many, it would be its own measure
     if (s.length() < least) continue;
-    const bool is_much = s.length() > x.size() / most_of_it;
+    const bool is_much = s.length() > x.size() / most_of_it, small = std::abs(s.value) <= rest;
     const std::optional<double> without = is_much ? std::optional(s.value) : std::nullopt;
     // What is left beside it may be most of all near rest, where noise goes on as well.
     const double beside_rest = is_much ? 0 : rest;
@@ -213,25 +230,22 @@ std::vector<EqualReadings> frozen(const Run& run, Signal signal) {
     if (is_much) usual_without = usual_of(run, signal, beside_rest, step, without);
     Usual& usual = is_much ? usual_without : usual_in_all;
     if (!is_long(s, usual.all)) continue;
+    if (small && (!is_much || may_be_offset(run, signal, s, step, driven))) continue;
     // Clipped, if anything: a driver at its limit, read to a step.
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
-    // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
-    const bool pause = signal == Signal::i_a && !is_much;
-    const bool turned_back = signal != Signal::e_a && !pause && driven.back_during(s);
+    if (!small && at_an_end && (is_much || !jumps_after(x, s, far))) continue;
+    const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
-                                    : turned_back || others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
-    if (std::abs(s.value) <= rest) {
-      // A current goes with the voltage also where it is small; a speed may be that of a shaft at rest.
-      const bool small = signal == Signal::i_a && !pause && std::abs(s.value) > 1.5 * step;
-      if (small &&
-          (sent_elsewhere || (driven.at_all(s) && lacks_noise(run, signal, s, beside_rest, drives, without, usual))))
-        found.push_back(s);
-      continue;
+                                    : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
+    const bool silent = lacks_noise(run, signal, s, beside_rest, drives, without, usual);
+    // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
+    const bool pause = signal == Signal::i_a && !is_much;
+    if (!small && (jump || sent_elsewhere || (silent && !is_much))) {
+      found.sure.push_back(s);
+    } else if (silent || sent_elsewhere || (goes_with_drive && !pause && driven.back_during(s))) {
+      found.doubtful.push_back(s);
     }
-    if (at_an_end && (is_much || !jumps_after(x, s, far))) continue;
-    const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
-    if (jump || sent_elsewhere || lacks_noise(run, signal, s, beside_rest, drives, without, usual)) found.push_back(s);
   }
   return found;
 }
@@ -247,19 +261,26 @@ std::vector<EqualReadings> frozen_angles(const Run& run) {
   return found;
 }
 
+std::string stays_in_words(Signal signal, const EqualReadings& longest, std::size_t times) {
+  return name_of(signal) + " stays at " + short_number(longest.value) + " " + std::string(info(signal).unit) + " for " +
+         std::to_string(longest.length()) + " readings" +
+         (times > 1 ? ", the longest of " + std::to_string(times) + " times" : "");
+}
+
 void find_frozen(const Run& run, Signal signal, DataFindings& findings) {
   const Series& series = run.at(signal);
   if (step_of(series) == 0) return;
-  const std::vector<EqualReadings> found = signal == Signal::theta ? frozen_angles(run) : frozen(run, signal);
-  if (found.empty()) return;
-  const EqualReadings longest = *std::ranges::max_element(found, {}, &EqualReadings::length);
+  const Frozen found = signal == Signal::theta ? Frozen{frozen_angles(run), {}} : frozen(run, signal);
+  const bool sure = !found.sure.empty();
+  const std::vector<EqualReadings>& all = sure ? found.sure : found.doubtful;
+  if (all.empty()) return;
+  const EqualReadings longest = *std::ranges::max_element(all, {}, &EqualReadings::length);
   findings.push_back({run.name, signal, Flaw::held, series.t[longest.begin], series.t[longest.end - 1],
-                      name_of(signal) + " stays at " + short_number(longest.value) + " " +
-                          std::string(info(signal).unit) + " for " + std::to_string(longest.length()) +
-                          " readings while it should change" +
-                          (found.size() > 1 ? ", the longest of " + std::to_string(found.size()) + " times" : "") +
-                          ": leave the span out, or empty those cells",
-                      true});
+                      stays_in_words(signal, longest, all.size()) +
+                          (sure ? " while it should change: leave the span out, or empty those cells"
+                                : ", which no other reading does: if the sensor or the logger stood still, leave the "
+                                  "span out"),
+                      sure});
 }
 
 /// A signal that is written more often than it is updated changes by whole steps at every k-th row.

@@ -62,7 +62,7 @@ struct Diagnosis {
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   bool cut = false;                        ///< a bound on the search kept something from being tried
   std::vector<std::string> shown_by;    ///< held-out runs that alone show what is left, those that show most first: of
-                                        ///< no training run anything is
+                                        ///< training runs nothing is, or by far less
   std::vector<std::string> fitted_too;  ///< runs that were named as held out and alone showed what the model lacks:
                                         ///< they were then taken among the training runs, and judge no longer
   std::vector<Proposal> next;           ///< where effects tie: experiments that would tell them apart, best first

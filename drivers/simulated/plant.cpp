@@ -56,7 +56,8 @@ Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
   const auto& driver = p_.driver;
   target_ = settled_voltage(0, driver, p_.laws);
   state_.e = state_.lag_1 = state_.lag_2 = std::clamp(0.0, driver.min, driver.max);
-  state_.i = inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, 0), state_.e, 0);
+  state_.i =
+      inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, 0), mean_output(state_, state_.e), 0);
 }
 
 void Plant::become(const PlantParameters& parameters) {
@@ -226,14 +227,16 @@ void Plant::set_load(const LoadParameters& load) {
 
 void Plant::open_armature(bool open) noexcept {
   open_ = open;
-  state_.i = open || inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, time_), state_.e, 0);
+  state_.i = open || inductance_ > 0
+                 ? 0
+                 : armature_current(driving_voltage(state_, state_.e, time_), mean_output(state_, state_.e), 0);
 }
 
 double Plant::e_a() const noexcept { return at_terminals(state_, state_.e, time_, state_.i); }
 
 double Plant::at_terminals(const State& x, double e, double t, double i) const noexcept {
   const double driving = driving_voltage(x, e, t);
-  if (blocks(driving, e, i)) return back_emf(x);
+  if (blocks(driving, mean_output(x, e), i)) return back_emf(x);
   return output(x, e, t) - withheld(driving, i) - p_.driver.output_resistance * i;
 }
 
@@ -303,7 +306,7 @@ double Plant::gauge() const noexcept {
 
 /// The driver's output at an instant, before its resistance.
 double Plant::output(const State& x, double e, double t) const noexcept {
-  const double mean = lag_2_ > 0 ? x.lag_2 : lag_1_ > 0 ? x.lag_1 : e;
+  const double mean = mean_output(x, e);
   if (p_.driver.chop_period > 0) return chopped(mean, back_emf(x), p_.driver, p_.laws);
   const double rise = p_.driver.conduction_rise > 0 && mean > 0 ? conduction_rise(x.past, p_.driver, p_.laws) : 0;
   return wave(mean, t) + rise;
@@ -321,20 +324,20 @@ double Plant::wave(double e, double t) const noexcept {
   return phase < fires ? 0 : driver.crest * std::sin(phase);
 }
 
-/// Which way the driver lets a current flow: 1 or -1; asked for nothing, it flows on as it did, 0 where it does not.
-double Plant::way(double e, double i) const noexcept {
-  if (one_way_) return 1;
-  const double of = e != 0 ? e : i;
-  return of > 0 ? 1 : of < 0 ? -1 : 0;
+/// The driver's mean output, after its lag.
+double Plant::mean_output(const State& x, double e) const noexcept {
+  return lag_2_ > 0 ? x.lag_2 : lag_1_ > 0 ? x.lag_1 : e;
 }
 
 bool Plant::lets_go() const noexcept { return open_ || (p_.driver.coasts && target_ == 0); }
 
-bool Plant::blocks(double driving, double e, double i) const noexcept {
+/// What flows its way already goes on until it is gone; what flows against it dies at once, against the supply.
+/// @param mean [V] output
+bool Plant::blocks(double driving, double mean, double i) const noexcept {
   if (lets_go()) return true;
   if (!takes_none_back_) return false;
-  const double way = this->way(e, i);
-  return way == 0 || (way * driving < 0 && way * i <= 0);
+  const double way = one_way_ || mean > 0 ? 1 : mean < 0 ? -1 : 0;
+  return way * driving <= 0 && way * i <= 0;
 }
 
 double Plant::driver_after(double e, double dt) const noexcept {
@@ -359,8 +362,8 @@ double Plant::driving_voltage(const State& x, double e, double t) const noexcept
 }
 
 /// Solves R i + V_b contact(i/i_b) = voltage.
-double Plant::armature_current(double voltage, double e, double guess) const noexcept {
-  if (blocks(voltage, e, 0)) return 0;
+double Plant::armature_current(double voltage, double mean, double guess) const noexcept {
+  if (blocks(voltage, mean, 0)) return 0;
   const double drop = p_.motor.brush_drop;
   if (drop == 0) return let_through(voltage / resistance_, p_.driver, p_.laws);
   // For positive current the left side is concave, so Newton's steps from below the root stay below it and cannot
@@ -426,13 +429,13 @@ Plant::State Plant::slope(const State& x, double e, double t, const Grip& grip, 
   const auto& [motor, shaft] = std::tie(p_.motor, p_.shaft);
   State rate;
   const double driving = driving_voltage(x, e, t);
-  if (inductance_ > 0 && blocks(driving, e, x.i)) {
+  if (inductance_ > 0 && blocks(driving, mean_output(x, e), x.i)) {
     i = 0;
   } else if (inductance_ > 0) {
     i = x.i;
     rate.i = (driving - resistance_ * i - brush_drop(i) - withheld(driving, i)) / inductance_;
   } else {
-    i = armature_current(driving, e, i);
+    i = armature_current(driving, mean_output(x, e), i);
   }
   if (!grip.stuck) {
     rate.omega = (torque_without_friction(x, i, t) - held(grip, x.omega)) / inertia_;
@@ -479,12 +482,12 @@ Plant::State Plant::integrate(const State& from, double dt, const Grip& grip) co
   each([&](auto m) { to.*m += dt / 6 * (a.*m + 2 * (b.*m + c.*m) + d.*m); });
   to.e = e_end;
   if (inductance_ == 0) {
-    to.i = armature_current(driving_voltage(to, e_end, time_ + dt), e_end, i);
+    to.i = armature_current(driving_voltage(to, e_end, time_ + dt), mean_output(to, e_end), i);
   } else {
-    const double most = p_.driver.current_limit, way = takes_none_back_ ? this->way(e_end, from.i) : 0;
-    const bool flows_against = way * from.i < 0;  // until that has gone
-    const double turns = flows_against || way == 0 ? most : 0;
-    to.i = lets_go() ? 0 : std::clamp(to.i, way > 0 ? -turns : -most, way < 0 ? turns : most);
+    const double driving = driving_voltage(to, e_end, time_ + dt);
+    to.i = blocks(driving, mean_output(to, e_end), to.i)
+               ? 0
+               : std::clamp(to.i, -p_.driver.current_limit, p_.driver.current_limit);
   }
   return to;
 }

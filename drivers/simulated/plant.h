@@ -95,15 +95,15 @@ class Plant {
   double driver_after(double e, double dt) const noexcept;
   double output(const State& x, double e, double t) const noexcept;
   double wave(double e, double t) const noexcept;
-  double way(double e, double i) const noexcept;
+  double mean_output(const State& x, double e) const noexcept;
   bool lets_go() const noexcept;
-  bool blocks(double driving, double e, double i) const noexcept;
+  bool blocks(double driving, double mean, double i) const noexcept;
   double withheld(double driving, double i) const noexcept;
   double at_terminals(const State& x, double e, double t, double i) const noexcept;
   double read_current(double i, double e_a) const noexcept;
   double brush_drop(double i) const noexcept;
   double flux(double past) const noexcept;
-  double armature_current(double voltage, double e, double guess) const noexcept;
+  double armature_current(double voltage, double mean, double guess) const noexcept;
   double back_emf(const State& x) const noexcept;  // [V]
   double driving_voltage(const State& x, double e, double t) const noexcept;
   double load_torque(double omega, double theta) const noexcept;

@@ -81,6 +81,9 @@ class Driver {
     return mean - terms.lag * (voltage_ - before) / h;
   }
 
+  /// [V] The reference that it has seen at the end of the last step, but for its dead zone.
+  double asked() const { return asked_; }
+
   /// [V] at the end of the last step, before its load takes a part.
   const Scalar& voltage() const { return voltage_; }
 
@@ -118,6 +121,7 @@ class Driver {
     terms.u = Scalar(u_ref);
     equations.middle.u_ref = u_ref;
     effects_.apply(equations.middle, equations);
+    asked_ = value_of(terms.u);
     return clamped(terms.gain * terms.u + terms.offset, terms.min, terms.max);
   }
 
@@ -162,6 +166,7 @@ class Driver {
   Scalar target_{};                 ///< [V] that it moves to,
   std::optional<double> aims_for_;  ///< [V] at this reference; it is the same as long as that stays
   double moved_for_ = 0;
+  double asked_ = 0;
 
   struct Change {
     double t, u_ref;

@@ -19,7 +19,7 @@ Scalar first_current(const ModelStructure& structure, const Equations<Scalar>& e
   const Scalar back_emf = equations.p[base::K_b] * omega;
   const Scalar e = structure.measured_voltage ? Scalar(in.e_a_end) : driver.chopped_voltage(equations.terms, back_emf);
   const Scalar current = (e - back_emf) / equations.p[base::R_a];
-  const double way = way_of_current(structure.driver, value_of(e), 0);
+  const int way = way_of_current(structure.driver, value_of(e));
   const bool blocked = in.armature_open || (equations.terms.lets_go && value_of(e) == 0) ||
                        (equations.terms.one_quadrant && way * value_of(current) <= 0);
   const Scalar& limit = equations.terms.current_limit;

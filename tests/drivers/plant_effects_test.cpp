@@ -139,6 +139,27 @@ TEST(Driver, OneThatTakesNoneBackDoesSoBothWays) {
   }
 }
 
+TEST(Driver, WhatFlowsAgainstOneThatTakesNoneBackDiesAtOnce) {
+  for (const double L_a : {0.0, 2e-3}) {
+    for (const double then : {0.3, 0.0}) {
+      PlantParameters p = servo();
+      p.motor.L_a = L_a;
+      p.driver.one_quadrant = true;
+      Plant plant(p);
+      run(plant, 0.5, 5);
+      run(plant, 0.01, -5);
+      ASSERT_LT(plant.i_a(), -1) << "it plugs";
+      const double before = plant.omega();
+      plant.advance(2 * tick, then);
+      for (int n = 0; n < 200; ++n) {
+        plant.advance(tick, then);
+        ASSERT_GE(plant.i_a(), 0) << "L_a " << L_a;
+      }
+      EXPECT_GT(plant.omega(), 0.9 * before) << "it coasts, L_a " << L_a;
+    }
+  }
+}
+
 TEST(Driver, OneThatLetsGoAtZeroBrakesElsewhere) {
   for (const double L_a : {0.0, 2e-3}) {
     PlantParameters p = servo();

@@ -55,6 +55,20 @@ TEST(Step, ADriverThatTakesNoneBackDoesSoBothWays) {
   }
 }
 
+TEST(Step, WhatFlowsAgainstADriverThatTakesNoneBackDiesAtOnce) {
+  for (const double L_a : {0.0, 2e-3}) {
+    ModelStructure s = with({"one_quadrant_driver", "armature_inductance"});
+    s.driver = {.gain = 10, .min = -100, .max = 100};
+    // Driven, reversed for an instant, which brakes by the current of both voltages, and asked for a little or nothing.
+    for (const double then : {0.3, 0.0}) {
+      const Trajectory<double> y = run(s, and_(servo, {L_a}), holds(1e-3, {{0.3, 1}, {0.01, -1}, {0.3, then}}));
+      ASSERT_LT(y.i_a[308], -1) << "L_a " << L_a;
+      for (std::size_t k = 312; k < 610; ++k) ASSERT_GE(y.i_a[k], 0) << "at " << k << " ms, L_a " << L_a;
+      EXPECT_GT(y.omega[609], 0.9 * std::min(y.omega[312], y.omega[299])) << "it coasts, L_a " << L_a;
+    }
+  }
+}
+
 TEST(Step, ADriverThatLetsGoAtZeroBrakesElsewhere) {
   for (const Signal input : {Signal::u_ref, Signal::e_a}) {
     ModelStructure s = with({"coasting_driver"}, input);
