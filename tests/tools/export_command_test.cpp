@@ -134,6 +134,17 @@ TEST_F(ExportCommand, EachEffectInCMovesAsSimulateSays) {
   }
 }
 
+TEST_F(ExportCommand, ADriverThatTakesNoneBackMovesBothWaysAsSimulateSays) {
+  const Model desk = read_model(EMTB_SOURCE_DIR "/config/models/desk.yaml");
+  const Model none_back = with(desk, "one_quadrant_driver");
+  for (const Model& machine : {none_back, with(none_back, "armature_inductance"), with(desk, "coasting_driver")}) {
+    const std::string model = saved(machine);
+    const Motion m = simulated(model, "desk_random", "1000");
+    ASSERT_EQ(call({"export-model", model, "--to", "c", "--out", path("motor.h")}), 0) << last->err();
+    agree(m, by_the_compiler(m), like_the_model, std::to_string(machine.effects.size()) + " effects");
+  }
+}
+
 TEST_F(ExportCommand, AModelWithManyEffectsMovesAsSimulateSaysInCAndInOctave) {
   Model all = linear_model();
   for (const char* id : {"driver_dead_zone", "driver_lag", "armature_inductance", "brush_drop", "armature_reaction",
