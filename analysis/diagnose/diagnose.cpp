@@ -190,6 +190,11 @@ Verdict verdict_of(const Diagnosis& d, const Dataset& data, bool remainder) {
   return d.missing.empty() ? Verdict::nothing_missing : Verdict::found;
 }
 
+void say_which_runs_show_it(Diagnosis& d, const FittedTrials& trials, const Road& road) {
+  d.shown_by = trials.runs_that_alone_show_a_remainder(road.found.current);
+  d.shown_at_first = trials.runs_that_alone_show_a_remainder(road.first);
+}
+
 Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                             const DiagnoseOptions& options);
 
@@ -211,21 +216,50 @@ std::string_view word(Verdict verdict) noexcept {
   return "cannot_tell";
 }
 
+namespace {
+
+/// Runs that were named, of which some held-out ones are fitted as well.
+struct Fitted {
+  std::vector<Run> train, held_out;
+  std::vector<std::string> too;
+
+  /// @return whether it was held out until now
+  bool take(const std::string& name) {
+    const auto run = std::ranges::find(held_out, name, &Run::name);
+    if (run == held_out.end()) return false;
+    too.push_back(run->name);
+    train.push_back(std::move(*run));
+    held_out.erase(run);
+    return true;
+  }
+};
+
+/// Does an answer for the same runs, of which one more was fitted, leave half as much at the most, or give all a name?
+bool explains_more(const Diagnosis& with, const Diagnosis& without) {
+  constexpr double half = 0.5;
+  const auto left = [](const Diagnosis& d) { return std::max(d.final_train, d.final_held_out); };
+  return left(with) < half * left(without) || with.verdict == Verdict::found || with.verdict == Verdict::tied;
+}
+
+}  // namespace
+
 Diagnosis diagnose(std::span<const Run> train, std::span<const Run> held_out, const Model& model,
                    const DiagnoseOptions& options) {
   Diagnosis d = diagnose_as_named(train, held_out, model, options);
-  if (d.shown_by.empty() || options.keep_held_out) return d;
-  std::vector<Run> fitted(train.begin(), train.end()), unseen(held_out.begin(), held_out.end());
-  std::vector<std::string> fitted_too;
-  while (!d.shown_by.empty() && !(options.ends_now && options.ends_now())) {
-    const auto shows_most = std::ranges::find(unseen, d.shown_by.front(), &Run::name);
-    if (shows_most == unseen.end()) break;
-    fitted_too.push_back(shows_most->name);
-    fitted.push_back(std::move(*shows_most));
-    unseen.erase(shows_most);
-    d = diagnose_as_named(fitted, unseen, model, options);
+  if (options.keep_held_out || (d.shown_by.empty() && d.shown_at_first.empty())) return d;
+  const auto time_is_up = [&] { return options.ends_now && options.ends_now(); };
+  Fitted runs{{train.begin(), train.end()}, {held_out.begin(), held_out.end()}, {}};
+  if (d.shown_by.empty() && d.verdict == Verdict::unknown_effect && !time_is_up() &&
+      runs.take(d.shown_at_first.front())) {
+    // What no training run shows cannot be told from what they leave: it may have bent what was found.
+    Diagnosis with = diagnose_as_named(runs.train, runs.held_out, model, options);
+    if (time_is_up() || !explains_more(with, d)) return d;
+    d = std::move(with);
   }
-  d.fitted_too = std::move(fitted_too);
+  while (!d.shown_by.empty() && !time_is_up() && runs.take(d.shown_by.front())) {
+    d = diagnose_as_named(runs.train, runs.held_out, model, options);
+  }
+  d.fitted_too = std::move(runs.too);
   return d;
 }
 
@@ -304,7 +338,7 @@ Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> hel
   const bool is_refused_law = leaves_a_share(left, inputs, options.materiality) &&
                               is_of_a_refused_law(found.candidates, found.current.held_out_error());
   d.verdict = verdict_of(d, data, is_refused_law || worth_a_name(data, d.final, left, inputs, options.materiality));
-  if (d.verdict == Verdict::unknown_effect) d.shown_by = trials.runs_that_alone_show_a_remainder(found.current);
+  if (d.verdict == Verdict::unknown_effect) say_which_runs_show_it(d, trials, road);
   d.candidates = std::move(found.candidates);
   d.steps = std::move(found.steps);
   progress(1, "done");

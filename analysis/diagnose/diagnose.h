@@ -61,11 +61,12 @@ struct Diagnosis {
   bool training_judges = false;            ///< beside the held-out runs, each training run was held out in turn
   bool judged_on_training = false;         ///< a single run: nothing could be held out
   bool cut = false;                        ///< a bound on the search kept something from being tried
-  std::vector<std::string> shown_by;    ///< held-out runs that alone show what is left, those that show most first: of
-                                        ///< training runs nothing is, or by far less
-  std::vector<std::string> fitted_too;  ///< runs that were named as held out and alone showed what the model lacks:
-                                        ///< they were then taken among the training runs, and judge no longer
-  std::vector<Proposal> next;           ///< where effects tie: experiments that would tell them apart, best first
+  std::vector<std::string> shown_by;  ///< held-out runs that alone show what is left, those that show most first: of
+                                      ///< training runs nothing is, or by far less
+  std::vector<std::string> shown_at_first;  ///< the same of the model as given
+  std::vector<std::string> fitted_too;      ///< runs that were named as held out and alone showed what the model lacks:
+                                            ///< they were then taken among the training runs, and judge no longer
+  std::vector<Proposal> next;               ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
 
   /// What is known of an effect that the diagnosis names by its number.
