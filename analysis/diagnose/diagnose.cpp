@@ -234,11 +234,11 @@ struct Fitted {
   }
 };
 
-/// Does an answer for the same runs, of which one more was fitted, leave half as much at the most, or give all a name?
+/// Does an answer for the same runs, of which one more was fitted, leave clearly less, or give all a name?
 bool explains_more(const Diagnosis& with, const Diagnosis& without) {
-  constexpr double half = 0.5;
+  constexpr double clearly = 0.75;  // times as much
   const auto left = [](const Diagnosis& d) { return std::max(d.final_train, d.final_held_out); };
-  return left(with) < half * left(without) || with.verdict == Verdict::found || with.verdict == Verdict::tied;
+  return left(with) < clearly * left(without) || with.verdict == Verdict::found || with.verdict == Verdict::tied;
 }
 
 }  // namespace
