@@ -230,20 +230,24 @@ Frozen frozen(const Run& run, Signal signal) {
     if (is_much) usual_without = usual_of(run, signal, beside_rest, step, without);
     Usual& usual = is_much ? usual_without : usual_in_all;
     if (!is_long(s, usual.all)) continue;
+    // Held against the rest alone it may be a setpoint that a controller keeps.
+    const bool sure = !small && is_long(s, usual_in_all.all);
     if (small && (!is_much || may_be_offset(run, signal, s, step, driven))) continue;
     // Clipped, if anything: a driver at its limit, read to a step.
     const bool at_an_end = s.value - low < 1.5 * step || high - s.value < 1.5 * step;
-    if (!small && at_an_end && (is_much || !jumps_after(x, s, far))) continue;
+    if (!small && at_an_end && !(sure && jumps_after(x, s, far))) continue;
     const bool jump = jumps_after(x, s, far) && !drives.change(series.t[s.end - 1], series.t[s.end]);
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
-    const bool silent = lacks_noise(run, signal, s, beside_rest, drives, without, usual);
+    const bool silent = sure ? lacks_noise(run, signal, s, rest, drives, std::nullopt, usual_in_all)
+                             : lacks_noise(run, signal, s, beside_rest, drives, without, usual);
     // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
     const bool pause = signal == Signal::i_a && !is_much;
-    if (!small && (jump || sent_elsewhere || (silent && !is_much))) {
+    const bool turned_back = goes_with_drive && !pause && driven.back_during(s);
+    if (sure && (jump || sent_elsewhere || silent)) {
       found.sure.push_back(s);
-    } else if (silent || sent_elsewhere || (goes_with_drive && !pause && driven.back_during(s))) {
+    } else if (jump || sent_elsewhere || silent || turned_back) {
       found.doubtful.push_back(s);
     }
   }

@@ -50,5 +50,21 @@ TEST(Held, IsNotACurrentThatStaysWhereAControllerRests) {
   EXPECT_THAT(check(std::vector{run}, {}, nullptr), Not(Contains(IsAHeldCurrent())));
 }
 
+TEST(Held, IsNoSpeedThatAControllerKeepsUnderALoadThatGrows) {
+  emtb::Run run;
+  run.name = "setpoint";
+  synthetic::Noise noise(5);
+  Series &reference = run.signals[Signal::u_ref], &current = run.signals[Signal::i_a],
+         &speed = run.signals[Signal::omega];
+  for (int k = 0; k < 600; ++k) {
+    const double load = k < 150 ? 0.5 : 0.5 + 0.01 * (k - 150), turning = std::min(50.0, 0.5 * std::max(0, k - 20));
+    for (Series* s : {&reference, &current, &speed}) s->t.push_back(5e-3 * k);
+    current.value.push_back(load + noise(0.02));
+    reference.value.push_back(0.1 * turning + current.value.back());
+    speed.value.push_back(std::round(turning));
+  }
+  EXPECT_FALSE(stops(check(std::vector{run}, {}, nullptr))) << "it may be the sensor's, and is remarked";
+}
+
 }  // namespace
 }  // namespace emtb
