@@ -88,9 +88,6 @@ void refuse_unwritten(const Model& model) {
                    ". Take it out of the model, or linearise about a speed: --linear --at RAD_S");
 }
 
-/// What a driver does to the circuit, whichever voltage drives the motor.
-bool is_of_circuit(const Statement& s) { return s.term == "one_quadrant" || s.term == "lets_go"; }
-
 void add_driver(ExportedEquations& out, const Model& model) {
   if (model.input != Signal::u_ref) return;
   const DriverModel d = model.driver.value_or(DriverModel{});
@@ -110,6 +107,8 @@ std::string in_a_comment(std::string name) {
 }  // namespace
 
 std::span<const WrittenEffect> written_effects() noexcept { return written; }
+
+bool blocks_circuit(std::string_view term) noexcept { return term == "one_quadrant" || term == "lets_go"; }
 
 ExportedEquations equations_of(const Model& model) {
   refuse_unwritten(model);
@@ -139,7 +138,7 @@ ExportedEquations equations_of(const Model& model) {
                                 values[place], e.parameters[i].std_error.value_or(0)});
     }
     for (const Statement& s : std::ranges::find(written, info.id, &WrittenEffect::id)->statements) {
-      auto& part = info.stage == Stage::driver && !is_of_circuit(s) ? out.driver : out.machine;
+      auto& part = info.stage == Stage::driver && !blocks_circuit(s.term) ? out.driver : out.machine;
       part.push_back({std::string(s.term), with_prefix(s.value, prefix)});
     }
   }

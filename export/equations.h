@@ -26,6 +26,9 @@ struct WrittenEffect {
 /// All effects that can be written in a few statements.
 std::span<const WrittenEffect> written_effects() noexcept;
 
+/// Does a term let no current flow at times? A driver does that to the circuit, whichever voltage drives the motor.
+bool blocks_circuit(std::string_view term) noexcept;
+
 /// A parameter of exported text.
 struct ExportedParameter {
   std::string name;  ///< `R_a`, `coulomb_friction_T_c`: an identifier in every language

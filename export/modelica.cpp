@@ -52,8 +52,7 @@ std::string modelica_model(const ExportedEquations& x) {
       << "  function mean_sine\n    input Real x; input Real width; output Real y;\n  algorithm\n    y := sin(x);\n"
       << "  end mean_sine;\n  constant Real h = 0 \"there are no steps\";\nalgorithm\n  t := time;\n  resistance := "
          "p_R_a;\n  output_resistance := 0;\n  inductance := 0;\n"
-      << "  contact_drop := 0;\n  contact_knee := 1;\n  flux := 1;\n  reaction "
-         ":= 0;\n  "
+      << "  contact_drop := 0;\n  contact_knee := 1;\n  flux := 1;\n  reaction := 0;\n  "
          "reaction_knee := 1;\n  inertia := p_J;\n"
       << "  viscous := p_B;\n  braking_torque := 0;\n  load_torque := 0;\n  dry_friction := 0;\n  brake := 0;\n  bias "
          ":= 0;\n";

@@ -120,8 +120,7 @@ List without_unread(const List& list) {
 }  // namespace
 
 bool may_block(const ExportedEquations& x) {
-  return std::ranges::any_of(
-      x.machine, [](const ResolvedStatement& s) { return s.term == "one_quadrant" || s.term == "lets_go"; });
+  return std::ranges::any_of(x.machine, [](const ResolvedStatement& s) { return blocks_circuit(s.term); });
 }
 
 std::vector<StateText> states_of(const ExportedEquations& x) {

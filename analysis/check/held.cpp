@@ -166,21 +166,21 @@ bool is_long(const EqualReadings& s, const Restlessness& usual) {
 
 /// How restless a signal is where it is off rest.
 struct Usual {
+  double rest = 0;
+  std::optional<double> without;  ///< readings of this value are left out
   Restlessness all, own;
   std::optional<Restlessness> undriven;  ///< told where it is asked; of a voltage it is its own
 };
 
-/// @param without readings of this value are left out
 Usual usual_of(const Run& run, Signal signal, double rest, double step, std::optional<double> without = {}) {
-  Usual usual{restlessness(run.at(signal).value, rest, step, without), own_restlessness(run, signal, rest, without),
-              std::nullopt};
+  Usual usual{rest, without, restlessness(run.at(signal).value, rest, step, without),
+              own_restlessness(run, signal, rest, without), std::nullopt};
   if (signal == Signal::e_a) usual.undriven = usual.own;
   return usual;
 }
 
 /// Whether it does without the noise that it has by itself.
-bool lacks_noise(const Run& run, Signal signal, const EqualReadings& s, double rest, const Drives& drives,
-                 std::optional<double> without, Usual& usual) {
+bool lacks_noise(const Run& run, Signal signal, const EqualReadings& s, const Drives& drives, Usual& usual) {
   if (!usual.own.noisy || !is_long(s, usual.own)) return false;
   if (signal == Signal::e_a) {
     constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
@@ -188,7 +188,7 @@ bool lacks_noise(const Run& run, Signal signal, const EqualReadings& s, double r
     const Series& series = run.at(signal);
     if (!drives.change(series.t[s.begin + edge], series.t[s.end - 1 - edge])) return false;
   }
-  if (!usual.undriven) usual.undriven = undriven_restlessness(run, signal, rest, without);
+  if (!usual.undriven) usual.undriven = undriven_restlessness(run, signal, usual.rest, usual.without);
   return usual.undriven->noisy && is_long(s, *usual.undriven);
 }
 
@@ -223,12 +223,10 @@ Frozen frozen(const Run& run, Signal signal) {
     constexpr std::size_t least = 20, most_of_it = 10;  // readings; of so many, it would be its own measure
     if (s.length() < least) continue;
     const bool is_much = s.length() > x.size() / most_of_it, small = std::abs(s.value) <= rest;
-    const std::optional<double> without = is_much ? std::optional(s.value) : std::nullopt;
     // What is left beside it may be most of all near rest, where noise goes on as well.
-    const double beside_rest = is_much ? 0 : rest;
-    Usual usual_without;
-    if (is_much) usual_without = usual_of(run, signal, beside_rest, step, without);
-    Usual& usual = is_much ? usual_without : usual_in_all;
+    Usual usual_beside;
+    if (is_much) usual_beside = usual_of(run, signal, 0, step, s.value);
+    Usual& usual = is_much ? usual_beside : usual_in_all;
     if (!is_long(s, usual.all)) continue;
     // Held against the rest alone it may be a setpoint that a controller keeps.
     const bool sure = !small && is_long(s, usual_in_all.all);
@@ -240,14 +238,13 @@ Frozen frozen(const Run& run, Signal signal) {
     const bool sent_elsewhere = signal == Signal::e_a
                                     ? reference_moves(run, s)
                                     : others_move(run, signal, series.t[s.begin], series.t[s.end - 1]);
-    const bool silent = sure ? lacks_noise(run, signal, s, rest, drives, std::nullopt, usual_in_all)
-                             : lacks_noise(run, signal, s, beside_rest, drives, without, usual);
+    const bool contradicted =
+        jump || sent_elsewhere || lacks_noise(run, signal, s, drives, sure ? usual_in_all : usual);
     // A circuit that is opened for a pause has an offset of its own, whatever the driver is asked for.
     const bool pause = signal == Signal::i_a && !is_much;
-    const bool turned_back = goes_with_drive && !pause && driven.back_during(s);
-    if (sure && (jump || sent_elsewhere || silent)) {
+    if (sure && contradicted) {
       found.sure.push_back(s);
-    } else if (jump || sent_elsewhere || silent || turned_back) {
+    } else if (contradicted || (goes_with_drive && !pause && driven.back_during(s))) {
       found.doubtful.push_back(s);
     }
   }

@@ -9,10 +9,15 @@
 namespace emtb::simulated {
 namespace {
 
+PlantParameters with_inductance(double L_a) {
+  PlantParameters p = servo();
+  p.motor.L_a = L_a;
+  return p;
+}
+
 TEST(Driver, OneThatTakesNoneBackDoesSoBothWays) {
   for (const double L_a : {0.0, 2e-3}) {
-    PlantParameters p = servo();
-    p.motor.L_a = L_a;
+    PlantParameters p = with_inductance(L_a);
     p.driver.one_quadrant = true;
     Plant plant(p);
     run(plant, 0.5, -5);
@@ -33,8 +38,7 @@ TEST(Driver, OneThatTakesNoneBackDoesSoBothWays) {
 TEST(Driver, WhatFlowsAgainstOneThatTakesNoneBackDiesAtOnce) {
   for (const double L_a : {0.0, 2e-3}) {
     for (const double then : {0.3, 0.0}) {
-      PlantParameters p = servo();
-      p.motor.L_a = L_a;
+      PlantParameters p = with_inductance(L_a);
       p.driver.one_quadrant = true;
       Plant plant(p);
       run(plant, 0.5, 5);
@@ -53,8 +57,7 @@ TEST(Driver, WhatFlowsAgainstOneThatTakesNoneBackDiesAtOnce) {
 
 TEST(Driver, OneThatLetsGoAtZeroBrakesElsewhere) {
   for (const double L_a : {0.0, 2e-3}) {
-    PlantParameters p = servo();
-    p.motor.L_a = L_a;
+    PlantParameters p = with_inductance(L_a);
     p.driver.coasts = true;
     Plant plant(p);
     run(plant, 0.5, 5);
@@ -74,8 +77,7 @@ TEST(Driver, OneThatLetsGoAtZeroBrakesElsewhere) {
 
 TEST(Driver, AOneQuadrantDriverCoastsAndShowsTheBackEmf) {
   for (const double L_a : {0.0, 2e-3}) {
-    PlantParameters p = servo();
-    p.motor.L_a = L_a;
+    PlantParameters p = with_inductance(L_a);
     p.driver.one_quadrant = true;
     Plant plant(p);
     run(plant, 1, 5);
