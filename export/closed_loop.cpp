@@ -95,7 +95,7 @@ StepAnswer step_answer(const Model& model, const Gains& gains, const StepWishes&
   std::size_t limited_samples = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const double t = static_cast<double>(k) * h, wanted = t < before ? 0 : wishes.speed;
-    const double e = controller.voltage(wanted, machine.omega_reading, machine.i_a_reading, h, limited);
+    const double e = controller.voltage(wanted, machine.omega_reading(), machine.i_a_reading(), h, limited);
     const double given = std::clamp(e, driver.min, driver.max);
     in.u_ref = given / driver.gain;
     in.e_a_mean = in.e_a_end = given;

@@ -166,10 +166,11 @@ struct EffectInfo {
   std::optional<Signal> clips = {};  ///< acts beyond its parameter only: what the data reach of it is its null
   AtNull at_null = AtNull::all;
   Family family = Family::none;
-  bool periodic = false;      ///< in the angle; its shapes are found from the data's own spectrum
-  bool quick = false;         ///< with a time constant of its own that may be far below the shaft's
-  bool dry_friction = false;  ///< it alone: brakes the same at any speed
-  bool in_time = false;       ///< goes on with the time itself, or with what was before, whatever the machine does
+  bool periodic = false;         ///< in the angle; its shapes are found from the data's own spectrum
+  bool quick = false;            ///< with a time constant of its own that may be far below the shaft's
+  bool dry_friction = false;     ///< it alone: brakes the same at any speed
+  bool brakes_by_speed = false;  ///< adds what the speed says to braking torque and dry friction, and nothing else
+  bool in_time = false;          ///< goes on with the time itself, or with what was before, whatever the machine does
   std::optional<Watch> watch = {};  ///< absent: it repeats, fades or needs a shape to be found; not while a motor runs
   ChangeWords changed = {};
   std::optional<Signal> reads = {};  ///< of a sensor: whose reading it describes; not seen where that is not measured

@@ -39,6 +39,9 @@ class DrivingRows {
     return in;
   }
 
+  /// Is the angle measured?
+  bool tell_angle() const { return !angle_.empty(); }
+
   /// [s] On average.
   double even() const { return even_; }
 
@@ -163,11 +166,7 @@ std::size_t go_on_plainly(Machine<Scalar>& machine, const DrivingRows& rows, con
     const std::size_t count = rows.alike(k, interval, PlainRows<Scalar>::most);
     machine.step_plainly(drive, k, count, interval, ahead);
     for (std::size_t j = 0; j < count; ++j) {
-      reader.read(k + 1 + j, SimulatedReadings<Scalar>{.e_a = ahead.e_a[j],
-                                                       .i_a = ahead.i_a[j],
-                                                       .omega = ahead.omega[j],
-                                                       .theta = ahead.theta[j],
-                                                       .torque = machine.torque_reading});
+      reader.read(k + 1 + j, machine.read_plainly(drive, k + j, j, interval, ahead));
     }
     k += count;
   }
@@ -218,7 +217,7 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
                          !x.e_a_held && x.armature_open.empty();
   const PlainDrive drive{x.t, x.u_ref, x.e_a, x.e_a_bulge};
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    if (all_plain && machine.is_plain()) {
+    if (all_plain && machine.is_plain(rows.tell_angle())) {
       k = go_on_plainly(machine, rows, drive, one_step, k, reader);
       if (k + 1 == n) break;
     }

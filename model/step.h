@@ -14,10 +14,10 @@
 #include "model/machine/driver.h"
 #include "model/machine/equations.h"
 #include "model/machine/first_current.h"
-#include "model/machine/late_reading.h"
 #include "model/machine/linear_step.h"
 #include "model/machine/reaction.h"
 #include "model/machine/rotor_angle.h"
+#include "model/machine/sensors.h"
 #include "model/machine/shaft.h"
 #include "model/machine/source_under_load.h"
 #include "model/machine/speed_as_read.h"
@@ -56,8 +56,10 @@ class Machine : public Motion<Scalar> {
       const EffectInfo& info = effect_catalogue()[effect];
       if (info.stage == Stage::driver) {
         driver_.add(effect, parameter);
-      } else if (info.stage == Stage::sensors || info.stage == Stage::load) {
-        (info.stage == Stage::load ? load_ : sensors_).add(effect, parameter);
+      } else if (info.stage == Stage::sensors) {
+        sensors_.add(effect, parameter);
+      } else if (info.stage == Stage::load) {
+        load_.add(effect, parameter);
       } else {
         motor_.add(effect, parameter);
       }
@@ -83,7 +85,7 @@ class Machine : public Motion<Scalar> {
     field_on_ = initial.field_on;
     is_gathered_ = false;
     reset_motor(equations_);
-    late_.start();
+    sensors_.start();
     source_ = {};
     omega = omega_before = Scalar(initial.omega);
     angle_.start(initial.theta, shortest_period(structure_, equations_.p), in);
@@ -100,14 +102,14 @@ class Machine : public Motion<Scalar> {
       equations_.terms.load_torque += initial.omega > 0 ? equations_.terms.brake : -equations_.terms.brake;
     read_sensors(0, 0, in);
     if (!initial.as_read) return;
-    if (initial.omega != 0) omega = omega_before = initial.omega - (omega_reading - omega);
-    if (initial.i_a && *initial.i_a != 0) i_a = i_a_before = *initial.i_a - (i_a_reading - i_a);
+    if (initial.omega != 0) omega = omega_before = initial.omega - (omega_reading() - omega);
+    if (initial.i_a && *initial.i_a != 0) i_a = i_a_before = *initial.i_a - (i_a_reading() - i_a);
     read_sensors(0, 0, in);
   }
 
   /// Advances from t to t + h.
   void step(const StepInput& in, double t, double h) {
-    if (!is_steady_ || motor_.any_detent()) look_at_middle(in, t, h);
+    if (!is_steady_ || motor_.any_brake()) look_at_middle(in, t, h);
     const Ramp<Scalar> driven = drive(in.u_ref, t, h);
     gather_motor_terms(in);
     if (!is_linear_ || in.armature_open) {
@@ -130,14 +132,18 @@ class Machine : public Motion<Scalar> {
   /// @param driver_before its voltage before the last step
   bool stood_still(Stand<Scalar>& stand, const Scalar& driver_before) const {
     const bool speed = stand.omega.see(omega_before, omega), current = stand.i_a.see(i_a_before, i_a);
-    return stand.driver.see(driver_before, driver_.voltage()) && speed && current && !is_there_.bristle && !is_late_;
+    return stand.driver.see(driver_before, driver_.voltage()) && speed && current && !is_there_.bristle &&
+           !sensors_.late();
   }
 
   /// Goes on through such a step: it turns as it turned.
   void go_on_alike(const StepInput& in, double h) { angle_.advance(in, h, h * omega); }
 
-  /// Is the step linear but for dry friction, and are the readings the state itself? Not told before the first step.
-  bool is_plain() const { return is_linear_ && is_gathered_ && sensors_.empty() && !motor_.any_detent(); }
+  /// Is the step linear but for what brakes by the speed? Not told before the first step.
+  /// @param by_angle_read the angle is measured, and what sensors do puts it behind
+  bool is_plain(bool by_angle_read) const {
+    return is_linear_ && is_gathered_ && !motor_.any_detent() && (sensors_.read_the_state() || !by_angle_read);
+  }
 
   /// Steps of such a machine with a closed armature, which take little more time than their sums.
   /// @param row the first, in what drives it @param count how many, at most PlainRows::most @param h [s] of each
@@ -146,27 +152,51 @@ class Machine : public Motion<Scalar> {
     const auto driven = [&](std::size_t j) { return this->drive(drive.reference(row + j), drive.t[row + j], h); };
     const auto measured = [&](std::size_t j) { return driven(j), drive.voltage(row + j); };
     const auto at_terminals = [&](const Scalar& i) { return driver_.voltage_under(equations_.terms, i); };
+    const auto braking = [&](const Scalar& speed) {
+      equations_.middle.omega = speed;
+      motor_.brake(steady_braking_, equations_);
+      return braking_beside_steady();
+    };
     Scalar theta = angle_.theta();
-    if (structure_.measured_voltage) {
-      linear_.go_on(*this, theta, measured, at_terminals, count, h, out);
-    } else {
-      linear_.go_on(*this, theta, driven, at_terminals, count, h, out);
-    }
+    const auto go_on = [&](const auto& voltage) {
+      motor_.any_brake() ? linear_.go_on(*this, theta, voltage, braking, at_terminals, count, h, out)
+                         : linear_.go_on(*this, theta, voltage, nothing_brakes, at_terminals, count, h, out);
+    };
+    structure_.measured_voltage ? go_on(measured) : go_on(driven);
     e_a_reading = out.e_a[count - 1];
-    omega_reading = omega;
-    i_a_reading = i_a;
+    sensors_.omega_reading = omega;
+    sensors_.i_a_reading = i_a;
     angle_.turn_to(theta);
+  }
+
+  /// What the sensors make of the end of such a step.
+  /// @param row the step's, in what drives it @param j in out, where each is asked in turn
+  SimulatedReadings<Scalar> read_plainly(const PlainDrive& drive, std::size_t row, std::size_t j, double h,
+                                         const PlainRows<Scalar>& out) {
+    if (sensors_.read_the_state()) return {out.e_a[j], out.i_a[j], out.omega[j], out.theta[j], sensors_.torque_reading};
+    omega = out.omega[j];
+    i_a = out.i_a[j];
+    e_a_reading = out.e_a[j];
+    angle_.turn_to(out.theta[j]);
+    StepInput in;
+    in.u_ref = drive.reference(row);
+    in.e_a_end = drive.terminals(row + 1);
+    read_sensors(drive.t[row] + h, h, in);
+    return readings();
   }
 
   using Motion<Scalar>::i_a, Motion<Scalar>::omega;
   Scalar e_a_reading{};  ///< [V] terminal voltage, as predicted from the reference
-  Scalar omega_reading{}, i_a_reading{};
-  Scalar torque_reading{};  ///< [N m] what the load effects take, from the speed of the model
 
   /// Those of now; good until the next step.
   SimulatedReadings<Scalar> readings() const {
-    return {e_a_reading, i_a_reading, omega_reading, is_late_ ? late_theta_ : angle_.theta(), torque_reading};
+    return {e_a_reading, i_a_reading(), omega_reading(), sensors_.theta_reading(angle_), sensors_.torque_reading};
   }
+  const Scalar& omega_reading() const { return sensors_.omega_reading; }
+  const Scalar& i_a_reading() const { return sensors_.i_a_reading; }
+
+  /// Makes it turn, and be read, at a speed.
+  void turn_at(const Scalar& speed) { omega = sensors_.omega_reading = speed; }
 
   /// [rad] of the shaft.
   const Scalar& angle() const { return angle_.theta(); }
@@ -230,10 +260,15 @@ class Machine : public Motion<Scalar> {
     solve_linear_step(h);
     omega_before = omega;
     i_a_before = i_a;
-    const Scalar detents = equations_.terms.braking_torque - steady_braking_;
-    omega = linear_.omega_end_under(detents, omega_before, i_a_before, start, end);
+    omega = linear_.omega_end_under(braking_beside_steady(), omega_before, i_a_before, start, end);
     i_a = linear_.i_a_end(omega_before, i_a_before, start, end, omega);
     e_a_reading = driver_.voltage_under(equations_.terms, i_a);
+  }
+
+  /// What effects that only brake do in the step.
+  Braking<Scalar> braking_beside_steady() const {
+    return {equations_.terms.braking_torque - steady_braking_.torque,
+            equations_.terms.dry_friction - steady_braking_.dry_friction};
   }
 
   void solve_linear_step(double h) {
@@ -278,7 +313,7 @@ class Machine : public Motion<Scalar> {
     if (is_gathered_) {  // but for what the last step made of it
       terms.load_torque = steady_load_;
       if (is_there_.reaction) terms.flux = full_flux_;
-      return motor_.set_braking_torque(steady_braking_, equations_);
+      return motor_.brake(steady_braking_, equations_);
     }
     reset_motor(equations_);
     is_steady_ ? motor_.apply_others(equations_.middle, equations_) : motor_.apply(equations_.middle, equations_);
@@ -287,12 +322,12 @@ class Machine : public Motion<Scalar> {
     load_.apply(equations_.middle, equations_);
     is_there_ = terms_in(terms);
     steady_load_ = terms.load_torque;
-    steady_braking_ = terms.braking_torque;
+    steady_braking_ = {terms.braking_torque, terms.dry_friction};
     full_flux_ = terms.flux;
     is_gathered_ = is_steady_;
     if (!is_gathered_) return;
     equations_.middle.omega = omega_in_middle();
-    motor_.set_braking_torque(steady_braking_, equations_);
+    motor_.brake(steady_braking_, equations_);
     solved_h_ = linear_h_ = 0;
     is_linear_ = is_there_ == TermsThere{} && !terms.one_quadrant && !terms.lets_go && !structure_.measured_load &&
                  structure_.input != Signal::i_a;
@@ -428,43 +463,8 @@ class Machine : public Motion<Scalar> {
   }
 
   void read_sensors(double t, double h, const StepInput& in) {
-    if (sensors_.empty()) {
-      omega_reading = omega;
-      i_a_reading = i_a;
-      torque_reading = equations_.terms.load_torque;
-      return;
-    }
-    equations_.terms.omega_reading = omega;
-    equations_.terms.i_a_reading = i_a;
-    equations_.terms.torque_reading = equations_.terms.load_torque;
-    equations_.terms.load_offset = equations_.terms.angle_behind = equations_.terms.reading_delay = Scalar(0.0);
-    sensors_.apply({.t = t,
-                    .h = h,
-                    .u_ref = in.u_ref,
-                    .e_a = structure_.measured_voltage ? Scalar(in.e_a_end) : e_a_reading,
-                    .i_a = i_a,
-                    .omega = omega,
-                    .theta = angle_.at_end(in)},
-                   equations_);
-    omega_reading = equations_.terms.omega_reading;
-    i_a_reading = equations_.terms.i_a_reading;
-    torque_reading = equations_.terms.torque_reading;
-    is_late_ = any(differs(equations_.terms.reading_delay, Scalar(0.0)));
-    if (is_late_) read_late(t);
-    speed_as_read_.follow(omega_reading, omega, h == 0);
-    if (in.angle_integrated) {
-      angle_.put_behind(equations_.terms.angle_behind);
-    } else if (is_late_) {
-      angle_.put_behind(angle_.theta() - late_theta_);
-    }
-  }
-
-  /// Speed and angle, as they come over a bus.
-  void read_late(double t) {
-    const auto [speed, theta] = late_.read(t, equations_.terms.reading_delay, {omega_reading, angle_.theta()});
-    omega_reading = speed;
-    late_theta_ = theta;
-    equations_.terms.angle_behind += angle_.theta() - theta;
+    sensors_.read(in, t, h, *this, structure_.measured_voltage ? Scalar(in.e_a_end) : e_a_reading, angle_, equations_);
+    if (!sensors_.read_the_state()) speed_as_read_.follow(sensors_.omega_reading, omega, h == 0);
   }
 
   const ModelStructure& structure_;
@@ -474,22 +474,21 @@ class Machine : public Motion<Scalar> {
   Shaft<Scalar> shaft_;
   RotorAngle<Scalar> angle_;
   MotorParts<Scalar> motor_;
-  EffectParts<Scalar> load_, sensors_;
+  EffectParts<Scalar> load_;
+  Sensors<Scalar> sensors_;
   SpeedAsRead<Scalar> speed_as_read_;
   UserTerms<Scalar> user_;
-  LateReading<Scalar> late_;
-  std::optional<Ramp<Scalar>> added_;        ///< [V] by a measured voltage to the driver's, in the next step
-  Scalar steady_load_{}, steady_braking_{};  ///< [N m] of the load, of all but detents; the same in every step
-  Scalar full_flux_{};                       ///< [1] before the armature's own field weakens it
+  std::optional<Ramp<Scalar>> added_;  ///< [V] by a measured voltage to the driver's, in the next step
+  Scalar steady_load_{};               ///< [N m] of the load; the same in every step
+  Braking<Scalar> steady_braking_;     ///< of effects that do more than brake; the same in every step
+  Scalar full_flux_{};                 ///< [1] before the armature's own field weakens it
   SourceUnderLoad<Scalar> source_;
   Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
-  Scalar late_theta_{};    ///< [rad]
-  bool is_late_ = false;   ///< speed and angle are read late
   Scalar braked_{};        ///< [N m] by a brake of the load, over the last step
   double field_on_ = 0;    ///< [s] for which the field had been on at the start
   double solved_h_ = 0;    ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
-  bool is_steady_ = false;    ///< all effects but the sensors' and detents add the same in every step
+  bool is_steady_ = false;    ///< all effects but the sensors' and those that only brake add the same in every step
   bool is_gathered_ = false;  ///< and were asked for it
   TermsThere is_there_;
   bool is_linear_ = false;  ///< all of it but dry friction is linear and stays from step to step

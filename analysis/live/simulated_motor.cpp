@@ -110,7 +110,7 @@ void SimulatedMotor::bridge_gap(std::span<const LiveTick> ahead) {
   held.t = now.t;
   if (now.t > before_.t) step_to(held);
   const double speed = first_speed(ahead).value_or(0);
-  for (auto& machine : machines_) machine.omega = machine.omega_reading = WideSensitive(speed);
+  for (auto& machine : machines_) machine.turn_at(WideSensitive(speed));
   e_a_ = std::isfinite(now.drive) ? now.drive : e_a_;
   valid_from_ = now.t + plan_.settling;
   before_ = now;

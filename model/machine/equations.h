@@ -118,32 +118,43 @@ class EffectParts {
   bool steady_ = true;
 };
 
-/// The effects of the motor. A detent adds to the braking torque and to nothing else: beside others that add the same
-/// in every step, it alone is asked again.
+/// [N m] What opposes the motion, of several effects.
+template <class Scalar>
+struct Braking {
+  Scalar torque{}, dry_friction{};
+};
+
+/// The effects of the motor. Some only brake, by the speed or, as detents, by the angle: beside others that add the
+/// same in every step, they alone are asked again.
 template <class Scalar>
 class MotorParts {
  public:
   void add(std::size_t effect, std::size_t parameter) {
     all_.add(effect, parameter);
-    (effect_catalogue()[effect].is_detent() ? detents_ : others_).add(effect, parameter);
+    const EffectInfo& info = effect_catalogue()[effect];
+    any_detent_ = any_detent_ || info.is_detent();
+    (info.is_detent() || info.brakes_by_speed ? brakes_ : others_).add(effect, parameter);
   }
 
-  /// Do all but the detents add the same in every step?
+  /// Do all that do more than brake add the same in every step?
   bool steady() const { return others_.steady(); }
-  bool any_detent() const { return !detents_.empty(); }
+  bool any_brake() const { return !brakes_.empty(); }
+  bool any_detent() const { return any_detent_; }
 
   void apply(const State<Scalar>& x, Equations<Scalar>& equations) { all_.apply(x, equations); }
   void apply_others(const State<Scalar>& x, Equations<Scalar>& equations) { others_.apply(x, equations); }
 
-  /// @param others [N m] what all else brakes
-  void set_braking_torque(const Scalar& others, Equations<Scalar>& equations) {
-    if (!any_detent()) return;
-    equations.terms.braking_torque = others;
-    detents_.apply(equations.middle, equations);
+  /// @param others what all else brakes
+  void brake(const Braking<Scalar>& others, Equations<Scalar>& equations) {
+    if (!any_brake()) return;
+    equations.terms.braking_torque = others.torque;
+    equations.terms.dry_friction = others.dry_friction;
+    brakes_.apply(equations.middle, equations);
   }
 
  private:
-  EffectParts<Scalar> all_, others_, detents_;
+  EffectParts<Scalar> all_, others_, brakes_;
+  bool any_detent_ = false;
 };
 
 }  // namespace emtb

@@ -16,6 +16,7 @@ struct PlainDrive {
   std::span<const double> e_a_bulge = {};  ///< [V]
 
   double reference(std::size_t row) const { return u_ref.empty() ? 0 : u_ref[row]; }
+  double terminals(std::size_t row) const { return e_a.empty() ? 0 : e_a[row]; }
   /// From the row to the next: a ramp of the same mean and the same end.
   Ramp<double> voltage(std::size_t row) const {
     return {e_a[row] + 2 * (e_a_bulge.empty() ? 0 : e_a_bulge[row]), e_a[row + 1]};

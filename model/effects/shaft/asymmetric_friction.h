@@ -27,6 +27,7 @@ struct AsymmetricFriction {
           {{{.symbol = "T_d", .unit = "N m", .null = 0, .min = -any_torque, .max = any_torque, .typical = 0.02},
             {.symbol = "B_d", .unit = "N m s/rad", .null = 0, .min = -any_torque, .max = any_torque, .typical = 1e-4}}},
       .parameter_count = 2,
+      .brakes_by_speed = true,
       .needs = "coulomb_friction"};
 
   template <class Scalar>

@@ -28,7 +28,8 @@ struct BearingDrag {
       .source = "Palmgren (1959), Ball and Roller Bearing Engineering: speed-dependent part, f_0 (nu n)^(2/3) d_m^3",
       .parameter_list =
           {{{.symbol = "c_b", .unit = "N m (s/rad)^(2/3)", .null = 0, .min = 0, .max = any_torque, .typical = 1e-3}}},
-      .opposes_motion = true};
+      .opposes_motion = true,
+      .brakes_by_speed = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {

@@ -32,6 +32,7 @@ struct StribeckFriction {
                            .role = Role::shape}}},
       .parameter_count = 2,
       .opposes_motion = true,
+      .brakes_by_speed = true,
       .needs = "coulomb_friction"};
 
   template <class Scalar>

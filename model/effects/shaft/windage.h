@@ -25,6 +25,7 @@ struct Windage {
       .parameter_list =
           {{{.symbol = "c_w", .unit = "N m s2/rad2", .null = 0, .min = 0, .max = any_torque, .typical = 3e-6}}},
       .opposes_motion = true,
+      .brakes_by_speed = true,
       .watch = Watch{.rank = 2, .varies = false}};
 
   template <class Scalar>
