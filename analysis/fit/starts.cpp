@@ -66,8 +66,24 @@ class Start {
   Eigen::VectorXd residual() const {
     Eigen::VectorXd left = joined(residuals(std::span(&record_, 1), model_, model_.values(), {}));
     if (slopes_.cols() == 0) return left;
-    const Eigen::VectorXd taken = solve_normal(gram_, Eigen::VectorXd(slopes_.transpose() * left)).col(0);
-    return left - slopes_ * taken;
+    return left - slopes_ * taken_of(left);
+  }
+
+  /// Half the sum of squares that is left where the parameters have indeed taken it, if that is less than without: the
+  /// straight line of residual() may lead beyond their bounds, or to where it no longer holds.
+  double cost_once_taken() const {
+    const Eigen::VectorXd left = joined(residuals(std::span(&record_, 1), model_, model_.values(), {}));
+    const double as_they_are = 0.5 * left.squaredNorm();
+    if (slopes_.cols() == 0) return as_they_are;
+    const FreeParameters free(model_);
+    std::vector<double> values = free.pick(model_.values());
+    const Eigen::VectorXd taken = taken_of(left);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const Parameter& p = model_.at(free.places()[i]);
+      values[i] = std::clamp(values[i] + taken[static_cast<Eigen::Index>(i)], p.min, p.max);
+    }
+    const std::vector<Residuals> moved = residuals(std::span(&record_, 1), model_, free.spread(values), {});
+    return std::min(as_they_are, 0.5 * joined(moved).squaredNorm());
   }
 
   /// The driver at places from what the speed induces to where the reference leads: a driver that has arrived stays,
@@ -105,6 +121,10 @@ class Start {
   }
 
  private:
+  Eigen::VectorXd taken_of(const Eigen::VectorXd& left) const {
+    return solve_normal(gram_, Eigen::VectorXd(slopes_.transpose() * left)).col(0);
+  }
+
   static Eigen::VectorXd joined(const std::vector<Residuals>& all) {
     Eigen::Index n = 0;
     for (const Residuals& r : all) n += r.value.size();
@@ -154,18 +174,19 @@ void descend(Start& start) {
   }
 }
 
-bool settle(Record& record, const Model& fitted) {
+/// @param takes_part in the fit of the parameters, which are then as free as the start
+bool settle(Record& record, const Model& fitted, bool takes_part) {
   constexpr double clear = 10;  // of half the sum of squares: more than two numbers take by chance
   InitialState& initial = record.excitation.initial;
   if (initial.omega == 0 && initial.omega_doubt == 0) return false;
   const InitialState before = initial;
   Start start(record, fitted);
-  start.see_parameters();
-  const double cost = start.cost();
+  if (takes_part) start.see_parameters();
+  const double cost = start.cost(), once_taken = start.cost_once_taken();
   if (initial.omega == 0) initial.omega = initial.omega_doubt;
   start.look_around();
   descend(start);
-  if (cost - start.cost() > clear) return true;
+  if (cost - start.cost() > clear && once_taken - start.cost_once_taken() > clear) return true;
   initial = before;
   return false;
 }
@@ -175,8 +196,9 @@ bool settle(Record& record, const Model& fitted) {
 bool settle_starts(Dataset& data, const Model& fitted) {
   std::vector<char> changed(data.train.size() + data.held_out.size(), 0);
   parallel_for(changed.size(), [&](std::size_t i) {
-    Record& record = i < data.train.size() ? data.train[i] : data.held_out[i - data.train.size()];
-    changed[i] = settle(record, fitted) ? 1 : 0;
+    const bool takes_part = i < data.train.size();
+    Record& record = takes_part ? data.train[i] : data.held_out[i - data.train.size()];
+    changed[i] = settle(record, fitted, takes_part) ? 1 : 0;
   });
   return std::ranges::find(changed, 1) != changed.end();
 }

@@ -4,7 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "analysis/diagnose/diagnose.h"
+#include "analysis/fit/residuals.h"
+#include "analysis/fit/timing.h"
+#include "model/catalogue.h"
+#include "model/simulation.h"
 #include "session/spec.h"
 #include "tests/blind/recording.h"
 
@@ -72,6 +82,56 @@ TEST_F(BeginningOnTheWay, SettlesNothingWhereRunsBeginAtRest) {
   Dataset data = prepare(record(bench, bench.train, 1), {}, bench.model);
   EXPECT_FALSE(settle_starts(data, bench.model));
   EXPECT_EQ(data.train.front().excitation.initial.omega, 0);
+}
+
+/// A toy motor of 30 ms behind a sine, the speed of which is counted twenty times a second, already turning as the run
+/// begins; dry friction takes a tenth of its torque.
+emtb::Run counted(const std::string& name, double mean, double swing, double period, double seconds) {
+  constexpr double row = 0.05, step = 1e-3, count = 2 * std::numbers::pi / 12;
+  ModelStructure toy;
+  toy.effects = {effect_index("coulomb_friction")};
+  const std::vector<double> values{27.4, 0.011, 0.011, 0, 1.3e-7, 1.9e-4};
+  Excitation x;
+  for (double t = -1; t < seconds; t += step) {
+    x.t.push_back(t + 1);
+    x.u_ref.push_back(
+        std::round(50 * (mean + swing * std::sin(2 * std::numbers::pi * std::floor(t / row) * row / period))) / 50);
+  }
+  Trajectory<double> y;
+  simulate<double>(toy, values, x, y);
+  std::vector<double> t, reference, speed;
+  const auto rows_apart = static_cast<std::size_t>(row / step + 0.5);
+  for (std::size_t k = 1000; k < x.t.size(); k += rows_apart) {
+    t.push_back(x.t[k] - 1);
+    reference.push_back(x.u_ref[k]);
+    speed.push_back((std::floor(y.theta[k] / count) - std::floor(y.theta[k - rows_apart] / count)) * count / row);
+  }
+  emtb::Run run;
+  run.name = name;
+  run.signals[Signal::u_ref] = {.t = t, .value = reference, .source = {}};
+  run.signals[Signal::omega] = {.t = t, .value = speed, .source = {}};
+  return run;
+}
+
+TEST(ABeginningThatIsForgottenInARow, MendsNothingThatTheModelLacks) {
+  Model toy = blind::slow_bench().model;
+  toy.driver = DriverModel{.min = 0, .max = 5};
+  toy.tie = {{"K_m", "K_b"}};
+  const auto set = [&](std::size_t place, double value, double min, double max) {
+    Parameter& p = toy.base[place];
+    p.value = value, p.min = min, p.max = max, p.prior = {}, p.fixed = min == max;
+  };
+  set(base::R_a, 27.4, 27.4, 27.4);
+  set(base::K_b, 0.0109, 0.003, 0.05);
+  set(base::B, 1.8e-7, 0, 1e-4);
+  set(base::J, 1.8e-7, 1.8e-7, 1.8e-7);
+  const std::vector<emtb::Run> train{counted("long", 2.2, 2.0, 12, 12), counted("short", 2.5, 0.8, 3, 7)};
+  const std::vector<emtb::Run> held_out{counted("other", 2.4, 1.6, 7, 12)};
+  Dataset data = prepare(train, held_out, toy);
+  const Calibration before = calibrate(std::span<const Record>(data.train), toy, {});
+  const Calibration after = calibrate(data, toy, {});
+  EXPECT_GT(error_of(mean_squares(residuals(data.train, after.model, after.model.values(), {}))), 5) << "friction";
+  EXPECT_LE(after.cost, 1.001 * before.cost);
 }
 
 }  // namespace
