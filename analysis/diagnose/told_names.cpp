@@ -39,73 +39,149 @@ struct Drops {
   std::set<std::size_t> kept;            ///< is not dropped for them
 };
 
-/// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes, the last
-/// found first: of the laws that were looked at, one is likely to be three from nothing, and what few pieces tell of an
-/// error may be off by half. But not where much likelihood and a share that matters are lost with it, when timing and
-/// starts have had their say, or most of what has no other name, and that is worth a name; unless it is hardly told at
-/// all and leaves enough itself, or is nothing within one error. What fitted to the end has gone where it is not
-/// what it is called goes as well. Nothing goes without which the rest foretells other runs worse than the model as
-/// given: that is no answer, whatever its errors.
+/// An answer without one of its effects, and the circumstances that this is fitted under.
+struct Rest {
+  std::size_t effect = 0;
+  Trial trial;
+  Circumstances circumstances;
+  double lost = 0;     ///< [nats] of likelihood
+  bool may_be = true;  ///< the effect is what it is called
+};
+
+/// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes: of the laws
+/// that were looked at, one is likely to be three from nothing, and what few pieces tell of an error may be off by
+/// half. But not where much likelihood and a share that matters are lost with it, when timing and starts have had their
+/// say, or most of what has no other name, and that is worth a name; unless it is hardly told at all and leaves enough
+/// itself, or is nothing within one error. What fitted to the end has gone where it is not what it is called goes as
+/// well. Nothing goes without which the rest foretells other runs worse than the model as given: that is no answer,
+/// whatever its errors.
+class Judgement {
+ public:
+  Judgement(const Finding& found, const Loss& as_given, WholeSearch& search, const Criterion& criterion, Dataset& data,
+            const WorthAName& worth)
+      : found_(found),
+        as_given_(as_given),
+        search_(search),
+        criterion_(criterion),
+        data_(data),
+        worth_(worth),
+        errors_(with_all_errors(data, found.current.model())) {}
+
+  /// What is known of the errors; none where they have no fit.
+  const std::optional<Calibration>& errors() const { return errors_; }
+
+  /// @return the answer without an effect; none where it has no fit. The circumstances are those before
+  std::optional<Rest> without(std::size_t effect) {
+    FittedTrials& trials = search_.trials();
+    const Circumstances as_set = circumstances_of(data_);
+    Model rest = found_.current.model();
+    rest.exclude(effect);
+    std::optional<Trial> trial = trials.fit_from_elsewhere_too(rest);
+    if (!trial) return std::nullopt;
+    if (settle_timing(data_, trial->model()) != TimingChange::none) trial = trials.fit_to_the_end(trial->model());
+    if (trial && criterion_.worth_a_wide_search(trial->held_out))
+      told_from_the_recorded(data_, search_, criterion_, *trial);
+    const Circumstances of_rest = circumstances_of(data_);
+    set(data_, as_set);
+    if (!trial) return std::nullopt;
+    const double lost = gain(*trial->held_out.quality, *found_.current.held_out.quality);
+    return Rest{effect, std::move(*trial), of_rest, lost};
+  }
+
+  /// Is an effect told from nothing by far in an answer without another?
+  bool tells_in(const Rest& rest, std::size_t effect) {
+    const Circumstances as_set = circumstances_of(data_);
+    set(data_, rest.circumstances);
+    const std::optional<Calibration> errors = with_all_errors(data_, rest.trial.model());
+    set(data_, as_set);
+    return errors && told_from_zero(*errors, effect, by_far);
+  }
+
+  /// @return the answer without an effect that goes; none: it stays. The circumstances are those before, but for a lag
+  /// within a row that is the machine's
+  std::optional<Rest> without_if_it_goes(std::size_t effect) {
+    bool may_be = search_.trials().determined_but_for_scale(errors_->model, effect);
+    if (may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
+    std::optional<Rest> rest = without(effect);
+    if (rest && !may_be && criterion_.remainder(rest->trial.held_out)) may_be = may_be_if_it_lags_in_itself(effect);
+    if (!rest || is_needed(effect, rest->trial, may_be)) return std::nullopt;
+    rest->may_be = may_be;
+    return rest;
+  }
+
+ private:
+  /// What lags by less than a row, and no timing has its shape, is the machine: then the timing says so from now on.
+  bool may_be_if_it_lags_in_itself(std::size_t effect) {
+    const Timing before = data_.timing;
+    if (before.lags_in_itself) return false;
+    Timing in_itself = before;
+    in_itself.lags_in_itself = true;
+    set_timing(data_, in_itself);
+    if (search_.trials().determined_but_for_scale(errors_->model, effect)) return true;
+    set_timing(data_, before);
+    return false;
+  }
+
+  bool is_needed(std::size_t effect, const Trial& rest, bool may_be) const {
+    constexpr double hardly = 2, not_at_all = 1;  // errors
+    if (criterion_.material(rest.held_out, as_given_)) return true;
+    const Loss& whole = found_.current.held_out;
+    const bool is_something = may_be && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
+    if (!is_something || !criterion_.remainder(rest.held_out)) return false;
+    if (criterion_.remainder(whole) && !told_but_for_scale(data_.train, *errors_, effect, hardly)) return false;
+    const bool much_less_likely = gain(*rest.held_out.quality, *whole.quality) > much_likelier;
+    return (much_less_likely && leaves_a_share(rest.held_out, worth_.inputs, worth_.rule)) ||
+           (removes_most(rest.held_out, whole) &&
+            worth_a_name(data_, rest.model(), rest.held_out, worth_.inputs, worth_.rule));
+  }
+
+  const Finding& found_;
+  const Loss& as_given_;
+  WholeSearch& search_;
+  const Criterion& criterion_;
+  Dataset& data_;
+  const WorthAName& worth_;
+  std::optional<Calibration> errors_;
+};
+
+/// Drops what a judgement lets go, that with which least is lost first: beside what stands in for it, an effect may be
+/// told as little as that. What is told goes in its place where less is lost with it, and what was not told is told
+/// without it.
 /// @return what is known of the errors of the rest
 std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_given, WholeSearch& search,
                                                  const Criterion& criterion, Dataset& data, const WorthAName& worth,
                                                  Drops& drops) {
-  FittedTrials& trials = search.trials();
-  constexpr double hardly = 2, not_at_all = 1;  // errors
-  std::optional<Calibration> judged = with_all_errors(data, found.current.model());
-  for (std::size_t left = found.effects.size(); judged && left > 0; --left) {
-    const std::size_t effect = found.effects[left - 1];
-    if (needed(effect, found.current.model()) || drops.kept.contains(effect)) continue;
-    bool may_be = trials.determined_but_for_scale(judged->model, effect);
-    if (may_be && told_from_zero(*judged, effect, by_far)) continue;
-    const bool doubtful =
-        criterion.remainder(found.current.held_out) && !told_but_for_scale(data.train, *judged, effect, hardly);
-    Model without = found.current.model();
-    without.exclude(effect);
-    std::optional<Trial> trial = trials.fit_from_elsewhere_too(without);
-    const Circumstances as_set = circumstances_of(data);
-    Timing before = data.timing;
-    if (trial && settle_timing(data, trial->model()) != TimingChange::none)
-      trial = trials.fit_to_the_end(trial->model());
-    if (trial && criterion.worth_a_wide_search(trial->held_out))
-      told_from_the_recorded(data, search, criterion, *trial);
-    if (trial && !may_be && !before.lags_in_itself && criterion.remainder(trial->held_out)) {
-      // What lags by less than a row, and no timing has its shape, is the machine.
-      const Timing without_it = data.timing;
-      Timing in_itself = before;
-      in_itself.lags_in_itself = true;
-      set_timing(data, in_itself);
-      may_be = trials.determined_but_for_scale(judged->model, effect);
-      if (may_be) before = in_itself;
-      set_timing(data, without_it);
+  const auto id = [&](std::size_t effect) { return std::string(found.current.model().about(effect).id); };
+  while (true) {
+    Judgement judgement(found, as_given, search, criterion, data, worth);
+    std::vector<std::size_t> staying;
+    std::optional<Rest> least;
+    for (std::size_t i = found.effects.size(); judgement.errors() && i > 0; --i) {
+      const std::size_t effect = found.effects[i - 1];
+      if (needed(effect, found.current.model()) || drops.kept.contains(effect)) continue;
+      std::optional<Rest> rest = judgement.without_if_it_goes(effect);
+      if (!rest) staying.push_back(effect);
+      if (rest && (!least || rest->lost < least->lost)) least = std::move(rest);
     }
-    const bool is_something = may_be && told_but_for_scale(data.train, *judged, effect, not_at_all);
-    const bool is_needed = !trial || criterion.material(trial->held_out, as_given) ||
-                           (is_something && criterion.remainder(trial->held_out) && !doubtful &&
-                            ((leaves_a_share(trial->held_out, worth.inputs, worth.rule) &&
-                              gain(*trial->held_out.quality, *found.current.held_out.quality) > much_likelier) ||
-                             (removes_most(trial->held_out, found.current.held_out) &&
-                              worth_a_name(data, trial->model(), trial->held_out, worth.inputs, worth.rule))));
-    if (is_needed) {
-      set(data, as_set);
-      set_timing(data, before);
-      continue;
+    if (!least) return judgement.errors();
+    std::string why = ": its own errors do not tell it from nothing";
+    if (least->may_be && least->lost > much_likelier && removes_most(least->trial.held_out, found.current.held_out))
+      drops.costly.insert_or_assign(least->effect, least->lost);
+    const std::size_t not_told = least->effect;
+    for (const std::size_t effect : staying) {
+      std::optional<Rest> rest = judgement.without(effect);
+      if (!rest || rest->lost >= least->lost || rest->trial.held_out.error() >= least->trial.held_out.error()) continue;
+      if (!judgement.tells_in(*rest, not_told)) continue;
+      least = std::move(rest);
+      why = ": of it and " + id(not_told) + " only one is told, and that explains more";
     }
-    const double lost = gain(*trial->held_out.quality, *found.current.held_out.quality);
-    if (may_be && lost > much_likelier && removes_most(trial->held_out, found.current.held_out))
-      drops.costly.insert_or_assign(effect, lost);
-    found.current = std::move(*trial);
-    found.effects.erase(found.effects.begin() + static_cast<std::ptrdiff_t>(left - 1));
-    found.rivals.erase(effect);
+    set(data, least->circumstances);
     found.steps.push_back(
-        {"dropped " + std::string(without.about(effect).id) + ": its own errors do not tell it from nothing",
-         {},
-         found.current.train,
-         found.current.held_out_error()});
-    judged = with_all_errors(data, found.current.model());
-    left = found.effects.size() + 1;  // what was told beside it may not be without it
+        {"dropped " + id(least->effect) + why, {}, least->trial.train, least->trial.held_out_error()});
+    found.current = std::move(least->trial);
+    std::erase(found.effects, least->effect);
+    found.rivals.erase(least->effect);
   }
-  return judged;
 }
 
 /// The effects of one list that another lacks.
