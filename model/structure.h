@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -23,6 +24,12 @@ struct DriverModel {
   double fall = unlimited;  ///< [V/s], positive
   double min = -unlimited;  ///< [V]
   double max = unlimited;   ///< [V]
+
+  /// [V] What feeds it, as far as its limits say, one of which may be all that is known; `unlimited`: they do not.
+  double supply() const {
+    const double up = max < unlimited ? max : 0, down = -min < unlimited ? -min : 0;
+    return up > 0 || down > 0 ? std::max(up, down) : unlimited;
+  }
 };
 
 /// The base parameters of equations (1)-(5), always present, in this order.

@@ -114,8 +114,9 @@ bool drives_the_motor(const Run& run, const Model& model) {
 }
 
 double reference_acts_after(std::span<const Run> runs, const Model& model) {
-  constexpr double clear = 20;    // of the sum of squares: a nuisance is free, but not for a crumb
-  constexpr double much = 0.9;    // of it is left at most: a driver that is slow is not read late
+  constexpr double clear = 20;           // of the sum of squares: a nuisance is free, but not for a crumb
+  constexpr double much = 0.9;           // of it is left at most: a driver that is slow is not read late
+  constexpr double within_noise = 0.97;  // of what noise leaves is left in the best case, by its own scatter
   constexpr double little = 0.2;  // of what noise does not explain is left amid a row: a lag looks like an edge there,
                                   // but leaves more
   std::vector<const Run*> telling;
@@ -132,7 +133,7 @@ double reference_acts_after(std::span<const Run> runs, const Model& model) {
   };
   std::vector<double> costs = costs_of(telling, model, whole);
   const auto best = std::ranges::min_element(costs);
-  if (*best - noise > clear) {  // something is left that edges amid a row may explain
+  if (*best - noise > clear && within_noise * noise < much * costs[0]) {  // what edges amid a row may explain is left
     const std::vector<double> all = costs_of(telling, model, shares.size());
     const double least = std::ranges::min(std::span(all).first(whole));
     const auto amid = std::min_element(all.begin() + whole + 1, all.end() - 1);

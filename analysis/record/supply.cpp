@@ -7,8 +7,7 @@ namespace emtb {
 
 double supply_of(std::span<const Record> records, const Model& model) {
   const DriverModel& driver = model.structure().driver;
-  const double limit = std::max(driver.max, -driver.min);
-  if (limit < DriverModel::unlimited) return limit;
+  if (driver.supply() < DriverModel::unlimited) return driver.supply();
   double most = 0;
   for (const Record& record : records) {
     for (const double u : record.excitation.u_ref) most = std::max(most, std::abs(driver.gain * u));

@@ -17,6 +17,13 @@ TEST(Supply, IsTheLimitThatTheModelFileStates) {
   EXPECT_EQ(supply_of(prepare(up_to_three_volts(), {}, model).train, model), 24);
 }
 
+TEST(Supply, IsTheOneLimitThatIsStatedWhereTheOtherIsNot) {
+  EXPECT_EQ(DriverModel{.max = 9}.supply(), 9);
+  EXPECT_EQ((DriverModel{.min = -9}).supply(), 9);
+  EXPECT_EQ((DriverModel{.min = 0, .max = 9}).supply(), 9);
+  EXPECT_EQ(DriverModel{.min = 0}.supply(), DriverModel::unlimited) << "a driver of one direction";
+}
+
 TEST(Supply, IsElseTheLargestVoltageOfAnyRecord) {
   Model model = synthetic::servo_model();
   model.driver->min = -DriverModel::unlimited;
