@@ -209,12 +209,13 @@ RotorPhase best_followed(const Record& record, const ModelStructure& structure, 
   constexpr std::size_t closely = 2;
   constexpr int looks = 2, to_the_end = 8;
   std::vector<Follower> ways;
-  for (const RotorPhase& phase : from) ways.emplace_back(record, structure, values, knots, phase, longest).look();
+  for (const RotorPhase& phase : from) ways.emplace_back(record, structure, values, knots, phase, longest);
+  parallel_for(ways.size(), [&](std::size_t k) { ways[k].look(); });
   std::vector<std::size_t> order(ways.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t k) { return ways[k].expected(); });
   if (order.size() > closely) order.resize(closely);
-  for (const std::size_t k : order) ways[k].look(looks);
+  parallel_for(order.size(), [&](std::size_t i) { ways[order[i]].look(looks); });
   Follower& best = ways[*std::ranges::min_element(order, {}, [&](std::size_t k) { return ways[k].expected(); })];
   best.look(to_the_end);
   return best.phase();
@@ -284,12 +285,14 @@ RotorPhase best_phase(const Record& record, const ModelStructure& structure, std
     }
     return best_followed(record, structure, values, knots, phases, longest);
   }
-  std::pair<double, RotorPhase> best{std::numeric_limits<double>::infinity(), phases.front()};
-  for (RotorPhase& phase : phases) {
-    const double cost = sums_at(record, structure, values, phase, false).rtr;
-    if (cost < best.first) best = {cost, std::move(phase)};
-  }
-  return stepped_to(record, structure, values, std::move(best.second), 2, longest);
+  constexpr double diverges = std::numeric_limits<double>::infinity();
+  std::vector<double> costs(phases.size());
+  parallel_for(phases.size(), [&](std::size_t k) {
+    const double cost = sums_at(record, structure, values, phases[k], false).rtr;
+    costs[k] = cost < diverges ? cost : diverges;
+  });
+  const auto best = static_cast<std::size_t>(std::ranges::min_element(costs) - costs.begin());
+  return stepped_to(record, structure, values, std::move(phases[best]), 2, longest);
 }
 
 ResidualsAtPhase residuals_at_phase(const Record& record, const ModelStructure& structure,
