@@ -99,19 +99,34 @@ bool rivals_at_their_own_timing(Dataset& data, WholeSearch& search, const Criter
   return taken;
 }
 
+/// Which model tells how the runs begin.
+enum class Starts { told_on_the_way, told_by_the_answer };
+
+/// Did some runs begin otherwise?
+bool begin_otherwise(const Circumstances& a, const Circumstances& b) {
+  return !std::ranges::equal(a.starts, b.starts, [](const InitialState& one, const InitialState& other) {
+    return one.omega == other.omega && one.e_driver == other.e_driver;
+  });
+}
+
 /// A search at the timing and the starts that are set, and once more where its answer tells others: what the model
 /// lacked may have looked like another timing, or another start. The first answer stands where it still does better. By
 /// how little an instrument is behind the others only the answer tells.
 /// @param told the timing that is set is what `first` itself tells: it tells no other where nothing is found
-Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial first, bool told = false) {
+/// @param starts told by the answer: those that are set stay until there is one
+Road search_from(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial first, bool told = false,
+                 Starts starts = Starts::told_on_the_way) {
+  const auto other_starts_told_by = [&](const Model& model) {
+    return starts == Starts::told_on_the_way && settle_starts(data, model);
+  };
   // Starts bend the fit and the fit the starts.
-  for (int again = 0; again < 3 && settle_starts(data, first.model()); ++again) {
+  for (int again = 0; again < 3 && other_starts_told_by(first.model()); ++again) {
     first = search.again(first);
     told = false;
   }
   const WholeSearch::Resettle resettle = [&](const Model& with_the_effect) -> std::optional<Trial> {
     const Circumstances before = circumstances_of(data);
-    const bool other_starts = settle_starts(data, with_the_effect);
+    const bool other_starts = other_starts_told_by(with_the_effect);
     if (settle_timing(data, with_the_effect) != TimingChange::other && !other_starts) {
       set(data, before);
       return std::nullopt;
@@ -180,9 +195,9 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
   const bool told = change == TimingChange::none;
   Road best = search_from(data, search, criterion, told ? as_recorded : search.again(as_recorded), told);
   const bool remains = criterion.remainder(best.found.current.held_out) && !search.trials().exhausted();
-  const auto try_from = [&](const Circumstances& others) {
+  const auto try_from = [&](const Circumstances& others, Starts starts = Starts::told_on_the_way) {
     set(data, others);
-    Road other = search_from(data, search, criterion, search.again(as_recorded));
+    Road other = search_from(data, search, criterion, search.again(as_recorded), false, starts);
     if (criterion.material(best.found.current.held_out, other.found.current.held_out)) best = std::move(other);
     set(data, best.circumstances);
   };
@@ -196,6 +211,11 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
     Circumstances held = recorded;
     held.timing.held = true;
     try_from(held);
+  }
+  if (criterion.worth_a_wide_search(best.found.current.held_out) && begin_otherwise(best.circumstances, recorded) &&
+      !search.trials().exhausted()) {
+    // A load that pulls from the first row on looks like a run that begins on the way, of a model without it.
+    try_from(recorded, Starts::told_by_the_answer);
   }
   return with_a_lag_within_a_row(data, search, criterion, std::move(best));
 }
