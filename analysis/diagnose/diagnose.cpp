@@ -12,6 +12,7 @@
 #include "analysis/diagnose/left_floor.h"
 #include "analysis/diagnose/load_law.h"
 #include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/roads.h"
 #include "analysis/diagnose/tied_values.h"
@@ -126,6 +127,17 @@ void say_why_refused(Finding& found, const FittedTrials& trials) {
     const auto candidate =
         std::ranges::find(found.candidates, effect, [](const Candidate& c) { return c.score.effect; });
     if (candidate != found.candidates.end() && !named(found, effect)) candidate->implausible = why;
+  }
+}
+
+/// No size that an effect cannot have would have shown.
+void tell_sizes_that_may_be(Finding& found, const FittedMachine& machine) {
+  for (Candidate& c : found.candidates) {
+    double& size = c.score.detectable_size;
+    if (c.score.effect >= effect_count || c.score.starts.empty() || !std::isfinite(size) || size <= 0) continue;
+    std::vector<double> values = c.score.starts.front().from;
+    values.front() = size;
+    if (!implausible(c.score.effect, values, machine).empty()) size = infinity;
   }
 }
 
@@ -333,6 +345,7 @@ Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> hel
   tell_the_answer(d, data, all, found, std::move(last), model);
   name_the_missing(d, found, train, data, options.reach);
   say_why_refused(found, trials);
+  tell_sizes_that_may_be(found, machine_of(data.train, d.final));
   sort_best_first(found.candidates);
   const Loss& left = found.current.held_out;
   const bool is_refused_law = leaves_a_share(left, inputs, options.materiality) &&
