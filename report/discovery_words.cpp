@@ -184,7 +184,7 @@ std::vector<std::string> law_in_words(const Law& law) {
   if (const std::string meaning = may_be(law.text); !meaning.empty()) lines.push_back("it may be " + meaning);
   if (!law.resembles.empty()) {
     lines.push_back("like " + law.resembles + ": the cosine of what both do to the readings is " +
-                    pretty(law.likeness, 2) + ". emtb diagnose tries that one first");
+                    pretty(law.likeness, 2) + ". emtb add " + law.resembles + " fits that one by itself");
   }
   for (const FormulaText& t : law.tied_with) lines.push_back("tied with " + name_of(t.place) + " = " + t.in_words());
   return lines;
