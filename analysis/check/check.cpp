@@ -7,6 +7,7 @@
 #include "analysis/check/angle_speed.h"
 #include "analysis/check/balance.h"
 #include "analysis/check/begins_anew.h"
+#include "analysis/check/beyond_driver.h"
 #include "analysis/check/clipped.h"
 #include "analysis/check/dead_reference.h"
 #include "analysis/check/duplicate.h"
@@ -89,6 +90,7 @@ DataFindings check(std::span<const Run> train, std::span<const Run> held_out, co
     if (scales.empty() && !model && !stops(findings)) scales = unfixed_scale(windows, together);
     add(findings, std::move(scales));
   }
+  if (model != nullptr) add(findings, beyond_driver(runs, *model));
   return findings;
 }
 

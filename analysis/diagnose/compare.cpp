@@ -138,10 +138,9 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   Comparison result;
   const bool alone = beside.empty();
   Dataset staged = alone ? prepare(runs, {}, judge) : prepare(beside, runs, judge);
-  const Model& tells = alone ? judge : model;
-  settle_starts(staged, tells);  // a start that is off looks like another timing
-  settle_timing(staged, tells);
-  settle_starts(staged, tells);
+  settle_starts(staged, model);  // a start that is off looks like another timing
+  settle_timing(staged, model);
+  settle_starts(staged, model);
   result.timing = staged.timing;
   result.interval = staged.interval();
   const std::vector<Record>& compared = alone ? staged.train : staged.held_out;

@@ -11,6 +11,7 @@
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/null_fit.h"
 #include "analysis/diagnose/plausibility.h"
+#include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "model/catalogue.h"
 
@@ -221,22 +222,6 @@ Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion&
 }
 
 }  // namespace
-
-Circumstances circumstances_of(const Dataset& data) {
-  Circumstances as_set{data.timing, {}};
-  for (const auto* records : {&data.train, &data.held_out}) {
-    for (const Record& record : *records) as_set.starts.push_back(record.excitation.initial);
-  }
-  return as_set;
-}
-
-void set(Dataset& data, const Circumstances& circumstances) {
-  set_timing(data, circumstances.timing);
-  auto start = circumstances.starts.begin();
-  for (auto* records : {&data.train, &data.held_out}) {
-    for (Record& record : *records) record.excitation.initial = *start++;
-  }
-}
 
 bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
   const Timing recorded = timing_as_recorded(data.timing);

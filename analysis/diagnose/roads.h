@@ -2,22 +2,10 @@
 
 #include "analysis/diagnose/search.h"
 #include "analysis/diagnose/whole_search.h"
-#include "analysis/fit/starts.h"
+#include "analysis/fit/circumstances.h"
 #include "analysis/record/dataset.h"
 
 namespace emtb {
-
-/// How the runs were logged and begin, as it is set.
-struct Circumstances {
-  Timing timing;
-  std::vector<InitialState> starts;
-};
-
-/// How they are set in some data.
-Circumstances circumstances_of(const Dataset& data);
-
-/// Sets them in data of the same runs.
-void set(Dataset& data, const Circumstances& circumstances);
 
 /// The model as given, and what a search found from there, under the same circumstances.
 struct Road {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/fit/circumstances.h"
 #include "analysis/fit/cost_of_lateness.h"
 #include "analysis/fit/logging_errors.h"
 #include "analysis/fit/residuals.h"
@@ -382,19 +383,65 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
   return same_edges && bends < same ? TimingChange::slight : TimingChange::other;
 }
 
-Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {
-  Calibration fit = calibrate(std::span<const Record>(data.train), model, options);
-  if (set_shorter_steps(data, fit.model)) fit = calibrate(std::span<const Record>(data.train), fit.model, options);
-  // The fit that tells the timing was bent by another one.
-  for (int again = 0; again < 3; ++again) {
-    const TimingChange timing = settle_timing(data, fit.model);
-    const bool other_starts = settle_starts(data, fit.model);
+namespace {
+
+/// A fit, and how the runs are set that it is of.
+struct Settled {
+  Calibration fit;
+  Circumstances circumstances;
+};
+
+/// Fitted as the runs are set, and once more at the timing and the starts that the fit tells: it was bent by others.
+/// What leaves least on the way stands.
+Settled fitted_by_turns(Dataset& data, const Model& start, const CalibrationOptions& options) {
+  const auto fit_to_the_runs = [&](const Model& from) {
+    return Settled{calibrate(std::span<const Record>(data.train), from, options), circumstances_of(data)};
+  };
+  Settled now = fit_to_the_runs(start);
+  if (set_shorter_steps(data, now.fit.model)) now = fit_to_the_runs(now.fit.model);
+  constexpr int some = 3, most = 12;
+  constexpr double little = 0.01;  // of the cost: each bends the other a little less
+  Settled best = now;
+  bool goes_on = true;
+  for (int again = 0; again < some || (goes_on && again < most); ++again) {
+    const TimingChange timing = settle_timing(data, now.fit.model);
+    const bool other_starts = settle_starts(data, now.fit.model);
     if (timing == TimingChange::none && !other_starts) break;
-    fit = calibrate(std::span<const Record>(data.train), fit.model, options);
+    now = fit_to_the_runs(now.fit.model);
+    goes_on = now.fit.cost < (1 - little) * best.fit.cost;
+    if (now.fit.cost < best.fit.cost) best = now;
     if (timing != TimingChange::other && !other_starts) break;
   }
-  if (options.with_covariance) widen_by_logging(data.train, fit);
-  return fit;
+  return best;
+}
+
+/// Does a model as it stands leave less than a fit, at the timing and the starts that it tells itself? They are set.
+bool leaves_less_as_it_stands(Dataset& data, const Model& model, double cost_of_fit) {
+  constexpr double hopeless = 25;  // times: no timing takes as much from a first guess
+  const auto cost = [&] {
+    return fit_or_none(data.train, model, {.extra_starts = 0, .max_iterations = 0, .with_covariance = false}).cost;
+  };
+  if (!(cost() < hopeless * cost_of_fit)) return false;
+  settle_starts(data, model);
+  settle_timing(data, model);
+  settle_starts(data, model);
+  return cost() < cost_of_fit;
+}
+
+}  // namespace
+
+Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options) {
+  const Circumstances recorded = circumstances_of(data);
+  Settled best = fitted_by_turns(data, model, options);
+  set(data, recorded);
+  if (leaves_less_as_it_stands(data, model, best.fit.cost)) {
+    CalibrationOptions from_there = options;
+    from_there.extra_starts = 0;
+    best = fitted_by_turns(data, model, from_there);
+  }
+  set(data, best.circumstances);
+  if (options.with_covariance) widen_by_logging(data.train, best.fit);
+  return std::move(best.fit);
 }
 
 }  // namespace emtb

@@ -34,7 +34,8 @@ enum class TimingChange { none, slight, other };
 TimingChange settle_timing(Dataset& data, const Model& fitted);
 
 /// Calibrates on the training runs, and once more where that tells another timing or another start, or a motor that
-/// needs shorter steps.
+/// needs shorter steps. What leaves least stands, with its timing and starts, and never leaves more than the model as
+/// it is given.
 Calibration calibrate(Dataset& data, const Model& model, const CalibrationOptions& options = {});
 
 }  // namespace emtb
