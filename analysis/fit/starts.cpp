@@ -174,21 +174,32 @@ void descend(Start& start) {
   }
 }
 
-/// @param takes_part in the fit of the parameters, which are then as free as the start
-bool settle(Record& record, const Model& fitted, bool takes_part) {
-  constexpr double clear = 10;  // of half the sum of squares: more than two numbers take by chance
+/// @return whether it is another one now, that leaves less by `clear` and a share of what there was
+/// @param freely the model's parameters are as free as the start
+bool moved_to_where_less_is_left(Record& record, const Model& fitted, bool freely, double clear, double share) {
   InitialState& initial = record.excitation.initial;
-  if (initial.omega == 0 && initial.omega_doubt == 0) return false;
   const InitialState before = initial;
   Start start(record, fitted);
-  if (takes_part) start.see_parameters();
+  if (freely) start.see_parameters();
   const double cost = start.cost(), once_taken = start.cost_once_taken();
   if (initial.omega == 0) initial.omega = initial.omega_doubt;
   start.look_around();
   descend(start);
-  if (cost - start.cost() > clear && once_taken - start.cost_once_taken() > clear) return true;
+  const double least = std::max(clear, share * once_taken);
+  if (cost - start.cost() > clear && once_taken - start.cost_once_taken() > least) return true;
   initial = before;
   return false;
+}
+
+/// @param takes_part in the fit of the parameters
+bool settle(Record& record, const Model& fitted, bool takes_part) {
+  constexpr double clear = 10;  // of half the sum of squares: more than two numbers take by chance
+  constexpr double most = 0.5;  // of what is left: not what the model lacks
+  const InitialState& initial = record.excitation.initial;
+  if (initial.omega == 0 && initial.omega_doubt == 0) return false;
+  if (moved_to_where_less_is_left(record, fitted, true, clear, 0)) return true;
+  // Parameters that few runs tell would take what a start is off by of a run alone, but those of others are given it.
+  return !takes_part && moved_to_where_less_is_left(record, fitted, false, clear, most);
 }
 
 }  // namespace
