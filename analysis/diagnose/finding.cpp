@@ -19,6 +19,7 @@ void Finding::swap(std::size_t place, std::size_t effect, Trial with) {
   before.insert_or_assign(effect, before.at(member));
   rivals.erase(member);
   near.erase(member);
+  alike.erase(member);
   effects[place] = effect;
   current = std::move(with);
 }

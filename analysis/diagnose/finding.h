@@ -34,12 +34,13 @@ struct Rival {
 /// What a search found: a model, and how it came about.
 struct Finding {
   Trial current;
-  std::vector<std::size_t> effects;                  ///< in the order found
-  std::map<std::size_t, Loss> before;                ///< each effect was added
-  std::map<std::size_t, std::vector<Rival>> rivals;  ///< of each member
-  std::map<std::size_t, std::vector<Rival>> near;    ///< of each that says how late edges come: what does not do as
-                                                     ///< well, but comes near, in the order tried
-  std::vector<Candidate> candidates;                 ///< in the order tried
+  std::vector<std::size_t> effects;                    ///< in the order found
+  std::map<std::size_t, Loss> before;                  ///< each effect was added
+  std::map<std::size_t, std::vector<Rival>> rivals;    ///< of each member
+  std::map<std::size_t, std::vector<Rival>> near;      ///< of each that says how late edges come: what does not do as
+                                                       ///< well, but comes near, in the order tried
+  std::map<std::size_t, std::vector<Addition>> alike;  ///< of each: what did as well when it was added
+  std::vector<Candidate> candidates;                   ///< in the order tried
   std::vector<Step> steps;
 
   /// An effect more. @param with the model with it

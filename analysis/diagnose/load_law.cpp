@@ -100,7 +100,7 @@ std::optional<Finding> put_on(const Finding& law, const Trial& first, Trials& tr
   const Variant best = *std::ranges::max_element(variants, [](const Variant& a, const Variant& b) {
     return gain(*a.fitted->held_out.quality, *b.fitted->held_out.quality) > 0;
   });
-  Finding found{*best.fitted, best.effects, {}, {}, {}, law.candidates, {}};
+  Finding found{*best.fitted, best.effects, {}, {}, {}, {}, law.candidates, {}};
   found.steps.push_back({"fitted", {}, first.train, first.held_out_error()});
   for (std::size_t place = 0; place < best.effects.size(); ++place) {
     const std::size_t effect = best.effects[place];

@@ -42,6 +42,10 @@ bool has_size(std::size_t effect, const Model& model) {
   return !any_size;  // it is there or not
 }
 
+std::optional<double> error_with(const Addition& a) {
+  return has_size(a.effect(), a.trial.model()) ? std::optional(a.trial.held_out_error()) : std::nullopt;
+}
+
 bool needed(std::size_t effect, const Model& model) {
   return std::ranges::any_of(model.effects, [&](const IncludedEffect& e) {
     return effect_catalogue()[e.effect].needs == model.about(effect).id;

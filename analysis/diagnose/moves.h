@@ -23,6 +23,9 @@ Model without(Model model, bool (*goes)(const EffectInfo&));
 /// Has an effect any size in a fitted model? Not where each rests where the effect is absent.
 bool has_size(std::size_t effect, const Model& model);
 
+/// What is left with an effect; none where the fit does without it: another refit of the rest says nothing of it.
+std::optional<double> error_with(const Addition& a);
+
 /// Does some effect of the model need this one?
 bool needed(std::size_t effect, const Model& model);
 

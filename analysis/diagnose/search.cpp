@@ -17,16 +17,11 @@ bool shows_itself(const EffectInfo& effect, const Loss& without, const Loss& wit
   return own == differences.end() || own->second.gain > 0;
 }
 
-/// What is left with an effect; none where the fit does without it: another refit of the rest says nothing of it.
-std::optional<double> error_with(const Addition& a) {
-  return has_size(a.effect(), a.trial.model()) ? std::optional(a.trial.held_out_error()) : std::nullopt;
-}
-
 }  // namespace
 
 Search::Search(Trials& trials, const Criterion& criterion, Trial first, Loss as_given, std::size_t longest_list,
                Progress progress)
-    : Search(trials, criterion, Finding{std::move(first), {}, {}, {}, {}, {}, {}}, std::move(as_given),
+    : Search(trials, criterion, Finding{std::move(first), {}, {}, {}, {}, {}, {}, {}}, std::move(as_given),
              std::move(progress)) {
   longest_list_ = longest_list;
   found_.steps.push_back({"fitted", {}, found_.current.train, found_.current.held_out_error()});
@@ -179,6 +174,10 @@ bool Search::add_best_of(std::vector<Addition> additions) {
   std::optional<Trial> kept;
   std::optional<Addition> best = best_that_stays(additions, kept);
   if (!best) return false;
+  std::erase_if(additions, [&](const Addition& a) {
+    return a.effect() == best->effect() || !criterion_.tied(best->trial.held_out, a.trial.held_out);
+  });
+  found_.alike.insert_or_assign(best->effect(), std::move(additions));
   found_.add(best->effect(), std::move(*kept));
   remember(best->score, current.held_out_error());
   return true;
@@ -308,104 +307,6 @@ std::optional<Pair> Search::fewer(const Round& first, const Trial& many, std::si
     }
   }
   return found;
-}
-
-/// Does another effect do as well in the place of a member, or better?
-void Search::swap() {
-  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
-    if (trials_.exhausted()) return;
-    tell(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found_.effects.size()), "trying rivals");
-    if (!needed(found_.effects[i], found_.current.model())) try_rivals_of(i);
-  }
-}
-
-void Search::try_rivals_of(std::size_t place) {
-  Round* reduced = round_without(place);
-  if (reduced == nullptr) return;
-  try_in_the_place_of(place, *reduced, reduced->refits);
-  if (says_how_late(found_.effects[place])) try_in_the_place_of(place, *reduced, rounds_.late_refits_of(*reduced));
-}
-
-/// @param refits of the model without the member in that place @return whether one of them has taken it
-bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits) {
-  Trial& current = found_.current;
-  const std::size_t member = found_.effects[place];
-  bool taken = false;
-  for (const Addition& a : refits) {
-    const Trial& trial = a.trial;
-    if (!is_rival(reduced, a, member)) continue;
-    if (does_better(criterion_, trial.held_out, current.held_out)) {
-      found_.swap(place, a.effect(), trial);
-      rivals_are_stale_ = taken = true;
-    } else {
-      set_beside(found_.effects[place], reduced, a);
-    }
-    remember(a.score, error_with(a));
-  }
-  return taken;
-}
-
-/// Keeps a rival that does as well as a member; or comes near, where both say how late edges come: the timing and the
-/// starts that are set are those which the member tells.
-void Search::set_beside(std::size_t member, const Round& reduced, const Addition& a) {
-  const auto keep = [&](std::vector<Rival>& rivals) {
-    if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
-      rivals.push_back({a.effect(), a.trial.model()});
-  };
-  if (does_as_well(criterion_, found_.current, member, a.trial, a.effect())) {
-    keep(found_.rivals[member]);
-  } else if (says_how_late(member) && says_how_late(a.effect()) &&
-             removes_most(reduced.fitted.held_out, a.trial.held_out)) {
-    keep(found_.near[member]);
-  }
-}
-
-/// Where something is left, it may be that a member stands in for what the scores passed by.
-void Search::try_all_in_the_place_of_each() {
-  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
-    if (!criterion_.worth_trying_all(found_.current.held_out) || trials_.exhausted()) return;
-    const std::size_t member = found_.effects[i];
-    if (needed(member, found_.current.model())) continue;
-    tell(0.87, "trying all effects in the place of " + id(member));
-    Round* reduced = round_without(i);
-    if (reduced != nullptr && try_in_the_place_of(i, *reduced, rounds_.all_refits_of(*reduced))) settle();
-  }
-}
-
-/// Rivals that were collected beside a member that has gone since say nothing of the members that stayed.
-void Search::renew_rivals() {
-  tell(0.88, "trying rivals again");
-  found_.rivals.clear();
-  found_.near.clear();
-  if (trials_.exhausted()) return;
-  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
-    const std::size_t member = found_.effects[i];
-    if (needed(member, found_.current.model())) continue;
-    Round* reduced = round_without(i);
-    if (reduced == nullptr) continue;
-    const auto collect = [&](const Addition& a) {
-      if (is_rival(*reduced, a, member)) set_beside(member, *reduced, a);
-    };
-    std::ranges::for_each(reduced->refits, collect);
-    if (says_how_late(member)) std::ranges::for_each(rounds_.late_refits_of(*reduced), collect);
-  }
-}
-
-/// The round of the model without one of its members; null where it has no fit.
-Round* Search::round_without(std::size_t place) {
-  std::vector<std::size_t> others = found_.effects;
-  others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
-  return rounds_.explored(others, [&] { return fit_without(found_.effects[place]); });
-}
-
-/// Is an addition to the model without a member something material of its own?
-bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t member) {
-  std::vector<std::size_t> others = found_.effects;
-  std::erase(others, member);
-  const Loss& without = reduced.fitted.held_out;
-  return a.effect() != member && criterion_.material(without, a.trial.held_out) &&
-         !mends_another(a.effect(), others, without, a.trial.held_out) &&
-         trials_.determined(a.trial.model(), a.effect());
 }
 
 /// What the others have made superfluous goes. Where something is left, drops of which each does little wait before

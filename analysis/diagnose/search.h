@@ -71,6 +71,7 @@ class Search {
   void try_fewer();
   void swap();
   void try_rivals_of(std::size_t place);
+  std::vector<Addition> alike_in_the_place_of(std::size_t place, const Round& reduced);
   bool try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits);
   void try_all_in_the_place_of_each();
   void prune();

@@ -84,6 +84,7 @@ class MadeUp final : public Trials {
   std::set<std::size_t> undetermined;
   std::set<Effects> implausible;         // together: none of them is determined in such a model
   std::set<std::size_t> unpromising;     // by their scores
+  std::map<Effects, Effects> passed_by;  // the same, by those of a model
   std::set<std::size_t> slow;            // by their first steps
   std::map<Effects, double> lost;        // by its first fit: the error, in a valley that a later fit does not meet
   std::set<Effects> hidden;              // in such a valley from every fit but that from elsewhere
@@ -127,6 +128,8 @@ class MadeUp final : public Trials {
     for (std::size_t effect = 0; effect < effect_count; ++effect) {
       if (fitted.model().includes(effect) || fitted.model().withholds(effect)) continue;
       if (breadth == Breadth::promising && unpromising.contains(effect)) continue;
+      const auto those = passed_by.find(held_by(fitted.model()));
+      if (breadth == Breadth::promising && those != passed_by.end() && those->second.contains(effect)) continue;
       Model more = fitted.model();
       include(more, effect);
       Score score;
@@ -284,6 +287,24 @@ TEST_F(SearchOnMadeUpFits, KeepsWhatComesNearWhereBothSayHowLateEdgesCome) {
   ASSERT_EQ(f.near.count(lag), 1U);
   ASSERT_EQ(f.near.at(lag).size(), 1U);
   EXPECT_EQ(f.near.at(lag)[0].effect, coil);
+}
+
+TEST_F(SearchOnMadeUpFits, TiesWhatDidAsWellWhenAMemberWasAddedAndDoesSoStill) {
+  // Beside `dry` alone no score proposes `coil`: that has taken what there was to see of it.
+  trials.errors = {{{}, 9}, {{air}, 3}, {{coil}, 3.01}, {{dry}, 8.9}, {{air, dry}, 1}, {{coil, dry}, 1}};
+  trials.passed_by = {{{dry}, {coil}}};
+  const Finding f = found();
+  ASSERT_THAT(f.effects, UnorderedElementsAre(air, dry));
+  ASSERT_EQ(f.rivals.count(air), 1U);
+  EXPECT_EQ(f.rivals.at(air)[0].effect, coil);
+}
+
+TEST_F(SearchOnMadeUpFits, TiesNothingThatDidAsWellWhenAMemberWasAddedAndDoesSoNoMore) {
+  trials.errors = {{{}, 9}, {{air}, 3}, {{coil}, 3.01}, {{dry}, 8.9}, {{air, dry}, 1}, {{coil, dry}, 2}};
+  trials.passed_by = {{{dry}, {coil}}};
+  const Finding f = found();
+  ASSERT_THAT(f.effects, UnorderedElementsAre(air, dry));
+  EXPECT_EQ(f.rivals.count(air), 0U);
 }
 
 TEST_F(SearchOnMadeUpFits, DropsWhatTheOthersMadeSuperfluous) {

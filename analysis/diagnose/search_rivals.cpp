@@ -1,0 +1,129 @@
+// Of a search: what does as well in the place of a member, or better.
+#include <algorithm>
+
+#include "analysis/diagnose/moves.h"
+#include "analysis/diagnose/search.h"
+#include "model/catalogue.h"
+
+namespace emtb {
+
+/// Does another effect do as well in the place of a member, or better?
+void Search::swap() {
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    if (trials_.exhausted()) return;
+    tell(0.6 + 0.2 * static_cast<double>(i) / static_cast<double>(found_.effects.size()), "trying rivals");
+    if (!needed(found_.effects[i], found_.current.model())) try_rivals_of(i);
+  }
+}
+
+void Search::try_rivals_of(std::size_t place) {
+  Round* reduced = round_without(place);
+  if (reduced == nullptr) return;
+  const std::size_t member = found_.effects[place];
+  try_in_the_place_of(place, *reduced, reduced->refits);
+  if (found_.effects[place] == member) try_in_the_place_of(place, *reduced, alike_in_the_place_of(place, *reduced));
+  if (says_how_late(found_.effects[place])) try_in_the_place_of(place, *reduced, rounds_.late_refits_of(*reduced));
+}
+
+/// What did as well as a member when that was added, in its place now: what the others have taken meanwhile may leave
+/// so little of it to be seen without the member that no score proposes it any more.
+std::vector<Addition> Search::alike_in_the_place_of(std::size_t place, const Round& reduced) {
+  std::vector<Addition> in_its_place;
+  const auto alike = found_.alike.find(found_.effects[place]);
+  if (alike == found_.alike.end()) return in_its_place;
+  for (const Addition& a : alike->second) {
+    const bool is_tried = std::ranges::find(reduced.refits, a.effect(), &Addition::effect) != reduced.refits.end();
+    if (is_tried || found_.current.model().includes(a.effect()) || trials_.exhausted()) continue;
+    Model other = found_.current.model();
+    other.exclude(found_.effects[place]);
+    other.include(a.effect());
+    other.parameters_of(a.effect()) = a.trial.model().parameters_of(a.effect());
+    if (auto trial = trials_.fit_to_the_end(other)) in_its_place.push_back({a.score, std::move(*trial)});
+  }
+  return in_its_place;
+}
+
+/// @param refits of the model without the member in that place @return whether one of them has taken it
+bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits) {
+  Trial& current = found_.current;
+  const std::size_t member = found_.effects[place];
+  bool taken = false;
+  for (const Addition& a : refits) {
+    const Trial& trial = a.trial;
+    if (!is_rival(reduced, a, member)) continue;
+    if (does_better(criterion_, trial.held_out, current.held_out)) {
+      found_.swap(place, a.effect(), trial);
+      rivals_are_stale_ = taken = true;
+    } else {
+      set_beside(found_.effects[place], reduced, a);
+    }
+    remember(a.score, error_with(a));
+  }
+  return taken;
+}
+
+/// Keeps a rival that does as well as a member; or comes near, where both say how late edges come: the timing and the
+/// starts that are set are those which the member tells.
+void Search::set_beside(std::size_t member, const Round& reduced, const Addition& a) {
+  const auto keep = [&](std::vector<Rival>& rivals) {
+    if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
+      rivals.push_back({a.effect(), a.trial.model()});
+  };
+  if (does_as_well(criterion_, found_.current, member, a.trial, a.effect())) {
+    keep(found_.rivals[member]);
+  } else if (says_how_late(member) && says_how_late(a.effect()) &&
+             removes_most(reduced.fitted.held_out, a.trial.held_out)) {
+    keep(found_.near[member]);
+  }
+}
+
+/// Where something is left, it may be that a member stands in for what the scores passed by.
+void Search::try_all_in_the_place_of_each() {
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    if (!criterion_.worth_trying_all(found_.current.held_out) || trials_.exhausted()) return;
+    const std::size_t member = found_.effects[i];
+    if (needed(member, found_.current.model())) continue;
+    tell(0.87, "trying all effects in the place of " + id(member));
+    Round* reduced = round_without(i);
+    if (reduced != nullptr && try_in_the_place_of(i, *reduced, rounds_.all_refits_of(*reduced))) settle();
+  }
+}
+
+/// Rivals that were collected beside a member that has gone since say nothing of the members that stayed.
+void Search::renew_rivals() {
+  tell(0.88, "trying rivals again");
+  found_.rivals.clear();
+  found_.near.clear();
+  if (trials_.exhausted()) return;
+  for (std::size_t i = 0; i < found_.effects.size(); ++i) {
+    const std::size_t member = found_.effects[i];
+    if (needed(member, found_.current.model())) continue;
+    Round* reduced = round_without(i);
+    if (reduced == nullptr) continue;
+    const auto collect = [&](const Addition& a) {
+      if (is_rival(*reduced, a, member)) set_beside(member, *reduced, a);
+    };
+    std::ranges::for_each(reduced->refits, collect);
+    std::ranges::for_each(alike_in_the_place_of(i, *reduced), collect);
+    if (says_how_late(member)) std::ranges::for_each(rounds_.late_refits_of(*reduced), collect);
+  }
+}
+
+/// The round of the model without one of its members; null where it has no fit.
+Round* Search::round_without(std::size_t place) {
+  std::vector<std::size_t> others = found_.effects;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
+  return rounds_.explored(others, [&] { return fit_without(found_.effects[place]); });
+}
+
+/// Is an addition to the model without a member something material of its own?
+bool Search::is_rival(const Round& reduced, const Addition& a, std::size_t member) {
+  std::vector<std::size_t> others = found_.effects;
+  std::erase(others, member);
+  const Loss& without = reduced.fitted.held_out;
+  return a.effect() != member && criterion_.material(without, a.trial.held_out) &&
+         !mends_another(a.effect(), others, without, a.trial.held_out) &&
+         trials_.determined(a.trial.model(), a.effect());
+}
+
+}  // namespace emtb
