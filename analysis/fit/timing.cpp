@@ -417,7 +417,7 @@ Settled fitted_by_turns(Dataset& data, const Model& start, const CalibrationOpti
 
 /// Does a model as it stands leave less than a fit, at the timing and the starts that it tells itself? They are set.
 bool leaves_less_as_it_stands(Dataset& data, const Model& model, double cost_of_fit) {
-  constexpr double hopeless = 25;  // times: no timing takes as much from a first guess
+  constexpr double hopeless = 9;  // times, three times the error: no timing takes as much from a first guess
   const auto cost = [&] {
     return fit_or_none(data.train, model, {.extra_starts = 0, .max_iterations = 0, .with_covariance = false}).cost;
   };
