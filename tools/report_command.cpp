@@ -14,7 +14,7 @@
 #include "tools/checked.h"
 #include "tools/commands.h"
 #include "tools/discover_rest.h"
-#include "tools/offered_words.h"
+#include "tools/search_options.h"
 
 namespace emtb {
 namespace {
@@ -101,20 +101,12 @@ int report_command(const ReportOptions& o) {
 void add_report_command(CommandLine& line, int argc, const char* const* argv) {
   const auto o = std::make_shared<ReportOptions>();
   o->command = as_called(argc, argv);
-  line.command("report", "diagnoses a model and writes all of it as one HTML page, with figures")
-      .argument("MODEL", o->model, "the model's YAML")
+  Command report = line.command("report", "diagnoses a model and writes all of it as one HTML page, with figures");
+  report.argument("MODEL", o->model, "the model's YAML")
       .arguments("SESSION", o->sessions, "PATH[#RUN][@T0:T1], .csv, .h5 or .mat: what the model is fitted to")
       .options("--held-out", o->held_out, "sessions that judge the fit and take no part in it")
-      .option("--map", o->map, "how the columns of foreign CSV files become signals")
-      .option("--candidates", o->candidates,
-              "a YAML file of formulas of your own, to be tried beside the library's effects")
-      .options("--only", o->wanted.only, only_help)
-      .offers(effect_ids)
-      .options("--without", o->wanted.without, without_help)
-      .offers(effect_ids)
-      .option("--effort", o->search.effort, effort_help)
-      .option("--explain", o->search.explain, explain_help)
-      .one_of({"torque"})
+      .option("--map", o->map, "how the columns of foreign CSV files become signals");
+  search_options(report, o->candidates, o->wanted, o->search)
       .option("--out", o->out, "the page [report.html]")
       .option("--png", o->png, "writes each figure as PNG into this folder, too")
       .option("--json", o->json_file, "writes the diagnosis to this file; - for standard output")

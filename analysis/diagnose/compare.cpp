@@ -6,7 +6,6 @@
 #include "analysis/diagnose/likelihood.h"
 #include "analysis/diagnose/load_law.h"
 #include "analysis/fit/residuals.h"
-#include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
 #include "model/simulation.h"
@@ -138,9 +137,7 @@ Comparison compare(std::span<const Run> runs, const Model& model, const Model& j
   Comparison result;
   const bool alone = beside.empty();
   Dataset staged = alone ? prepare(runs, {}, judge) : prepare(beside, runs, judge);
-  settle_starts(staged, model);  // a start that is off looks like another timing
-  settle_timing(staged, model);
-  settle_starts(staged, model);
+  settle_as_it_stands(staged, model);
   result.timing = staged.timing;
   result.interval = staged.interval();
   const std::vector<Record>& compared = alone ? staged.train : staged.held_out;

@@ -383,6 +383,12 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
   return same_edges && bends < same ? TimingChange::slight : TimingChange::other;
 }
 
+void settle_as_it_stands(Dataset& data, const Model& model) {
+  settle_starts(data, model);
+  settle_timing(data, model);
+  settle_starts(data, model);
+}
+
 namespace {
 
 /// A fit, and how the runs are set that it is of.
@@ -422,9 +428,7 @@ bool leaves_less_as_it_stands(Dataset& data, const Model& model, double cost_of_
     return fit_or_none(data.train, model, {.extra_starts = 0, .max_iterations = 0, .with_covariance = false}).cost;
   };
   if (!(cost() < hopeless * cost_of_fit)) return false;
-  settle_starts(data, model);
-  settle_timing(data, model);
-  settle_starts(data, model);
+  settle_as_it_stands(data, model);
   return cost() < cost_of_fit;
 }
 

@@ -33,6 +33,10 @@ enum class TimingChange { none, slight, other };
 /// Finds the timing and sets it.
 TimingChange settle_timing(Dataset& data, const Model& fitted);
 
+/// Sets the timing and the starts that a model tells as it stands: a start that is off looks like another timing, and
+/// starts are told anew beside that.
+void settle_as_it_stands(Dataset& data, const Model& model);
+
 /// Calibrates on the training runs, and once more where that tells another timing or another start, or a motor that
 /// needs shorter steps. What leaves least stands, with its timing and starts, and never leaves more than the model as
 /// it is given.

@@ -4,6 +4,7 @@
 #include "tools/checked.h"
 #include "tools/commands.h"
 #include "tools/model/model_options.h"
+#include "tools/search_options.h"
 
 namespace emtb {
 
@@ -39,24 +40,16 @@ void add_model_commands(CommandLine& line, const std::shared_ptr<const KeptAnswe
       .flag("--fit", o->fit, "fits the model to the sessions first")
       .flag("--plot", o->plot, "draws the signal that is furthest off, also where the output is no terminal")
       .action(act(compare_command));
-  const char* const candidates = "a YAML file of formulas of your own, to be tried beside the library's effects";
-  looking_first(
-      with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))))
-      .option("--candidates", o->candidates, candidates)
-      .options("--only", o->wanted.only, only_help)
-      .offers(effect_ids)
-      .options("--without", o->wanted.without, without_help)
-      .offers(effect_ids)
-      .option("--effort", o->search.effort, effort_help)
-      .option("--explain", o->search.explain, explain_help)
-      .one_of({"torque"})
+  Command diagnose = looking_first(
+      with_intervals(on_files(line.command("diagnose", "finds out which physical effect a model is missing"))));
+  search_options(diagnose, o->candidates, o->wanted, o->search)
       .flag("--all", o->every_candidate, "shows every candidate, not only the best five")
       .action(act(diagnose_command));
   Command add = line.command("add", "adds an effect to a model, fits it, and shows what it brought");
   add.argument("EFFECT", o->effect, "its id: see emtb effects; or that of a formula in --candidates")
       .offers(effect_ids);
   looking_first(with_intervals(on_files(add)))
-      .option("--candidates", o->candidates, candidates)
+      .option("--candidates", o->candidates, candidates_help)
       .action(act(add_command));
 }
 
