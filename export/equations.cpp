@@ -38,10 +38,11 @@ constexpr std::array cogging{
 constexpr std::array load_torque{Statement{"load_torque", "load_torque + $T_L"}};
 constexpr std::array dry_brake{Statement{"brake", "brake + $T_b"}};
 constexpr std::array eccentric{Statement{"load_torque", "load_torque + $T_e*mean_sine(theta + $phase, omega*h)"}};
+constexpr std::array spring{Statement{"load_torque", "load_torque + $T_0 + $k*theta"}};
 constexpr std::array eddy_brake{
     Statement{"load_torque", "load_torque + 2*$T_b*(omega/$omega_b)/(1 + (omega/$omega_b)*(omega/$omega_b))"}};
 
-constexpr std::array<WrittenEffect, 23> written{{{"driver_gain_error", gain_error},
+constexpr std::array<WrittenEffect, 24> written{{{"driver_gain_error", gain_error},
                                                  {"driver_slew", slew_limits},
                                                  {"driver_dead_zone", dead_zone},
                                                  {"driver_saturation", saturation_limit},
@@ -63,6 +64,7 @@ constexpr std::array<WrittenEffect, 23> written{{{"driver_gain_error", gain_erro
                                                  {"load_torque", load_torque},
                                                  {"dry_brake", dry_brake},
                                                  {"eccentric_load", eccentric},
+                                                 {"spring_load", spring},
                                                  {"eddy_brake", eddy_brake}}};
 
 /// `$T_c` of an effect becomes `$coulomb_friction_T_c`.

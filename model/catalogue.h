@@ -29,6 +29,7 @@
 #include "model/effects/load/eccentric_load.h"
 #include "model/effects/load/eddy_brake.h"
 #include "model/effects/load/load_torque.h"
+#include "model/effects/load/spring_load.h"
 #include "model/effects/sensors/current_offset.h"
 #include "model/effects/sensors/speed_delay.h"
 #include "model/effects/sensors/supply_current.h"
@@ -61,7 +62,7 @@ using AllEffects =
                CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction, PreslidingFriction,
                Windage, BearingDrag, FrictionWarmup,            //
                Cogging, Backlash, ShaftCompliance,              //
-               LoadTorque, DryBrake, EccentricLoad, EddyBrake,  //
+               LoadTorque, DryBrake, EccentricLoad, SpringLoad, EddyBrake,  //
                TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset, SupplyCurrent>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<AllEffects>;

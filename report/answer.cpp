@@ -11,6 +11,7 @@
 #include "model/catalogue.h"
 #include "report/gauge_words.h"
 #include "report/text.h"
+#include "report/verdict.h"
 #include "report/words.h"
 
 namespace emtb {
@@ -84,7 +85,7 @@ std::string before_and_after(const Diagnosis& d) {
 
 std::string how_sure(const Diagnosis& d) {
   std::string judged = d.judged_on_training ? " (one run, judged on itself: record a second)"
-                       : d.training_judges
+                       : d.only_training_shows_it()
                            ? " (shown by training runs alone: each was held out in turn, beside those you named)"
                            : "";
   if (!d.fitted_too.empty()) judged += " (" + fitted_too_in_words(d) + ")";
@@ -114,7 +115,7 @@ std::string how_sure(const Diagnosis& d) {
                                        " it: training runs do not, or by far less") +
              judged;
     case Verdict::nothing_missing:
-      return verdict + "what is left is noise, or too little to matter" + judged;
+      return verdict + std::string(nothing_in_words(d)) + judged;
     case Verdict::cannot_tell:
       return verdict + "nothing in these runs moves enough to inform the model";
   }

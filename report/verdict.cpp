@@ -72,8 +72,8 @@ std::string missing_in_words(const Diagnosis& d) {
 /// Where an error falls, and by how much: where held-out runs show nothing of what was found, they have nothing to say.
 std::string fall(const Diagnosis& d) {
   const auto from_to = [](double from, double to) { return " falls from " + floors(from) + " to " + printed(to, 3); };
-  return d.training_judges ? "the training runs, which alone show it," + from_to(d.base_train, d.final_train)
-                           : judged_on(d) + from_to(d.base_held_out, d.final_held_out);
+  return d.only_training_shows_it() ? "the training runs, which alone show it," + from_to(d.base_train, d.final_train)
+                                    : judged_on(d) + from_to(d.base_held_out, d.final_held_out);
 }
 
 /// What the base parameters would be with a rival in the place of what was named; nothing where they are the same.
@@ -91,6 +91,11 @@ std::string otherwise_in_words(const Diagnosis& d, const MissingEffect& m, std::
 
 }  // namespace
 
+std::string_view nothing_in_words(const Diagnosis& d) {
+  return more_than_noise(d) ? "what is left is too little to matter, or of no law that these runs show again"
+                            : "what is left is noise, or too little to matter";
+}
+
 std::string verdict_text(const Diagnosis& d) {
   std::ostringstream out;
   switch (d.verdict) {
@@ -104,8 +109,9 @@ std::string verdict_text(const Diagnosis& d) {
           << (d.missing.empty() ? "." : ", even with");
       break;
     case Verdict::nothing_missing:
-      out << "nothing_missing: what is left is noise, or too little to matter.";
-      if (more_than_noise(d)) out << " (" << what_is_left(d) << ": " << remainder_in_words(d) << ")";
+      out << "nothing_missing: " << nothing_in_words(d) << ".";
+      if (more_than_noise(d))
+        out << " (" << (left_of_the_load(d) ? what_is_left(d) : "left") << ": " << remainder_in_words(d) << ")";
       break;
     case Verdict::cannot_tell:
       out << "cannot_tell: nothing in these runs moves enough to inform the model.";

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/diagnose/diagnose.h"
@@ -9,6 +10,9 @@ namespace emtb {
 
 /// The verdict for the terminal: the word, each effect with its values and rivals, and the next experiment.
 std::string verdict_text(const Diagnosis& diagnosis);
+
+/// Why nothing is missing, for a line of its own: what is left is noise, or of no law.
+std::string_view nothing_in_words(const Diagnosis& diagnosis);
 
 /// The verdict in a sentence or two, with numbers, for the page.
 std::string verdict_in_words(const Diagnosis& diagnosis);

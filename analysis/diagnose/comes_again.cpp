@@ -92,15 +92,15 @@ ComingAgain coming_again(const ReadingsByCondition& readings) {
   return found;
 }
 
-std::map<Signal, ComingAgain> coming_again(const RecordRefs& records, const Model& model, double memory) {
+ComingAgain coming_again(const RecordRefs& records, const Model& model, Signal signal, double memory) {
   constexpr double forgotten = 5;    // times the memory: exp(-5)
   constexpr double of_shortest = 2;  // 64 pieces at most of an only run: more tell no more
   const double piece = std::max(forgotten * memory, of_shortest * shortest_piece(records));
-  std::map<Signal, ComingAgain> all;
-  visit_readings_by_condition(records, model, piece, [&](Signal signal, const ReadingsByCondition& readings) {
-    all.emplace(signal, coming_again(readings));
+  ComingAgain found;
+  visit_readings_by_condition(records, model, piece, [&](Signal of, const ReadingsByCondition& readings) {
+    if (of == signal) found = coming_again(readings);
   });
-  return all;
+  return found;
 }
 
 }  // namespace emtb

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <span>
 #include <vector>
 
@@ -27,7 +26,7 @@ struct ComingAgain {
 /// @param readings of one signal, with the numbers of pieces whose residuals are independent
 ComingAgain coming_again(const ReadingsByCondition& readings);
 
-/// Of each signal. @param memory [s] of what is left
-std::map<Signal, ComingAgain> coming_again(const RecordRefs& records, const Model& model, double memory);
+/// The same of what a model leaves of a signal in records. @param memory [s] of that
+ComingAgain coming_again(const RecordRefs& records, const Model& model, Signal signal, double memory);
 
 }  // namespace emtb

@@ -212,6 +212,11 @@ Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> hel
 
 }  // namespace
 
+bool Diagnosis::only_training_shows_it() const {
+  constexpr double hardly = 0.95;  // times as much: a twentieth of an error is not worth a name
+  return training_judges && final_train < hardly * base_train && final_held_out >= hardly * base_held_out;
+}
+
 std::string_view word(Verdict verdict) noexcept {
   switch (verdict) {
     case Verdict::found:

@@ -69,6 +69,9 @@ struct Diagnosis {
   std::vector<Proposal> next;               ///< where effects tie: experiments that would tell them apart, best first
   std::vector<MissingCurve> missing_base, missing_final;  ///< the equations' remainder as curves; empty: none recovered
 
+  /// Did the error fall in training runs, which judged one by one, and not in the held-out runs that were named?
+  bool only_training_shows_it() const;
+
   /// What is known of an effect that the diagnosis names by its number.
   const EffectInfo& about(std::size_t effect) const { return final.about(effect); }
   std::string id(std::size_t effect) const { return std::string(about(effect).id); }

@@ -9,6 +9,7 @@
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/refit.h"
+#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/fit/gauge.h"
 #include "analysis/fit/leave_one_out.h"
 #include "analysis/numerics/parallel.h"
@@ -46,22 +47,6 @@ std::optional<Trial> attempt(const Fit& fit) {
   }
 }
 
-/// Is a limit told from the one that the driver is known to have? By itself and by what it is the inverse of: one that
-/// is never reached is as good as any other.
-bool told_from_known(const Parameter& found, double known, double errors) {
-  if (!found.std_error) return false;
-  const double error = errors * *found.std_error, v = found.value;
-  return std::abs(v - known) > error && std::abs(1 / v - 1 / known) > error / (v * v);
-}
-
-/// The values at which an effect is absent from a model.
-StartValues absent_at(std::size_t effect, const Model& model) {
-  Ranges known;
-  known.rise = model.structure().driver.rise;
-  known.fall = model.structure().driver.fall;
-  return starts_of(effect, known).front();
-}
-
 /// Does a wave keep step with the angle? Where its order is so uncertain that it may be a turn ahead at the end of a
 /// run, it is any force that comes and goes.
 bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t effect) {
@@ -74,54 +59,14 @@ bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t 
 
 }  // namespace
 
-bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
-  const EffectInfo& about = judged.model.about(effect);
-  const std::vector<Parameter>& included = judged.model.parameters_of(effect);
-  bool any_amplitude = false, any_shape_told = false;
-  for (std::size_t i = 0; i < about.parameter_count; ++i) {
-    const EffectParameter& p = about.parameter_list[i];
-    const Parameter& found = included[i];
-    if (p.is_shape()) {
-      any_shape_told = any_shape_told || (found.std_error && std::abs(found.value) > errors * *found.std_error);
-      continue;
-    }
-    any_amplitude = true;
-    if (found.value == p.null) continue;  // it rests where the effect is absent
-    const bool on_bound = std::ranges::find(judged.at_bound, full_name(about, i)) != judged.at_bound.end();
-    if (on_bound) return true;
-    if (p.role == Role::limit) {
-      if (told_from_known(found, absent_at(effect, judged.model)[i], errors)) return true;
-      continue;
-    }
-    const double size = p.null == infinity ? found.value : found.value - p.null;
-    if (found.std_error && std::abs(size) > errors * *found.std_error) return true;
-  }
-  // Of one that is there or not, one shape at least is told.
-  return !any_amplitude && (about.parameter_count == 0 || any_shape_told);
-}
-
-Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {
-  CalibrationOptions as_it_is;
-  as_it_is.extra_starts = as_it_is.max_iterations = 0;
-  as_it_is.quick_errors = quick;
-  return fit_or_none(records, fitted, as_it_is);
-}
-
-bool told_but_for_scale(std::span<const Record> records, const Fit& judged, std::size_t effect, double errors) {
-  if (told_from_zero(judged, effect, errors)) return true;
-  Model without = judged.model;
-  without.exclude(effect);
-  std::vector<std::size_t> places = places_to_hold(records, without);
-  std::erase_if(places, [](std::size_t place) { return place >= ModelStructure::base_count; });
-  if (places.empty()) return false;
-  Model held = judged.model;
-  for (const std::size_t place : places) held.at(place).fixed = true;
-  return told_from_zero(with_standard_errors(records, held, true), effect, errors);
-}
-
 FittedTrials::FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion,
                            const ScoreOptions& score, std::size_t refits)
-    : data_(data), given_(given), criterion_(criterion), score_(score), refits_(refits) {}
+    : data_(data),
+      given_(given),
+      criterion_(criterion),
+      score_(score),
+      refits_(refits),
+      training_judges_(!data.held_out.empty() && data.train.size() > 1) {}
 
 Trial FittedTrials::first_fit(const Model& start) {
   constexpr int extra_starts = 4;  // only where nothing good is known to start from
@@ -147,11 +92,23 @@ void FittedTrials::go_on_by(std::uint64_t steps) {
 }
 
 std::optional<Trial> FittedTrials::fit(const Model& start, const Trial* known) {
-  return attempt([&] { return fitted(start, of_a_search(), known); });
+  return no_worse_than_before(attempt([&] { return fitted(start, of_a_search(), known); }), of_a_search(), known);
 }
 
 std::optional<Trial> FittedTrials::fit_to_the_end(const Model& start) {
-  return attempt([&] { return fitted(start, to_the_end(), nullptr); });
+  return no_worse_than_before(attempt([&] { return fitted(start, to_the_end(), nullptr); }), to_the_end(), nullptr);
+}
+
+/// A fit, or that from where an earlier one of the same effects had ended, if this led elsewhere.
+std::optional<Trial> FittedTrials::no_worse_than_before(std::optional<Trial> found, const CalibrationOptions& options,
+                                                        const Trial* known) {
+  if (!found) return found;
+  if (const auto start = known_fits_.that_leaves_less(data_.train, found->fit)) {
+    std::optional<Trial> other = attempt([&] { return fitted(*start, options, known); });
+    if (other && other->fit.cost < found->fit.cost) found = std::move(other);
+  }
+  known_fits_.remember(found->model());
+  return found;
 }
 
 std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
@@ -307,7 +264,8 @@ std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const B
   each_on_a_core(begun.size(), [&](std::size_t i) {
     if (ends_now()) return;
     const Model& model = begun[i].fit.model;
-    trials[i] = fit(held_nearer(data_.train, given_, model).value_or(model), known_for(begun[i].score.effect, fitted));
+    const Model start = held_nearer(data_.train, given_, model).value_or(model);
+    trials[i] = attempt([&] { return this->fitted(start, of_a_search(), known_for(begun[i].score.effect, fitted)); });
   });
   std::vector<Addition> additions;
   for (std::size_t i = 0; i < begun.size(); ++i) {
@@ -315,6 +273,7 @@ std::vector<Addition> FittedTrials::ended(const Trial& fitted, std::span<const B
     const std::size_t effect = begun[i].score.effect;
     additions.push_back({begun[i].score, std::move(*trials[i])});
     valleys_[effect] = valley_of(additions.back().trial.model(), effect);  // for later rounds to start from
+    known_fits_.remember(additions.back().trial.model());
   }
   return additions;
 }
@@ -465,17 +424,6 @@ bool FittedTrials::explains_most_runs(const Trial& trial) {
   const std::size_t left = unexplained(data_.train, trial.model(), trial.fit.phases).size() +
                            unexplained(data_.held_out, trial.model(), trial.held_out_phases).size();
   return 3 * left <= data_.train.size() + data_.held_out.size();
-}
-
-bool FittedTrials::only_training_shows_a_remainder(const Trial& trial) const {
-  if (data_.held_out.empty() || data_.train.size() < 2) return false;
-  const Loss training = loss_on(data_.train, trial.model(), trial.fit.phases);
-  const std::vector<Signal> judged = trial.held_out.signals();
-  return std::ranges::any_of(training.signals(), [&](Signal signal) {
-    if (!criterion_.remainder_in(training, signal)) return false;
-    const bool is_judged = std::ranges::find(judged, signal) != judged.end();
-    return !is_judged || !criterion_.remainder_in(trial.held_out, signal);
-  });
 }
 
 std::vector<std::string> FittedTrials::runs_that_alone_show_a_remainder(const Trial& trial) const {

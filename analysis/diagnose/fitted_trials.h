@@ -9,6 +9,7 @@
 
 #include "analysis/diagnose/compare.h"
 #include "analysis/diagnose/criterion.h"
+#include "analysis/diagnose/known_fits.h"
 #include "analysis/diagnose/likelihood.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/trials.h"
@@ -68,12 +69,9 @@ class FittedTrials final : public Trials {
   /// far less: what is missing acts in them alone, and no fit has seen it.
   std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
 
-  /// Do held-out runs that were named show nothing of what is left of the training runs, and so say nothing of it?
-  bool only_training_shows_a_remainder(const Trial& trial) const;
-
-  /// Does each training run judge as well, held out in its turn, beside held-out runs that were named?
+  /// Does each training run judge as well, held out in its turn, beside held-out runs that were named? One that was
+  /// named may show little of what others are full of.
   bool training_judges() const { return training_judges_; }
-  void let_training_judge(bool it_does) { training_judges_ = it_does; }
 
   /// The effects that were last refused for a value that they cannot have, and why.
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
@@ -91,6 +89,8 @@ class FittedTrials final : public Trials {
   std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
   std::vector<Addition> ended(const Trial& fitted, std::span<const Begun> begun);
   Trial fitted(const Model& start, CalibrationOptions options, const Trial* known) const;
+  std::optional<Trial> no_worse_than_before(std::optional<Trial> found, const CalibrationOptions& options,
+                                            const Trial* known);
   void leave_one_out(Trial& trial, const CalibrationOptions& options) const;
   Quality quality_in_training(std::span<const Residuals> left, std::size_t free_parameters) const;
   Quality quality_in_training(const Fit& fit) const;
@@ -105,8 +105,9 @@ class FittedTrials final : public Trials {
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
-  bool training_judges_ = false;
+  bool training_judges_;
   Valleys valleys_;
+  KnownFits known_fits_;
   Scored scored_;
   std::vector<std::string> on_bounds_at_first_;  // base parameters of the model as given
   std::map<std::size_t, std::string> refused_;
@@ -114,17 +115,5 @@ class FittedTrials final : public Trials {
   std::function<bool()> ends_now_;
   bool exhausted_ = false, cut_ = false;
 };
-
-/// Do the data tell the size of an effect from nothing, to so many of its standard errors?
-bool told_from_zero(const Fit& judged, std::size_t effect, double errors = 3);
-
-/// The same, where what the data cannot tell of the model without it is held where it is (gauge.h): along a factor that
-/// they leave free the size of an effect may be anything, but not nothing. One that opens such a factor itself, a
-/// driver that never gives more beside a free K_b, is not told by that.
-bool told_but_for_scale(std::span<const Record> records, const Fit& judged, std::size_t effect, double errors = 3);
-
-/// A fitted model as it stands, with its standard errors and what rests on a bound.
-/// @param quick leaves long blocks and the length of steps out of them
-Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick = false);
 
 }  // namespace emtb

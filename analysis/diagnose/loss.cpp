@@ -78,12 +78,38 @@ double Loss::noise_error(Signal signal) const {
   return std::hypot(std::sqrt(2 / std::max(1.0, n) * (1 + squared) / (1 - squared)), 2 * floor.relative_error);
 }
 
+double Loss::Readings::variance() const {
+  const double n = std::max(1.0, static_cast<double>(residual.size()));
+  return squares / n - sum * sum / (n * n);
+}
+
 double Loss::share_left(Signal signal) const {
-  const Readings& readings = signals_.at(signal);
-  const double n = std::max(1.0, static_cast<double>(readings.residual.size()));
-  const double varies = readings.squares / n - readings.sum * readings.sum / (n * n);
-  const double excess = mean_square(signal) - 1;
+  const double varies = signals_.at(signal).variance(), excess = mean_square(signal) - 1;
   return excess > 0 && varies > 0 ? std::sqrt(excess / varies) : 0;
+}
+
+double Loss::most_in_a_piece(Signal signal) const {
+  constexpr double errors = 4;  // one of a hundred pieces is further off by chance at 2.6
+  const Readings& readings = signals_.at(signal);
+  const double by_noise = std::max(0.0, floors_.at(signal).autocorrelation);
+  double most = 0;
+  std::size_t begin = 0;
+  for (const std::size_t end : readings.ends) {
+    double shared = 0;
+    for (std::size_t k = begin + 1; k < end; ++k) {
+      const double before = readings.residual[k - 1], left = readings.residual[k];
+      shared += before * left;
+    }
+    const double n = static_cast<double>(end - begin);
+    most = std::max(most, shared / n - by_noise - errors / std::sqrt(n));
+    begin = end;
+  }
+  return most;
+}
+
+double Loss::share_in_a_piece(Signal signal) const {
+  const double varies = signals_.at(signal).variance();
+  return varies > 0 ? std::sqrt(most_in_a_piece(signal) / varies) : 0;
 }
 
 std::map<Signal, Loss::Difference> Loss::difference(const Loss& worse, const Loss& better) {

@@ -34,6 +34,13 @@ class Loss {
   /// What is left of a signal beyond its floor, as a share of how much its readings vary.
   double share_left(Signal signal) const;
 
+  /// The most that neighbouring readings of one piece share, in the mean of their products, beyond what noise may: what
+  /// a few rows show, and hundreds at rest hide in a mean over all. A spike shares nothing with its neighbours.
+  double most_in_a_piece(Signal signal) const;
+
+  /// The same as a share of how much the readings of the signal vary.
+  double share_in_a_piece(Signal signal) const;
+
   std::vector<Signal> signals() const;
 
   /// Has a simulation blown up? What is left then counts as 1e15 floors.
@@ -73,6 +80,8 @@ class Loss {
     double squared = 0;             ///< their sum of squares
     std::vector<std::size_t> ends;  ///< of each piece: a tenth of a run, a second at most
     double sum = 0, squares = 0;    ///< of the readings themselves, in units of sigma
+
+    double variance() const;
   };
   std::map<Signal, Readings> signals_;
   Squares squares_;
@@ -104,6 +113,7 @@ struct Materiality {
   double far_off =
       0.1;  ///< of how much the signal varies: beyond it, sensitivities at the fitted values foretell little
   double mostly_model = 4;  ///< of a mean square: three quarters of it are the model's
+  double in_a_piece = 1;    ///< of what neighbouring readings share: as much as their noise
   double nats = 3;          ///< by which Q must rise (likelihood.h): odds of twenty, after Madigan and Raftery (1994)
 };
 

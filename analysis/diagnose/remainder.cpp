@@ -54,10 +54,10 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
     unsure.push_back(signal);
   }
   if (unsure.empty()) return false;
-  const double memory = held_out.quality ? longest(held_out.quality->memory) : 0;
-  const std::map<Signal, ComingAgain> again = coming_again(data.all(), model, memory);
+  const Memories memory = held_out.quality ? held_out.quality->memory : Memories{};
   return std::ranges::any_of(unsure, [&](Signal signal) {
-    const ComingAgain& found = again.at(signal);
+    const auto own = memory.find(signal);
+    const ComingAgain found = coming_again(data.all(), model, signal, own != memory.end() ? own->second : 0);
     const double mean = held_out.mean_square(signal);
     return found.share > rule.again * (mean - 1) / mean && found.chance <= chance;
   });

@@ -65,15 +65,20 @@ bool Search::try_in_the_place_of(std::size_t place, const Round& reduced, const 
 /// Keeps a rival that does as well as a member; or comes near, where both say how late edges come: the timing and the
 /// starts that are set are those which the member tells.
 void Search::set_beside(std::size_t member, const Round& reduced, const Addition& a) {
-  const auto keep = [&](std::vector<Rival>& rivals) {
+  const auto keep = [&](std::vector<Rival>& rivals, const Trial& trial) {
     if (std::ranges::find(rivals, a.effect(), &Rival::effect) == rivals.end())
-      rivals.push_back({a.effect(), a.trial.model()});
+      rivals.push_back({a.effect(), trial.model()});
   };
-  if (does_as_well(criterion_, found_.current, member, a.trial, a.effect())) {
-    keep(found_.rivals[member]);
-  } else if (says_how_late(member) && says_how_late(a.effect()) &&
-             removes_most(reduced.fitted.held_out, a.trial.held_out)) {
-    keep(found_.near[member]);
+  const auto as_well = [&](const Trial& trial) {
+    return does_as_well(criterion_, found_.current, member, trial, a.effect());
+  };
+  if (as_well(a.trial)) return keep(found_.rivals[member], a.trial);
+  if (!criterion_.remainder(a.trial.held_out) && !trials_.exhausted()) {  // it may have been on its way still
+    const std::optional<Trial> ended = trials_.fit_to_the_end(a.trial.model());
+    if (ended && as_well(*ended)) return keep(found_.rivals[member], *ended);
+  }
+  if (says_how_late(member) && says_how_late(a.effect()) && removes_most(reduced.fitted.held_out, a.trial.held_out)) {
+    keep(found_.near[member], a.trial);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
+#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/fit/logging_errors.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
@@ -31,11 +32,11 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 
 constexpr double by_far = 5;                             // errors
 constexpr double much_likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
+constexpr double some_likelier = 3;                      // [nats] odds of twenty
 
 /// What is dropped for its errors.
 struct Drops {
-  std::map<std::size_t, double> costly;  ///< [nats] with which much likelihood went, and most of what it explained,
-                                         ///< though it may be
+  std::map<std::size_t, double> costly;  ///< [nats] with which likelihood went, though it may be
   std::set<std::size_t> kept;            ///< is not dropped for them
 };
 
@@ -44,20 +45,31 @@ struct Rest {
   std::size_t effect = 0;
   Trial trial;
   Circumstances circumstances;
-  double lost = 0;     ///< [nats] of likelihood
-  bool may_be = true;  ///< the effect is what it is called
+  double lost = 0;       ///< [nats] of likelihood
+  bool may_be = true;    ///< the effect is what it is called
+  bool refuted = false;  ///< the runs that were held out are foretold better without it
+
+  bool goes_before(const Rest& other) const { return refuted != other.refuted ? refuted : lost < other.lost; }
 };
+
+/// Are the held-out runs that were named foretold clearly worse by one model than by another?
+bool foretells_worse(const Trial& model, const Trial& other) {
+  constexpr double share = 0.1, least = 0.1;  // of the mean square beyond the floor, and of itself
+  if (!model.named_error || !other.named_error) return false;
+  const double squares = *model.named_error * *model.named_error, fewer = *other.named_error * *other.named_error;
+  return squares - fewer > std::max(least, share * (squares - 1));
+}
 
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes: of the laws
 /// that were looked at, one is likely to be three from nothing, and what few pieces tell of an error may be off by
 /// half. But not where much likelihood and a share that matters are lost with it, when timing and starts have had their
 /// say, or most of what has no other name, and that is worth a name; unless it is hardly told at all and leaves enough
 /// itself, or is nothing within one error. What fitted to the end has gone where it is not what it is called goes as
-/// well. Nothing goes without which the rest foretells other runs worse than the model as given: that is no answer,
-/// whatever its errors.
+/// well, and where held-out runs are foretold worse than by the model as given, what does that. Nothing goes without
+/// which the rest foretells other runs worse than the model as given: that is no answer, whatever its errors.
 class Judgement {
  public:
-  Judgement(const Finding& found, const Loss& as_given, WholeSearch& search, const Criterion& criterion, Dataset& data,
+  Judgement(const Finding& found, const Trial& as_given, WholeSearch& search, const Criterion& criterion, Dataset& data,
             const WorthAName& worth)
       : found_(found),
         as_given_(as_given),
@@ -88,18 +100,16 @@ class Judgement {
     return Rest{effect, std::move(*trial), of_rest, lost};
   }
 
-  /// Is an effect told from nothing by far in an answer without another?
-  bool tells_in(const Rest& rest, std::size_t effect) {
-    const Circumstances as_set = circumstances_of(data_);
-    set(data_, rest.circumstances);
-    const std::optional<Calibration> errors = with_all_errors(data_, rest.trial.model());
-    set(data_, as_set);
-    return errors && told_from_zero(*errors, effect, by_far);
-  }
-
   /// @return the answer without an effect that goes; none: it stays. The circumstances are those before, but for a lag
   /// within a row that is the machine's
   std::optional<Rest> without_if_it_goes(std::size_t effect) {
+    if (foretells_worse(found_.current, as_given_)) {
+      std::optional<Rest> rest = without(effect);
+      if (rest && foretells_worse(found_.current, rest->trial)) {
+        rest->refuted = true;
+        return rest;
+      }
+    }
     bool may_be = search_.trials().determined_but_for_scale(errors_->model, effect);
     if (may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
     std::optional<Rest> rest = without(effect);
@@ -124,7 +134,7 @@ class Judgement {
 
   bool is_needed(std::size_t effect, const Trial& rest, bool may_be) const {
     constexpr double hardly = 2, not_at_all = 1;  // errors
-    if (criterion_.material(rest.held_out, as_given_)) return true;
+    if (criterion_.material(rest.held_out, as_given_.held_out)) return true;
     const Loss& whole = found_.current.held_out;
     const bool is_something = may_be && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
     if (!is_something || !criterion_.remainder(rest.held_out)) return false;
@@ -136,7 +146,7 @@ class Judgement {
   }
 
   const Finding& found_;
-  const Loss& as_given_;
+  const Trial& as_given_;
   WholeSearch& search_;
   const Criterion& criterion_;
   Dataset& data_;
@@ -148,7 +158,7 @@ class Judgement {
 /// told as little as that. What is told goes in its place where less is lost with it, and what was not told is told
 /// without it.
 /// @return what is known of the errors of the rest
-std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_given, WholeSearch& search,
+std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as_given, WholeSearch& search,
                                                  const Criterion& criterion, Dataset& data, const WorthAName& worth,
                                                  Drops& drops) {
   const auto id = [&](std::size_t effect) { return std::string(found.current.model().about(effect).id); };
@@ -161,17 +171,29 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Loss& as_
       if (needed(effect, found.current.model()) || drops.kept.contains(effect)) continue;
       std::optional<Rest> rest = judgement.without_if_it_goes(effect);
       if (!rest) staying.push_back(effect);
-      if (rest && (!least || rest->lost < least->lost)) least = std::move(rest);
+      if (rest && (!least || rest->goes_before(*least))) least = std::move(rest);
     }
     if (!least) return judgement.errors();
-    std::string why = ": its own errors do not tell it from nothing";
-    if (least->may_be && least->lost > much_likelier && removes_most(least->trial.held_out, found.current.held_out))
-      drops.costly.insert_or_assign(least->effect, least->lost);
+    std::string why = least->refuted ? ": without it held-out runs are foretold better"
+                                     : ": its own errors do not tell it from nothing";
+    const bool may_be = least->may_be && !least->refuted;
+    if (may_be && least->lost > some_likelier) drops.costly.insert_or_assign(least->effect, least->lost);
     const std::size_t not_told = least->effect;
-    for (const std::size_t effect : staying) {
+    const auto stays_in = [&](const Rest& rest, std::size_t effect) {
+      Finding other = found;
+      other.current = rest.trial;
+      std::erase(other.effects, rest.effect);
+      const Circumstances as_set = circumstances_of(data);
+      set(data, rest.circumstances);
+      Judgement of_rest(other, as_given, search, criterion, data, worth);
+      const bool stays = of_rest.errors() && !of_rest.without_if_it_goes(effect);
+      set(data, as_set);
+      return stays;
+    };
+    for (const std::size_t effect : least->refuted ? std::vector<std::size_t>{} : staying) {
       std::optional<Rest> rest = judgement.without(effect);
       if (!rest || rest->lost >= least->lost || rest->trial.held_out.error() >= least->trial.held_out.error()) continue;
-      if (!judgement.tells_in(*rest, not_told)) continue;
+      if (!stays_in(*rest, not_told)) continue;
       least = std::move(rest);
       why = ": of it and " + id(not_told) + " only one is told, and that explains more";
     }
@@ -210,11 +232,9 @@ void remember(std::vector<Candidate>& candidates, const std::vector<Candidate>& 
 struct Likeliest {
   Road road;
   Circumstances circumstances;
-  bool training_judged = false;
 
-  void consider(const Road& other, const Dataset& data, bool training_judges) {
-    const bool comparable = training_judges == training_judged;
-    if (!comparable || gain(*road.found.current.held_out.quality, *other.found.current.held_out.quality) <= 0) return;
+  void consider(const Road& other, const Dataset& data) {
+    if (gain(*road.found.current.held_out.quality, *other.found.current.held_out.quality) <= 0) return;
     road = other;
     circumstances = circumstances_of(data);
   }
@@ -226,30 +246,23 @@ std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout
                                                  Drops& drops, Likeliest& likeliest) {
   FittedTrials& trials = search.trials();
   while (true) {
-    likeliest.consider(road, data, trials.training_judges());
+    likeliest.consider(road, data);
     Finding& found = road.found;
     if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
     const std::vector<std::size_t> before = found.effects;
-    std::optional<Calibration> judged =
-        drop_what_is_not_told(found, road.first.held_out, search, criterion, data, worth, drops);
+    std::optional<Calibration> judged = drop_what_is_not_told(found, road.first, search, criterion, data, worth, drops);
     const std::vector<std::size_t> dropped = gone(before, found.effects);
     if (!dropped.empty()) found = search.with_rivals_renewed(std::move(found), road.first.held_out);
-    if (dropped.empty() || !criterion.remainder(found.current.held_out) || trials.exhausted()) return judged;
+    const Loss& left = found.current.held_out;
+    const bool is_left = criterion.remainder(left) || criterion.worth_trying_all(left);
+    if (dropped.empty() || !is_left || trials.exhausted()) return judged;
     std::vector<std::size_t> refused = dropped;
     std::erase_if(refused, [&](std::size_t effect) { return !trials.refused().contains(effect); });
     const Circumstances as_set = circumstances_of(data);
-    const bool training_judged = trials.training_judges();
     Road other = refused.empty()
                      ? Road{road.first, gone_on_without(found, dropped, search, road.first.held_out), as_set}
                      : without(refused);
-    Trial so_far = found.current;
-    if (trials.training_judges() != training_judged) {  // a search anew may have called them in
-      set(data, as_set);
-      so_far = search.again(so_far);
-      set(data, other.circumstances);
-    }
-    if (!criterion.material(so_far.held_out, other.found.current.held_out)) {
-      trials.let_training_judge(training_judged);
+    if (!criterion.material(found.current.held_out, other.found.current.held_out)) {
       set(data, as_set);
       return judged;
     }
@@ -262,16 +275,14 @@ std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout
 
 std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& without, WholeSearch& search,
                                              const Criterion& criterion, Dataset& data, const WorthAName& worth) {
-  FittedTrials& trials = search.trials();
-  Likeliest likeliest{road, circumstances_of(data), trials.training_judges()};
+  Likeliest likeliest{road, circumstances_of(data)};
   Drops drops;
   while (true) {
     std::optional<Calibration> judged =
         keep_what_errors_tell(road, without, search, criterion, data, worth, drops, likeliest);
     const Loss &after = road.found.current.held_out, &best = likeliest.road.found.current.held_out;
-    const bool comparable = trials.training_judges() == likeliest.training_judged;
     const bool nothing_else = removes_most(after, best) && gain(*after.quality, *best.quality) > much_likelier;
-    if (drops.costly.empty() || !comparable || !criterion.remainder(after) || !nothing_else) return judged;
+    if (drops.costly.empty() || !criterion.remainder(after) || !nothing_else) return judged;
     // Nothing has taken the place of what went: its errors are wide since something else is missing beside it. What
     // carried most stays from now on.
     set(data, likeliest.circumstances);

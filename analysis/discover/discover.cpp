@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "analysis/diagnose/remainder.h"
+#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/fit/gauge.h"
 #include "analysis/fit/starts.h"
 #include "analysis/fit/timing.h"

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "analysis/diagnose/bench_parts.h"
+#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/discover/curves.h"
 #include "analysis/numerics/parallel.h"
 #include "hal/error.h"

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/diagnose/loss.h"
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/refit.h"

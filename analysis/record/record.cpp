@@ -42,11 +42,13 @@ void add(ObservedRun& record, Observation o) {
   record.observations.push_back(std::move(o));
 }
 
-/// A signal as its instrument read it: an instant, or where readings are few, means. What a logger repeats from row to
-/// row counts once.
+/// A signal as its instrument read it: an instant, or where readings are few, means. A mean over less than a row is an
+/// instant, as late as its half, which the timing tells. What a logger repeats from row to row counts once.
 Observation read(const Run& run, Signal signal, std::span<const double> grid) {
   const Series& series = run.at(signal);
-  const bool slow = series.window > 0 || 2 * series.t.size() < grid.size();
+  constexpr double whole = 0.99;  // rows, but for rounding
+  const bool averages = series.window > 0 && series.window >= whole * mean_interval(grid);
+  const bool slow = averages || 2 * series.t.size() < grid.size();
   return slow ? observe(series, signal, grid, slow) : observe(updates_of(series), signal, grid, slow);
 }
 

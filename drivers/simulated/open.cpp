@@ -185,7 +185,8 @@ ShaftParameters read_shaft(const YamlMap& yaml, double J) {
 }
 
 LoadParameters read_load(const YamlMap& yaml) {
-  yaml.only({"torque", "brake", "eccentric", "eccentric_phase", "eddy_torque", "eddy_omega", "eddy_heating"});
+  yaml.only({"torque", "brake", "eccentric", "eccentric_phase", "spring", "spring_torque", "eddy_torque", "eddy_omega",
+             "eddy_heating"});
   LoadParameters load;
   Overlay(yaml)
       .any_sign("torque", load.torque)
@@ -194,6 +195,8 @@ LoadParameters read_load(const YamlMap& yaml) {
       .positive("eddy_omega", load.eddy_omega)
       .any_sign("eccentric", load.eccentric)
       .any_sign("eccentric_phase", load.eccentric_phase)
+      .not_negative("spring", load.spring)
+      .any_sign("spring_torque", load.spring_torque)
       .not_negative("eddy_heating", load.eddy_heating);
   return load;
 }

@@ -387,6 +387,7 @@ double Plant::load_torque(double omega, double theta) const noexcept {
   const auto& load = p_.load;
   double torque = load.torque + held(brake_, omega);
   if (load.eccentric != 0) torque += load.eccentric * std::sin(theta + load.eccentric_phase);
+  torque += load.spring_torque + load.spring * theta;
   if (load.eddy_torque == 0) return torque;
   const double x = omega / (load.eddy_omega * (1 + load.eddy_heating * disc_));
   return torque + 2 * load.eddy_torque * x / (1 + x * x);

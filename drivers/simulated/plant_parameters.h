@@ -121,6 +121,8 @@ struct LoadParameters {
   double torque = 0;           ///< [N m] a weight: does not reverse, pulls at rest too
   double eccentric = 0;        ///< [N m] of sin(theta + phase): a weight off centre
   double eccentric_phase = 0;  ///< [rad]
+  double spring = 0;           ///< [N m/rad] of a spring, from the angle at which a run begins
+  double spring_torque = 0;    ///< [N m] that it pulls with there
   double brake = 0;            ///< [N m] dry: holds up to this at rest, by a lining that gives 1e-4 rad
   double eddy_torque = 0;      ///< [N m] largest torque of an eddy-current brake
   double eddy_omega = 60;      ///< [rad/s] speed of that torque, cold

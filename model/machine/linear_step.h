@@ -5,6 +5,7 @@
 
 #include "model/dual.h"
 #include "model/machine/armature.h"
+#include "model/machine/dry_friction.h"
 #include "model/machine/equations.h"
 #include "model/machine/plain_rows.h"
 #include "model/machine/shaft.h"
@@ -18,10 +19,11 @@ inline constexpr NothingBrakes nothing_brakes;
 /// The step of model/step.h multiplied out, where all of it but dry friction is linear and stays from step to step, but
 /// for effects that only brake:
 ///
-///     ω(h) = S(a ω + b0 e(0) + b1 e(h) + c i - t, t_dry)
+///     ω(h) = S(ω, a ω + b0 e(0) + b1 e(h) + c i - t, t_dry)
 ///     i(h) = v0 (e(0) - K_b ω) + v1 (e(h) - K_b ω(h)) + r i
 ///
-/// S is the soft threshold, t what a torque changes the speed by in a step; v0 = c = r = 0 without an inductance.
+/// S is the speed against dry friction, t what a torque changes the speed by in a step; v0 = c = r = 0 without an
+/// inductance.
 template <class Scalar>
 class LinearStep {
  public:
@@ -48,7 +50,7 @@ class LinearStep {
   Scalar omega_end(const Scalar& omega, const Scalar& i_a, const Voltage& start, const Voltage& end) const {
     Scalar pushed = omega_by_.start * start + omega_by_.end * end - load_;
     if (inductive_) pushed += omega_by_.i_a * i_a;
-    return soft_threshold(pushed + omega_by_.omega * omega, friction_);  // what is waited for comes last
+    return speed_against_friction(omega, pushed + omega_by_.omega * omega, friction_);  // what is waited for comes last
   }
 
   /// The same where something brakes besides.
@@ -57,8 +59,8 @@ class LinearStep {
                          const Voltage& end) const {
     Scalar pushed = omega_by_.start * start + omega_by_.end * end - load_;
     if (inductive_) pushed += omega_by_.i_a * i_a;
-    return soft_threshold(pushed + omega_by_.omega * omega - by_torque_ * braking.torque,
-                          friction_ + by_torque_ * braking.dry_friction);
+    return speed_against_friction(omega, pushed + omega_by_.omega * omega - by_torque_ * braking.torque,
+                                  friction_ + by_torque_ * braking.dry_friction);
   }
 
   /// [A] at the end of a step.

@@ -4,6 +4,7 @@
 
 #include "model/dual.h"
 #include "model/machine/armature.h"
+#include "model/machine/dry_friction.h"
 #include "model/machine/equations.h"
 
 namespace emtb {
@@ -31,7 +32,7 @@ struct ShaftTorque {
 };
 
 /// The shaft, by the trapezoidal rule fitted to its own decay; dry friction by an implicit soft threshold, so that it
-/// sticks exactly.
+/// sticks exactly, and turns round within a step.
 ///
 ///     J dω/dt = K_m φ i - B ω - torques - dry friction
 ///
@@ -69,7 +70,8 @@ class Shaft {
 
   /// [rad/s] at the end of the step.
   Scalar speed_after(const Scalar& omega, const ShaftTorque<Scalar>& torque) const {
-    return soft_threshold(momentum_ * omega + torque.pull, torque.dry_friction + torque.brake) * inverse_inertia_;
+    return speed_against_friction(omega, (momentum_ * omega + torque.pull) * inverse_inertia_,
+                                  (torque.dry_friction + torque.brake) * inverse_inertia_);
   }
 
   /// The same under dry friction that gives before it slips: a spring, damped as much as it takes not to ring, up to
@@ -86,6 +88,7 @@ class Shaft {
     }
     const Scalar slips = value_of(friction) > 0 ? torque.dry_friction : -torque.dry_friction;
     bent_ = slips / k;
+    if (value_of(slips) * value_of(omega) < 0) return speed_after(omega, torque);  // it turns round within the step
     return soft_threshold(pushed - slips, torque.brake) * inverse_inertia_;
   }
 

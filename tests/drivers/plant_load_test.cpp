@@ -61,6 +61,16 @@ TEST(Plant, AnEccentricLoadIsSeenByTheGauge) {
   }
 }
 
+TEST(Plant, ASpringHoldsTheShaftWhereItPullsAsTheMotorDoes) {
+  PlantParameters p = servo();
+  p.load = {.spring = 0.02, .spring_torque = 0.005};
+  Plant plant(p);
+  run(plant, 3, 1);
+  EXPECT_NEAR(plant.omega(), 0, 1e-6);
+  EXPECT_NEAR(plant.gauge(), 0.042 * plant.i_a(), 1e-6);
+  EXPECT_NEAR(plant.gauge(), 0.005 + 0.02 * plant.theta(), 1e-9);
+}
+
 TEST(Plant, TheEddyBrakesSpeedRisesAsItsDiscGetsHot) {
   PlantParameters p = servo();
   p.load = {.eddy_torque = 0.03, .eddy_omega = 200, .eddy_heating = 1e-3};

@@ -124,6 +124,8 @@ inline TestBench fast_bench() {
                                   {"dry_brake.T_b", 0.006},
                                   {"eccentric_load.T_e", 0.003},
                                   {"eccentric_load.phase", 0.5},
+                                  {"spring_load.k", 2e-4},
+                                  {"spring_load.T_0", 0.003},
                                   {"eddy_brake.T_b", 0.02},
                                   {"eddy_brake.omega_b", 200},
                                   {"tacho_lag.tau", 0.007},

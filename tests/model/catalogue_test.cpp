@@ -50,6 +50,7 @@ const std::map<std::string_view, std::set<std::string_view>> contract{
     {"load_torque", {"T_L"}},
     {"dry_brake", {"T_b"}},
     {"eccentric_load", {"T_e", "phase"}},
+    {"spring_load", {"k", "T_0"}},
     {"eddy_brake", {"T_b", "omega_b"}},
     {"tacho_lag", {"tau"}},
     {"tacho_ripple", {"r", "N", "phase"}},
@@ -298,6 +299,17 @@ TEST(Catalogue, AWeightOffCentreTurnsOnceOrHangsAtOneAngle) {
           << turns << ' ' << parts_of_a_turn_tell;
     }
   }
+}
+
+TEST(Catalogue, ASpringIsNotWoundUpByMoreThanSomeTurns) {
+  FittedMachine machine = machine_of(testing_benches::fast_bench());
+  const std::size_t spring = effect_index("spring_load");
+  const double stall = machine.stall_torque();
+  machine.turns = 5;
+  EXPECT_EQ(implausible(spring, std::vector{0.01 * stall, 0.5 * stall}, machine), "");
+  EXPECT_NE(implausible(spring, std::vector{0.01 * stall, 6 * stall}, machine), "");
+  machine.turns = 50;
+  EXPECT_NE(implausible(spring, std::vector{0.01 * stall, 0.5 * stall}, machine), "");
 }
 
 TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {

@@ -74,7 +74,14 @@ class PlainMachine {
     const Scalar drive =
         fitted * omega + K_m * alpha + late * (e1 - e0) - 0.5 * B * omega - c_w * omega_mid * abs(omega_mid) - load;
     const Scalar inertia = fitted + K_m * K_b * beta + 0.5 * B;
-    const Scalar omega_end = soft_threshold(drive, dry) / inertia;
+    Scalar omega_end = soft_threshold(drive, dry) / inertia;
+    const double direction = value_of(omega) > 0 ? 1 : -1;
+    const Scalar going_on = (drive - direction * dry) / inertia;
+    if (value_of(omega) * value_of(going_on) < 0) {  // it stops within the step, and friction turns round with it
+      const Scalar until_then = omega / (omega - going_on);
+      omega_end = (drive - direction * dry * until_then + direction * dry * (1.0 - until_then)) / inertia;
+      if (value_of(omega) * value_of(omega_end) >= 0) omega_end = Scalar(0.0);
+    }
 
     const Scalar v1 = e1 - K_b * omega_end;
     const Scalar trail = (v1 - v0) * tau / (R * h);

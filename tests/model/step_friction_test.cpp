@@ -47,6 +47,22 @@ TEST(Step, DryFrictionHoldsAShaftThatIsDrivenLessThanItsTorque) {
   EXPECT_THAT(speed(1.5 * breaks_away, 0.6 * T_c), Each(0.0));
 }
 
+// Straight lines of the speed, which friction bends where it is zero: at any step, and wherever that lies in it.
+TEST(Step, DryFrictionTurnsRoundWithTheShaftWithinAStep) {
+  const double T_c = 0.003, current = -0.2, began = 11;
+  const double slows = (K * current - T_c) / J, goes_back = (K * current + T_c) / J;  // [rad/s2]
+  const double turns = -began / slows;
+  for (const double step : {1e-3, 0.7e-3, 5e-3}) {
+    Excitation x = constant(0.2, step, current, &Excitation::i_a);
+    x.initial.omega = began;
+    const Trajectory<double> y = run(with({"coulomb_friction"}, Signal::i_a), and_({R, K, K, 0, J}, {T_c}), x);
+    for (std::size_t n = 0; n < x.t.size(); ++n) {
+      const double t = x.t[n];
+      ASSERT_NEAR(y.omega[n], t < turns ? began + slows * t : goes_back * (t - turns), 1e-9) << step << ' ' << t;
+    }
+  }
+}
+
 TEST(Step, DryFrictionTakesItsTorqueInBothDirections) {
   for (const double direction : {1.0, -1.0}) {
     const Trajectory<double> y =

@@ -252,5 +252,16 @@ TEST(Step, TheGaugeReadsWhatTheLoadTakesThenNotHalfAStepBefore) {
   }
 }
 
+TEST(Step, ASpringSwingsTheShaftAsHookeSays) {
+  const double k = 0.02, T_0 = 0.004, current = 0.3, omega_n = std::sqrt(k / J);
+  const Excitation x = constant(current, 1e-4, 0.3, &Excitation::i_a);
+  const Trajectory<double> y = run(with({"spring_load"}, Signal::i_a), and_({R, K, K, 0, J}, {k, T_0}), x);
+  const double held = (K * current - T_0) / k;  // [rad] where it would stay
+  for (std::size_t n = 0; n < x.t.size(); ++n) {
+    ASSERT_NEAR(y.theta[n], held * (1 - std::cos(omega_n * x.t[n])), 1e-3 * held) << x.t[n];
+    ASSERT_NEAR(y.torque[n], T_0 + k * y.theta[n], 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace emtb

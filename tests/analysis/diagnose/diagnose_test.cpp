@@ -71,10 +71,10 @@ TEST(Diagnose, FindsWhatOnlyTrainingRunsShow) {
   bench.held_out = {step("low", 2.5, 0.5, 2.5, 1)};
   const Diagnosis d = diagnose_on(bench);
   EXPECT_THAT(named(d), ElementsAre("driver_saturation")) << report(d);
-  EXPECT_TRUE(d.training_judges);
+  EXPECT_TRUE(d.only_training_shows_it());
   EXPECT_LE(d.final_train, 1.1);
   EXPECT_NEAR(d.base_held_out, d.final_held_out, 0.1) << "the run that was named shows nothing of it";
-  EXPECT_FALSE(diagnose_on(blind::fast_bench()).training_judges);
+  EXPECT_FALSE(diagnose_on(blind::fast_bench()).only_training_shows_it());
 }
 
 TEST(Diagnose, NamesTheLimitOfASourceThatHoldsItsCurrent) {

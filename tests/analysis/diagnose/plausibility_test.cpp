@@ -1,4 +1,5 @@
 #include "analysis/diagnose/plausibility.h"
+#include "analysis/diagnose/told_from_nothing.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -73,6 +73,18 @@ TEST(PrepareRun, HoldsOnceWhatIsTheSame) {
   }
 }
 
+TEST(PrepareRun, AMeanOverLessThanARowIsAnInstant) {
+  emtb::Run run = plain_run();
+  for (const bool whole_row : {false, true}) {
+    run.signals[Signal::omega].window = whole_row ? 1e-3 : 0.6e-3;
+    const ObservedRun observed = observe_run(run, servo_model());
+    const Observation* omega = observation(observed, Signal::omega);
+    ASSERT_TRUE(omega);
+    EXPECT_EQ(omega->slow, whole_row) << "how late it is, the timing tells";
+    EXPECT_EQ(omega->functional == Functional::instant, !whole_row);
+  }
+}
+
 TEST(PrepareRun, AMeterWithAWindowReadsTheMeanOverIt) {
   emtb::Run run = plain_run();
   Series meter = series(0.5, 2, [](double) { return 1.0; });
