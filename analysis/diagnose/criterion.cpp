@@ -52,7 +52,7 @@ bool MaterialityCriterion::worth_trying_all(const Loss& loss) const {
     const double share =
         loss.mean_square(signal) >= rule_.mostly_model ? rule_.remainder_share : rule_.disturbance_share;
     const bool in_a_piece =
-        loss.most_in_a_piece(signal) > rule_.in_a_piece && loss.share_in_a_piece(signal) > rule_.remainder_share;
+        loss.most_in_a_piece(signal) > rule_.in_a_piece && loss.share_in_a_piece(signal) > rule_.disturbance_share;
     return in_a_piece || (remainder_in(loss, signal) && loss.share_left(signal) > share);
   });
 }
