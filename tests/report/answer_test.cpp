@@ -97,6 +97,14 @@ TEST(Answer, ALoneRunSaysThatItJudgedItself) {
   EXPECT_THAT(answer_text(d, files), AllOf(HasSubstr("judged on itself"), HasSubstr("the run itself")));
 }
 
+TEST(Answer, SaysThatWhatIsLeftIsNoNoiseThoughNothingIsMissing) {
+  Diagnosis d = answer(Verdict::nothing_missing);
+  EXPECT_THAT(answer_text(d, files), HasSubstr("what is left is noise, or too little to matter"));
+  d.signals[Signal::omega].ratio = 23;  // floors
+  EXPECT_THAT(answer_text(d, files),
+              HasSubstr("what is left is too little to matter, or of no law that these runs show again"));
+}
+
 TEST(Answer, WhatOnlyTrainingRunsShowIsToldByTheirError) {
   Diagnosis d = answer(Verdict::found, {friction()});
   d.training_judges = true;

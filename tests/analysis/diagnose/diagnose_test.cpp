@@ -77,6 +77,30 @@ TEST(Diagnose, FindsWhatOnlyTrainingRunsShow) {
   EXPECT_FALSE(diagnose_on(blind::fast_bench()).only_training_shows_it());
 }
 
+/// Speeds alone, of a motor whose resistance is known.
+blind::Bench bench_with_only_the_speed() {
+  blind::Bench bench = blind::fast_bench();
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal != Signal::omega; });
+  bench.model.base[base::R_a].value = bench.plant.motor.R_a;
+  bench.model.base[base::R_a].fixed = true;
+  return bench;
+}
+
+// Coasting alone helps where the drive lets go, and makes what is held out worse until the friction is there as well.
+TEST(Diagnose, LetsTrainingRunsJudgeBesideAHeldOutRunThatShowsLittle) {
+  blind::Bench bench = bench_with_only_the_speed();
+  bench.plant.driver.coasts = true;
+  bench.plant.friction.T_c = 0.006;
+  const std::vector<double> often_off{1.5, 0, 2.25, 1, 3, 1.25, 0}, hardly_off{0.75, 1.25, 2, 2.75, 2, 1.25, 0.75, 0};
+  bench.train = {staircase("often off", often_off, 0.5, 0.8, 0.2),
+                 random_steps("steps", 0.75, 2.75, 0.1, 0.5, 0.2, 6, 0.2, 7)};
+  bench.held_out = {staircase("hardly off", hardly_off, 0.5, 0.8, 0.2)};
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_THAT(named(d), UnorderedElementsAre("coasting_driver", "coulomb_friction")) << report(d);
+  EXPECT_TRUE(d.training_judges);
+  EXPECT_LE(d.final_train, 1.1);
+}
+
 TEST(Diagnose, NamesTheLimitOfASourceThatHoldsItsCurrent) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.driver.current_limit = 2;  // [A]

@@ -35,6 +35,18 @@ TEST(DiagnoseLibrary, NamesADryBrakeBesideTheMotorsOwnFriction) {
   EXPECT_NEAR(fitted(d, "T_b"), 0.01, 2e-4);
 }
 
+TEST(DiagnoseLibrary, NamesASpringAtTheLoad) {
+  blind::Bench bench = blind::fast_bench();
+  bench.plant.load.spring = 0.03;  // [N m/rad] five turns at most
+  bench.plant.load.spring_torque = 0.02;
+  std::erase_if(bench.channels, [](const auto& c) { return c.signal == Signal::torque; });
+  const Diagnosis d = diagnose_on(bench);
+  EXPECT_EQ(d.verdict, Verdict::found) << report(d);
+  EXPECT_THAT(named(d), ElementsAre("spring_load")) << report(d);
+  EXPECT_NEAR(fitted(d, "k"), 0.03, 3e-4);
+  EXPECT_NEAR(fitted(d, "T_0"), 0.02, 1e-3);
+}
+
 TEST(DiagnoseLibrary, CallsABrakeThatNoGaugeSeesFriction) {
   blind::Bench bench = blind::fast_bench();
   bench.plant.load.brake = 0.006;

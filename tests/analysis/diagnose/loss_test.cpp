@@ -64,6 +64,15 @@ TEST_F(Losses, CountAnEffectThatActsOnlyAtTwoEdgesAsMaterial) {
   EXPECT_TRUE(remainder(without));
 }
 
+TEST_F(Losses, OfAFewReadingsInARowShowInTheirPiece) {
+  const auto eight = [](double t) { return t > 4.2 && t < 4.2085 ? 15.0 : 0.0; };
+  const auto spike = [](double t) { return t > 4.2 && t < 4.2015 ? 60.0 : 0.0; };
+  EXPECT_EQ(loss([](double) { return 0.0; }).most_in_a_piece(Signal::omega), 0) << "noise shares nothing";
+  EXPECT_EQ(loss(spike).most_in_a_piece(Signal::omega), 0) << "nor does one reading";
+  EXPECT_NEAR(loss(eight).most_in_a_piece(Signal::omega), 7 * 15 * 15 / 1000.0, 0.3) << "of a second's readings";
+  EXPECT_FALSE(remainder(loss(eight))) << "the mean over all hides them";
+}
+
 TEST_F(Losses, OfWhatLeavesAllBoundsAreWorseThanAllOthers) {
   const Loss bad = loss([](double t) { return 30 * std::sin(t); });
   for (const double far : {1e25, 1e70, std::numeric_limits<double>::infinity(), std::nan("")}) {

@@ -1,5 +1,4 @@
 #include "analysis/diagnose/plausibility.h"
-#include "analysis/diagnose/told_from_nothing.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <map>
 
 #include "analysis/diagnose/fitted_trials.h"
+#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/fit/calibrate.h"
 #include "model/catalogue.h"
 #include "tests/analysis/diagnose/answers.h"
