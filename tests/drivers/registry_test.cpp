@@ -110,7 +110,8 @@ TEST(Registry, AUserCanHideAnyEffectInTheSimulatedBench) {
       "  driver: {gain: 4, offset: 0.1, lag: 0.01, delay: 0.002, sampling: 1.0e-3, play: 0.05, one_quadrant: true, "
       "coasts: true}\n"
       "  shaft: {cogging: 0.01, cogging_order: 8, stiffness: 0.5, J_2: 2.0e-5, gap: 0.1}\n"
-      "  load: {brake: 0.005, eccentric: 0.004, spring: 0.02, spring_torque: -0.01, eddy_torque: 0.02, eddy_heating: 1.0e-3}\n"
+      "  load: {brake: 0.005, eccentric: 0.004, spring: 0.02, spring_torque: -0.01, eddy_torque: 0.02, eddy_heating: "
+      "1.0e-3}\n"
       "  sensors: {tacho_lag: 0.01, ripple: 0.02, ripple_order: 6, tacho_stick: 2, torque_lag: 0.016}\n";
   const BenchConfig bench = config(text);
   const simulated::PlantParameters plant = simulated::read_plant(*bench.simulation);
