@@ -60,8 +60,8 @@ using AllEffects =
                ArmatureHeating, ArmatureInductance, BrushDrop,  //
                ArmatureReaction, FieldHeating,                  //
                CoulombFriction, StribeckFriction, AsymmetricFriction, LoadDependentFriction, PreslidingFriction,
-               Windage, BearingDrag, FrictionWarmup,            //
-               Cogging, Backlash, ShaftCompliance,              //
+               Windage, BearingDrag, FrictionWarmup,                        //
+               Cogging, Backlash, ShaftCompliance,                          //
                LoadTorque, DryBrake, EccentricLoad, SpringLoad, EddyBrake,  //
                TachoRipple, TachoOffset, TachoLag, SpeedDelay, TorqueOffset, TorqueLag, CurrentOffset, SupplyCurrent>;
 

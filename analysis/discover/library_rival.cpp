@@ -3,11 +3,11 @@
 #include <vector>
 
 #include "analysis/diagnose/fitted_trials.h"
-#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/diagnose/loss.h"
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
+#include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/rotor_phase.h"
 #include "analysis/numerics/parallel.h"

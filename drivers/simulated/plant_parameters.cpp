@@ -82,8 +82,7 @@ void check(const SensorParameters& sensors) {
 void check(const LoadParameters& load) {
   demand(std::isfinite(load.torque) && load.brake >= 0 && load.eddy_torque >= 0 && load.eddy_omega > 0,
          "load.torque must be finite, brake and eddy_torque 0 or more, eddy_omega above 0");
-  demand(std::isfinite(load.spring_torque) && load.spring >= 0,
-         "load.spring_torque must be finite, spring 0 or more");
+  demand(std::isfinite(load.spring_torque) && load.spring >= 0, "load.spring_torque must be finite, spring 0 or more");
   demand(std::isfinite(load.eccentric) && load.eddy_heating >= 0,
          "load.eccentric must be finite, eddy_heating 0 or more");
 }
