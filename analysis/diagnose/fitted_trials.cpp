@@ -61,12 +61,7 @@ bool keeps_step(std::span<const Record> records, const Fit& judged, std::size_t 
 
 FittedTrials::FittedTrials(const Dataset& data, const Model& given, const Criterion& criterion,
                            const ScoreOptions& score, std::size_t refits)
-    : data_(data),
-      given_(given),
-      criterion_(criterion),
-      score_(score),
-      refits_(refits),
-      training_judges_(!data.held_out.empty() && data.train.size() > 1) {}
+    : data_(data), given_(given), criterion_(criterion), score_(score), refits_(refits) {}
 
 Trial FittedTrials::first_fit(const Model& start) {
   constexpr int extra_starts = 4;  // only where nothing good is known to start from
@@ -154,7 +149,7 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
     trial.held_out.add(data_.held_out, unseen.residuals);
     trial.held_out_phases = std::move(unseen.phases);
     if (training_judges_) {
-      trial.named_error = trial.held_out.error();
+      trial.named = trial.held_out;
       leave_one_out(trial, options);
     }
   } else if (data_.train.size() == 1) {
@@ -165,7 +160,9 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
   trial.held_out.quality = quality_in_training(
       left.residuals, FreeParameters(model).size() + found_in(trial.fit.phases) + found_in(trial.held_out_phases));
   const bool judged_on_training = data_.held_out.empty() && data_.train.size() == 1;
-  if (!judged_on_training) trial.held_out.quality->held_out = trial.held_out.squares();
+  // The likelihood of training runs is in it already: beside runs that were named they do not count twice.
+  if (!judged_on_training)
+    trial.held_out.quality->held_out = trial.named ? trial.named->squares() : trial.held_out.squares();
   return trial;
 }
 
@@ -424,6 +421,19 @@ bool FittedTrials::explains_most_runs(const Trial& trial) {
   const std::size_t left = unexplained(data_.train, trial.model(), trial.fit.phases).size() +
                            unexplained(data_.held_out, trial.model(), trial.held_out_phases).size();
   return 3 * left <= data_.train.size() + data_.held_out.size();
+}
+
+bool FittedTrials::training_shows_more(const Trial& trial) const {
+  constexpr double far_more = 2;  // times what is left beyond the floor
+  if (data_.held_out.empty() || data_.train.size() < 2) return false;
+  const Loss training = loss_on(data_.train, trial.model(), trial.fit.phases);
+  const std::vector<Signal> judged = trial.held_out.signals();
+  return std::ranges::any_of(training.signals(), [&](Signal signal) {
+    if (!criterion_.remainder_in(training, signal)) return false;
+    const bool is_judged = std::ranges::find(judged, signal) != judged.end();
+    if (!is_judged || !criterion_.remainder_in(trial.held_out, signal)) return true;
+    return training.mean_square(signal) - 1 > far_more * (trial.held_out.mean_square(signal) - 1);
+  });
 }
 
 std::vector<std::string> FittedTrials::runs_that_alone_show_a_remainder(const Trial& trial) const {

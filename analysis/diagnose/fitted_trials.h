@@ -69,9 +69,13 @@ class FittedTrials final : public Trials {
   /// far less: what is missing acts in them alone, and no fit has seen it.
   std::vector<std::string> runs_that_alone_show_a_remainder(const Trial& trial) const;
 
-  /// Does each training run judge as well, held out in its turn, beside held-out runs that were named? One that was
-  /// named may show little of what others are full of.
+  /// Is far more left of a signal in the training runs than in the held-out runs that were named? These may show little
+  /// of what others are full of.
+  bool training_shows_more(const Trial& trial) const;
+
+  /// Does each training run judge as well, held out in its turn, beside held-out runs that were named?
   bool training_judges() const { return training_judges_; }
+  void let_training_judge(bool it_does) { training_judges_ = it_does; }
 
   /// The effects that were last refused for a value that they cannot have, and why.
   const std::map<std::size_t, std::string>& refused() const { return refused_; }
@@ -105,7 +109,7 @@ class FittedTrials final : public Trials {
   const Criterion& criterion_;
   const ScoreOptions& score_;
   std::size_t refits_;
-  bool training_judges_;
+  bool training_judges_ = false;
   Valleys valleys_;
   KnownFits known_fits_;
   Scored scored_;

@@ -190,26 +190,7 @@ Road with_a_lag_within_a_row(Dataset& data, WholeSearch& search, const Criterion
   return road;
 }
 
-}  // namespace
-
-bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
-  const Timing recorded = timing_as_recorded(data.timing);
-  if (data.timing == recorded) return false;
-  const Circumstances as_set = circumstances_of(data);
-  set_timing(data, recorded);
-  Trial anew = search.again(answer);
-  settle_timing(data, anew.model());
-  settle_starts(data, anew.model());
-  anew = search.again(anew);
-  if (criterion.material(answer.held_out, anew.held_out)) {
-    answer = std::move(anew);
-    return true;
-  }
-  set(data, as_set);
-  return false;
-}
-
-Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
+Road with_timing_or_without(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
   const Circumstances recorded = circumstances_of(data);
   const TimingChange change = settle_timing(data, as_recorded.model());
   const bool told = change == TimingChange::none;
@@ -238,6 +219,43 @@ Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, c
     try_from(recorded, Starts::told_by_the_answer);
   }
   return with_a_lag_within_a_row(data, search, criterion, std::move(best));
+}
+
+}  // namespace
+
+bool told_from_the_recorded(Dataset& data, WholeSearch& search, const Criterion& criterion, Trial& answer) {
+  const Timing recorded = timing_as_recorded(data.timing);
+  if (data.timing == recorded) return false;
+  const Circumstances as_set = circumstances_of(data);
+  set_timing(data, recorded);
+  Trial anew = search.again(answer);
+  settle_timing(data, anew.model());
+  settle_starts(data, anew.model());
+  anew = search.again(anew);
+  if (criterion.material(answer.held_out, anew.held_out)) {
+    answer = std::move(anew);
+    return true;
+  }
+  set(data, as_set);
+  return false;
+}
+
+Road best_road(Dataset& data, WholeSearch& search, const Criterion& criterion, const Trial& as_recorded) {
+  const Circumstances recorded = circumstances_of(data);
+  Road road = with_timing_or_without(data, search, criterion, as_recorded);
+  FittedTrials& trials = search.trials();
+  if (trials.training_judges() || trials.exhausted() || !trials.training_shows_more(road.found.current)) return road;
+  const bool held_out_shows_it = criterion.remainder(road.found.current.held_out);
+  trials.let_training_judge(true);
+  const Trial so_far = search.again(road.found.current);
+  set(data, recorded);
+  Road of_all = with_timing_or_without(data, search, criterion, search.again(as_recorded));
+  const Loss &before = so_far.held_out, &after = of_all.found.current.held_out;
+  // What held-out runs show as well, if less of it, they have judged: only what takes most of it away is no crumb.
+  if (criterion.material(before, after) && (!held_out_shows_it || removes_most(before, after))) return of_all;
+  trials.let_training_judge(false);
+  set(data, road.circumstances);
+  return road;
 }
 
 }  // namespace emtb

@@ -1,6 +1,7 @@
 #include "analysis/diagnose/told_names.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string>
@@ -55,8 +56,8 @@ struct Rest {
 /// Are the held-out runs that were named foretold clearly worse by one model than by another?
 bool foretells_worse(const Trial& model, const Trial& other) {
   constexpr double share = 0.1, least = 0.1;  // of the mean square beyond the floor, and of itself
-  if (!model.named_error || !other.named_error) return false;
-  const double squares = *model.named_error * *model.named_error, fewer = *other.named_error * *other.named_error;
+  if (!model.named || !other.named) return false;
+  const double squares = std::pow(model.named->error(), 2), fewer = std::pow(other.named->error(), 2);
   return squares - fewer > std::max(least, share * (squares - 1));
 }
 
@@ -232,9 +233,11 @@ void remember(std::vector<Candidate>& candidates, const std::vector<Candidate>& 
 struct Likeliest {
   Road road;
   Circumstances circumstances;
+  bool training_judged = false;
 
-  void consider(const Road& other, const Dataset& data) {
-    if (gain(*road.found.current.held_out.quality, *other.found.current.held_out.quality) <= 0) return;
+  void consider(const Road& other, const Dataset& data, bool training_judges) {
+    const bool comparable = training_judges == training_judged;
+    if (!comparable || gain(*road.found.current.held_out.quality, *other.found.current.held_out.quality) <= 0) return;
     road = other;
     circumstances = circumstances_of(data);
   }
@@ -246,7 +249,7 @@ std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout
                                                  Drops& drops, Likeliest& likeliest) {
   FittedTrials& trials = search.trials();
   while (true) {
-    likeliest.consider(road, data);
+    likeliest.consider(road, data, trials.training_judges());
     Finding& found = road.found;
     if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
     const std::vector<std::size_t> before = found.effects;
@@ -259,10 +262,18 @@ std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout
     std::vector<std::size_t> refused = dropped;
     std::erase_if(refused, [&](std::size_t effect) { return !trials.refused().contains(effect); });
     const Circumstances as_set = circumstances_of(data);
+    const bool training_judged = trials.training_judges();
     Road other = refused.empty()
                      ? Road{road.first, gone_on_without(found, dropped, search, road.first.held_out), as_set}
                      : without(refused);
-    if (!criterion.material(found.current.held_out, other.found.current.held_out)) {
+    Trial so_far = found.current;
+    if (trials.training_judges() != training_judged) {  // a search anew may have called them in
+      set(data, as_set);
+      so_far = search.again(so_far);
+      set(data, other.circumstances);
+    }
+    if (!criterion.material(so_far.held_out, other.found.current.held_out)) {
+      trials.let_training_judge(training_judged);
       set(data, as_set);
       return judged;
     }
@@ -275,13 +286,16 @@ std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout
 
 std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& without, WholeSearch& search,
                                              const Criterion& criterion, Dataset& data, const WorthAName& worth) {
-  Likeliest likeliest{road, circumstances_of(data)};
+  FittedTrials& trials = search.trials();
+  Likeliest likeliest{road, circumstances_of(data), trials.training_judges()};
   Drops drops;
   while (true) {
     std::optional<Calibration> judged =
         keep_what_errors_tell(road, without, search, criterion, data, worth, drops, likeliest);
     const Loss &after = road.found.current.held_out, &best = likeliest.road.found.current.held_out;
-    const bool nothing_else = removes_most(after, best) && gain(*after.quality, *best.quality) > much_likelier;
+    const bool comparable = trials.training_judges() == likeliest.training_judged;
+    const bool nothing_else =
+        comparable && removes_most(after, best) && gain(*after.quality, *best.quality) > much_likelier;
     if (drops.costly.empty() || !criterion.remainder(after) || !nothing_else) return judged;
     // Nothing has taken the place of what went: its errors are wide since something else is missing beside it. What
     // carried most stays from now on.

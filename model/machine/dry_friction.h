@@ -14,7 +14,7 @@ Scalar speed_against_friction(const Scalar& omega, const Scalar& pushed, const S
   if (began == 0) return soft_threshold(pushed, friction);
   const Scalar against = began > 0 ? friction : -friction;
   const Scalar going_on = pushed - against;
-  if (value_of(going_on) * began >= 0) return going_on;
+  if (!(value_of(going_on) * began < 0)) return going_on;  // also where it is no number
   const Scalar share_before = omega / (omega - going_on);  // of the step
   const Scalar turned = pushed + against * (1.0 - 2.0 * share_before);
   return value_of(turned) * began < 0 ? turned : Scalar(0.0);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/fit/residuals.h"
 #include "analysis/fit/timing.h"
@@ -77,28 +78,22 @@ TEST(Diagnose, FindsWhatOnlyTrainingRunsShow) {
   EXPECT_FALSE(diagnose_on(blind::fast_bench()).only_training_shows_it());
 }
 
-/// Speeds alone, of a motor whose resistance is known.
-blind::Bench bench_with_only_the_speed() {
+// The held-out runs of one show a little of a limit that the training runs are full of, and the other way round.
+TEST(Diagnose, AsksTheTrainingRunsWhereTheyShowFarMoreThanTheHeldOutRun) {
   blind::Bench bench = blind::fast_bench();
-  std::erase_if(bench.channels, [](const auto& c) { return c.signal != Signal::omega; });
-  bench.model.base[base::R_a].value = bench.plant.motor.R_a;
-  bench.model.base[base::R_a].fixed = true;
-  return bench;
-}
-
-// Coasting alone helps where the drive lets go, and makes what is held out worse until the friction is there as well.
-TEST(Diagnose, LetsTrainingRunsJudgeBesideAHeldOutRunThatShowsLittle) {
-  blind::Bench bench = bench_with_only_the_speed();
-  bench.plant.driver.coasts = true;
-  bench.plant.friction.T_c = 0.006;
-  const std::vector<double> often_off{1.5, 0, 2.25, 1, 3, 1.25, 0}, hardly_off{0.75, 1.25, 2, 2.75, 2, 1.25, 0.75, 0};
-  bench.train = {staircase("often off", often_off, 0.5, 0.8, 0.2),
-                 random_steps("steps", 0.75, 2.75, 0.1, 0.5, 0.2, 6, 0.2, 7)};
-  bench.held_out = {staircase("hardly off", hardly_off, 0.5, 0.8, 0.2)};
-  const Diagnosis d = diagnose_on(bench);
-  EXPECT_THAT(named(d), UnorderedElementsAre("coasting_driver", "coulomb_friction")) << report(d);
-  EXPECT_TRUE(d.training_judges);
-  EXPECT_LE(d.final_train, 1.1);
+  bench.plant.driver.max = 14;  // [V]; the model's driver goes to 24
+  const std::vector<Profile> full{step("high", 5, 0.5, 2.5, 1), step("higher", 5.5, 0.5, 2, 1)},
+      little{step("hardly", 3.55, 0.5, 2.5, 1), step("low", 2, 0.5, 2.5, 1)};
+  const MaterialityCriterion criterion({});
+  const auto training_shows_more = [&](const std::vector<Profile>& train, const std::vector<Profile>& held_out) {
+    const Dataset data = prepare(blind::record(bench, train, 1), blind::record(bench, held_out, 9), bench.model);
+    FittedTrials trials(data, bench.model, criterion, {}, 5);
+    const Trial first = trials.first_fit(bench.model);
+    EXPECT_TRUE(criterion.remainder(first.held_out)) << "it is not as if nothing showed";
+    return trials.training_shows_more(first);
+  };
+  EXPECT_TRUE(training_shows_more(full, little));
+  EXPECT_FALSE(training_shows_more(little, full));
 }
 
 TEST(Diagnose, NamesTheLimitOfASourceThatHoldsItsCurrent) {
