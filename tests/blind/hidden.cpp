@@ -191,6 +191,11 @@ TrueValues off_centre(Bench& bench, BenchKind kind, double size, Draw draw) {
   return {{"T_e", bench.plant.load.eccentric}};
 }
 
+TrueValues spring_holds(Bench& bench, BenchKind kind, double size, Draw) {
+  bench.plant.load.spring = pick(kind, 1, 0.15) * size;  // [N m/rad] a turn or less at what stalls the motor
+  return {{"k", bench.plant.load.spring}};
+}
+
 TrueValues eddy_currents(Bench& bench, BenchKind kind, double size, Draw draw) {
   auto& load = bench.plant.load;
   load.eddy_torque = pick(kind, 0.06, 0.015) * size;
@@ -327,6 +332,7 @@ constexpr std::array all{
     Hidden{.id = "shaft_compliance", .largest = 10, .hide = compliant},
     Hidden{.id = "backlash", .slow = false, .given = "shaft_compliance", .hide = backlash},
     Hidden{.id = "eccentric_load", .hide = off_centre},
+    Hidden{.id = "spring_load", .hide = spring_holds},
     Hidden{.id = "eddy_brake", .hide = eddy_currents},
     Hidden{.id = "tacho_offset", .hide = tacho_reads_high},
     Hidden{.id = "torque_lag", .slow = false, .given = "eddy_brake", .needs_gauge = true, .hide = gauge_lags},
