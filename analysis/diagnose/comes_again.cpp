@@ -92,15 +92,19 @@ ComingAgain coming_again(const ReadingsByCondition& readings) {
   return found;
 }
 
-ComingAgain coming_again(const RecordRefs& records, const Model& model, Signal signal, double memory) {
+std::map<Signal, ComingAgain> coming_again(const RecordRefs& records, const Model& model, const Memories& memory) {
   constexpr double forgotten = 5;    // times the memory: exp(-5)
   constexpr double of_shortest = 2;  // 64 pieces at most of an only run: more tell no more
-  const double piece = std::max(forgotten * memory, of_shortest * shortest_piece(records));
-  ComingAgain found;
-  visit_readings_by_condition(records, model, piece, [&](Signal of, const ReadingsByCondition& readings) {
-    if (of == signal) found = coming_again(readings);
+  const double shortest = of_shortest * shortest_piece(records);
+  const auto piece_of = [&](Signal signal) {
+    const auto own = memory.find(signal);
+    return own != memory.end() ? std::max(forgotten * own->second, shortest) : shortest;
+  };
+  std::map<Signal, ComingAgain> all;
+  visit_readings_by_condition(records, model, piece_of, [&](Signal signal, const ReadingsByCondition& readings) {
+    all.emplace(signal, coming_again(readings));
   });
-  return found;
+  return all;
 }
 
 }  // namespace emtb

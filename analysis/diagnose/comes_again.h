@@ -1,9 +1,11 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
 #include "analysis/diagnose/conditions.h"
+#include "analysis/diagnose/likelihood.h"
 #include "analysis/record/record.h"
 #include "hal/signal.h"
 #include "model/model.h"
@@ -26,7 +28,7 @@ struct ComingAgain {
 /// @param readings of one signal, with the numbers of pieces whose residuals are independent
 ComingAgain coming_again(const ReadingsByCondition& readings);
 
-/// The same of what a model leaves of a signal in records. @param memory [s] of that
-ComingAgain coming_again(const RecordRefs& records, const Model& model, Signal signal, double memory);
+/// Of each signal. @param memory of what is left of it; none is known: it forgets at once
+std::map<Signal, ComingAgain> coming_again(const RecordRefs& records, const Model& model, const Memories& memory);
 
 }  // namespace emtb

@@ -132,7 +132,7 @@ std::size_t Bins::of(double condition) const {
   return width_ > 0 ? std::min(count - 1, static_cast<std::size_t>((condition - from_) / width_)) : 0;
 }
 
-void visit_readings_by_condition(const RecordRefs& records, const Model& model, double piece,
+void visit_readings_by_condition(const RecordRefs& records, const Model& model, const PieceOf& piece_of,
                                  const VisitReadingsByCondition& visit) {
   const std::vector<double> values = model.values();
   // The conditions are those of the machine, not what its instruments make of them.
@@ -149,7 +149,7 @@ void visit_readings_by_condition(const RecordRefs& records, const Model& model, 
       [&](std::size_t i) { return records[i].get().length(); });
   for (const auto& [signal, stride] : strides_of(records)) {
     ReadingsByCondition readings;
-    Pieces pieces{piece, 0, 0};
+    Pieces pieces{piece_of(signal), 0, 0};
     for (std::size_t i = 0; i < records.size(); ++i) {
       const Record& record = records[i];
       pieces.begin = record.excitation.t.front();

@@ -44,11 +44,13 @@ using ReadingsByCondition = std::array<std::vector<ConditionedReading>, conditio
 /// Called with a signal, in their order, and its readings, which go when the next signal comes.
 using VisitReadingsByCondition = std::function<void(Signal, const ReadingsByCondition&)>;
 
+/// [s] The length of the pieces of a signal that are numbered on through all records; 0: each record is one.
+using PieceOf = std::function<double(Signal)>;
+
 /// The readings of all records with their conditions, or of more than a quarter of a million of a signal every second,
 /// third ..., which tell as much: the angle within a turn [rad], the heat lost in R_a since the run
 /// began [J].
-/// @param piece [s] the length of the pieces that are numbered on through all records; 0: each record is one
-void visit_readings_by_condition(const RecordRefs& records, const Model& model, double piece,
+void visit_readings_by_condition(const RecordRefs& records, const Model& model, const PieceOf& piece_of,
                                  const VisitReadingsByCondition& visit);
 
 }  // namespace emtb

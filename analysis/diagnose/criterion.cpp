@@ -51,9 +51,8 @@ bool MaterialityCriterion::worth_trying_all(const Loss& loss) const {
   return std::ranges::any_of(asking_for_more(loss), [&](Signal signal) {
     const double share =
         loss.mean_square(signal) >= rule_.mostly_model ? rule_.remainder_share : rule_.disturbance_share;
-    const bool in_a_piece =
-        loss.most_in_a_piece(signal) > rule_.in_a_piece && loss.share_in_a_piece(signal) > rule_.disturbance_share;
-    return in_a_piece || (remainder_in(loss, signal) && loss.share_left(signal) > share);
+    if (remainder_in(loss, signal) && loss.share_left(signal) > share) return true;
+    return loss.most_in_a_piece(signal) > rule_.in_a_piece && loss.share_in_a_piece(signal) > rule_.disturbance_share;
   });
 }
 

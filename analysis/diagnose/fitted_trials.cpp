@@ -143,13 +143,15 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
   trial.fit.phases = std::move(left.phases);
   trial.squares = sum_of_squares(left.residuals);
   trial.train = error_of(mean_squares(left.residuals));
+  std::optional<Squares> named;  // where training runs judge, too
   if (!data_.held_out.empty()) {
     ResidualsAtPhases unseen = residuals_at_best_phases(data_.held_out, model, model.values(), {},
                                                         known != nullptr ? known->held_out_phases : RotorPhases{});
     trial.held_out.add(data_.held_out, unseen.residuals);
     trial.held_out_phases = std::move(unseen.phases);
     if (training_judges_) {
-      trial.named = trial.held_out;
+      trial.named_error = trial.held_out.error();
+      named = trial.held_out.squares();
       leave_one_out(trial, options);
     }
   } else if (data_.train.size() == 1) {
@@ -161,8 +163,7 @@ Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const
       left.residuals, FreeParameters(model).size() + found_in(trial.fit.phases) + found_in(trial.held_out_phases));
   const bool judged_on_training = data_.held_out.empty() && data_.train.size() == 1;
   // The likelihood of training runs is in it already: beside runs that were named they do not count twice.
-  if (!judged_on_training)
-    trial.held_out.quality->held_out = trial.named ? trial.named->squares() : trial.held_out.squares();
+  if (!judged_on_training) trial.held_out.quality->held_out = named.value_or(trial.held_out.squares());
   return trial;
 }
 

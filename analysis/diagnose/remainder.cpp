@@ -55,9 +55,9 @@ bool worth_a_name(const Dataset& data, const Model& model, const Loss& held_out,
   }
   if (unsure.empty()) return false;
   const Memories memory = held_out.quality ? held_out.quality->memory : Memories{};
+  const std::map<Signal, ComingAgain> again = coming_again(data.all(), model, memory);
   return std::ranges::any_of(unsure, [&](Signal signal) {
-    const auto own = memory.find(signal);
-    const ComingAgain found = coming_again(data.all(), model, signal, own != memory.end() ? own->second : 0);
+    const ComingAgain& found = again.at(signal);
     const double mean = held_out.mean_square(signal);
     return found.share > rule.again * (mean - 1) / mean && found.chance <= chance;
   });

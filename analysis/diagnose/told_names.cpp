@@ -33,7 +33,6 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 
 constexpr double by_far = 5;                             // errors
 constexpr double much_likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
-constexpr double some_likelier = 3;                      // [nats] odds of twenty
 
 /// What is dropped for its errors.
 struct Drops {
@@ -54,11 +53,10 @@ struct Rest {
 };
 
 /// Are the held-out runs that were named foretold clearly worse by one model than by another?
-bool foretells_worse(const Trial& model, const Trial& other) {
-  constexpr double share = 0.1, least = 0.1;  // of the mean square beyond the floor, and of itself
-  if (!model.named || !other.named) return false;
-  const double squares = std::pow(model.named->error(), 2), fewer = std::pow(other.named->error(), 2);
-  return squares - fewer > std::max(least, share * (squares - 1));
+bool foretells_worse(const Trial& model, const Trial& other, const Materiality& rule) {
+  if (!model.named_error || !other.named_error) return false;
+  const double squares = std::pow(*model.named_error, 2), fewer = std::pow(*other.named_error, 2);
+  return squares - fewer > std::max(rule.least, rule.share * (squares - 1));
 }
 
 /// A search judges by quick errors. What the errors that are printed do not tell from nothing by far goes: of the laws
@@ -104,16 +102,15 @@ class Judgement {
   /// @return the answer without an effect that goes; none: it stays. The circumstances are those before, but for a lag
   /// within a row that is the machine's
   std::optional<Rest> without_if_it_goes(std::size_t effect) {
-    if (foretells_worse(found_.current, as_given_)) {
-      std::optional<Rest> rest = without(effect);
-      if (rest && foretells_worse(found_.current, rest->trial)) {
-        rest->refuted = true;
-        return rest;
-      }
+    std::optional<Rest> rest;
+    if (foretells_worse(found_.current, as_given_, worth_.rule)) rest = without(effect);
+    if (rest && foretells_worse(found_.current, rest->trial, worth_.rule)) {
+      rest->refuted = true;
+      return rest;
     }
     bool may_be = search_.trials().determined_but_for_scale(errors_->model, effect);
     if (may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
-    std::optional<Rest> rest = without(effect);
+    if (!rest) rest = without(effect);
     if (rest && !may_be && criterion_.remainder(rest->trial.held_out)) may_be = may_be_if_it_lags_in_itself(effect);
     if (!rest || is_needed(effect, rest->trial, may_be)) return std::nullopt;
     rest->may_be = may_be;
@@ -178,7 +175,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
     std::string why = least->refuted ? ": without it held-out runs are foretold better"
                                      : ": its own errors do not tell it from nothing";
     const bool may_be = least->may_be && !least->refuted;
-    if (may_be && least->lost > some_likelier) drops.costly.insert_or_assign(least->effect, least->lost);
+    if (may_be && least->lost > worth.rule.nats) drops.costly.insert_or_assign(least->effect, least->lost);
     const std::size_t not_told = least->effect;
     const auto stays_in = [&](const Rest& rest, std::size_t effect) {
       Finding other = found;
@@ -191,7 +188,8 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
       set(data, as_set);
       return stays;
     };
-    for (const std::size_t effect : least->refuted ? std::vector<std::size_t>{} : staying) {
+    if (least->refuted) staying.clear();
+    for (const std::size_t effect : staying) {
       std::optional<Rest> rest = judgement.without(effect);
       if (!rest || rest->lost >= least->lost || rest->trial.held_out.error() >= least->trial.held_out.error()) continue;
       if (!stays_in(*rest, not_told)) continue;

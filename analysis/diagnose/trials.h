@@ -15,16 +15,16 @@ namespace emtb {
 /// A model fitted to the training runs and judged on runs that it never saw.
 struct Trial {
   Fit fit;
-  double squares = 0;             ///< of the residuals on the training runs, in units of sigma^2
-  double train = 0;               ///< error on them; 1 = noise floor
-  Loss held_out;                  ///< on runs that the fit never saw
-  RotorPhases held_out_phases{};  ///< for a fit like this one to start from
-  std::optional<Loss> named{};    ///< on the held-out runs that were named, where others judge, too
+  double squares = 0;                   ///< of the residuals on the training runs, in units of sigma^2
+  double train = 0;                     ///< error on them; 1 = noise floor
+  Loss held_out;                        ///< on runs that the fit never saw
+  RotorPhases held_out_phases{};        ///< for a fit like this one to start from
+  std::optional<double> named_error{};  ///< on the held-out runs that were named, where others judge, too
 
   const Model& model() const { return fit.model; }
 
   /// What is told of runs that the fit never saw; 1 = noise floor.
-  double held_out_error() const { return named ? named->error() : held_out.error(); }
+  double held_out_error() const { return named_error.value_or(held_out.error()); }
 };
 
 /// A fitted model and one effect more, refitted.

@@ -84,7 +84,8 @@ std::vector<ResidualMap> residual_maps(const RecordRefs& records, const Model& m
   double duration = 0;
   for (const Record& record : records) duration += record.excitation.t.back() - record.excitation.t.front();
   std::vector<ResidualMap> maps;
-  visit_readings_by_condition(records, model, duration / pieces, [&](Signal signal, const ReadingsByCondition& all) {
+  const auto alike = [&](Signal) { return duration / pieces; };
+  visit_readings_by_condition(records, model, alike, [&](Signal signal, const ReadingsByCondition& all) {
     std::array<ResidualMap, condition_count> of_each;
     parallel_for(condition_count, [&](std::size_t c) {
       if (!all[c].empty()) of_each[c] = map_of(signal, static_cast<Condition>(c), all[c]);
