@@ -24,6 +24,8 @@ bool no_gauge(const WideBench& b) { return b.find(Signal::torque) == nullptr; }
 bool has_gauge(const WideBench& b) { return !no_gauge(b); }
 bool turns(const WideBench& b) { return !b.machine.linear; }
 bool turns_without_gauge(const WideBench& b) { return turns(b) && no_gauge(b); }
+/// Nobody asks for a speed of what a spring holds.
+bool may_hold_a_place(const WideBench& b) { return no_gauge(b) && b.loop != Loop::speed; }
 bool turns_with_tacho(const WideBench& b) { return turns(b) && has_tacho(b); }
 bool both_ways(const WideBench& b) { return b.machine.both_ways; }
 bool one_way(const WideBench& b) { return has_reference(b) && !b.machine.both_ways; }
@@ -263,6 +265,15 @@ Truth off_centre(WideBench& b, double size, Draw draw) {
   return {{"T_e", b.plant.load.eccentric}};
 }
 
+/// A valve, a throttle: what stalls the motor winds the spring up by what it runs in five of its time constants, and by
+/// six turns at most.
+Truth spring_holds(WideBench& b, double size, Draw) {
+  constexpr double six_turns = 38;  // [rad]
+  const double runs = 5 * b.machine.speed * b.machine.tau, way = turns(b) ? std::min(runs, six_turns) : runs;
+  b.plant.load.spring = b.machine.K * b.machine.voltage / b.machine.R / way * size;
+  return {{"k", b.plant.load.spring}};
+}
+
 Truth eddy_currents(WideBench& b, double size, Draw draw) {
   auto& load = b.plant.load;
   load.eddy_torque = 0.2 * b.machine.torque * size;
@@ -366,6 +377,7 @@ constexpr std::array all{
     WideEffect{.id = "load_torque", .possible = no_gauge, .hide = weight},
     WideEffect{.id = "dry_brake", .possible = no_gauge, .hide = brake_rubs},
     WideEffect{.id = "eccentric_load", .possible = turns_without_gauge, .hide = off_centre},
+    WideEffect{.id = "spring_load", .possible = may_hold_a_place, .hide = spring_holds},
     WideEffect{.id = "eddy_brake", .possible = no_gauge, .hide = eddy_currents},
     WideEffect{.id = "tacho_lag", .possible = has_tacho, .hide = tacho_lags},
     WideEffect{.id = "tacho_ripple", .possible = fine_tacho, .hide = tacho_ripples},
