@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "analysis/check/readings.h"
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/statistics.h"
 #include "session/gaps.h"
 
@@ -34,20 +35,34 @@ DataFinding gap_finding(const Run& run, std::optional<Signal> signal, const std:
 }
 
 std::optional<DataFinding> uneven_rows(const Run& run, std::span<const double> t) {
+  constexpr double a_good_part = 0.5, many = 0.1;  // of the usual interval; of the rows
   if (t.size() < 20) return std::nullopt;
   std::vector<double> intervals;
   for (std::size_t k = 1; k < t.size(); ++k) intervals.push_back(t[k] - t[k - 1]);
-  const double usual = median(intervals);
-  const auto count = static_cast<double>(intervals.size());
-  const auto off = static_cast<double>(
-      std::ranges::count_if(intervals, [&](double i) { return std::abs(i - usual) > 0.5 * usual; }));
-  if (off <= 0.1 * count) return std::nullopt;
+  const double usual = median(intervals), mean = mean_interval(t), digit = last_digit_of(t);
+  const auto share_off = [&](double from, double by) {
+    const auto is_off = [&](double interval) { return std::abs(interval - from) > by; };
+    return static_cast<double>(std::ranges::count_if(intervals, is_off)) / static_cast<double>(intervals.size());
+  };
+  const double off = share_off(usual, a_good_part * usual);
+  if (off <= many) return std::nullopt;
+  // Even rows are never off by more than a digit that was left out.
+  if (share_off(mean, (1 + 1e-6) * digit) <= many) {
+    return DataFinding{run.name,
+                       {},
+                       Flaw::jitter,
+                       t.front(),
+                       t.back(),
+                       "the times are whole steps of " + short_number(digit) + " s, and the rows " +
+                           short_number(mean) + " s apart: write times with more digits",
+                       false};
+  }
   return DataFinding{run.name,
                      {},
                      Flaw::jitter,
                      t.front(),
                      t.back(),
-                     short_number(100 * off / count) +
+                     short_number(100 * off) +
                          " % of the rows come more than half an interval early or late (usually " +
                          short_number(usual) + " s apart): stamp readings when they are taken, not when they arrive",
                      false};

@@ -1,5 +1,6 @@
 #include "analysis/numerics/even_series.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -12,6 +13,16 @@ double jitter_of(std::span<const double> t) {
   double squares = 0;
   for (std::size_t k = 1; k < t.size(); ++k) squares += std::pow(t[k] - t[k - 1] - interval, 2);
   return std::sqrt(squares / 2 / static_cast<double>(t.size() - 1));
+}
+
+double last_digit_of(std::span<const double> t) {
+  constexpr double close = 1e-4, finest = 1e-7;
+  const auto are_whole = [&](double digit) {
+    return std::ranges::all_of(t, [&](double at) { return std::abs(at / digit - std::round(at / digit)) < close; });
+  };
+  double digit = 1;
+  while (digit > finest && !are_whole(digit)) digit /= 10;
+  return digit;
 }
 
 EvenLine even_line(std::span<const double> y) {

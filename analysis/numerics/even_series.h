@@ -12,6 +12,9 @@ double mean_interval(std::span<const double> t);
 /// @param t two times or more
 double jitter_of(std::span<const double> t);
 
+/// [s] The last decimal that the times were written with, down to a tenth of a microsecond.
+double last_digit_of(std::span<const double> t);
+
 /// The least-squares line through readings that follow each other evenly, and how they scatter about it.
 struct EvenLine {
   double variance = 0;    ///< about the line, of n - 2 degrees of freedom

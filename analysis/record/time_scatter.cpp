@@ -92,22 +92,11 @@ void collect(const Series& theta, std::vector<Piece>& pieces) {
   }
 }
 
-/// [s] The last decimal that the times were written with.
-double last_digit(std::span<const double> t) {
-  constexpr double close = 1e-4, finest = 1e-7;
-  const auto are_whole = [&](double digit) {
-    return std::ranges::all_of(t, [&](double at) { return std::abs(at / digit - std::round(at / digit)) < close; });
-  };
-  double digit = 1;
-  while (digit > finest && !are_whole(digit)) digit /= 10;
-  return digit;
-}
-
 /// [s] As far as times can be off: their last digit, though never by much of the time between two, where a clock
 /// writes even ones and all digits behind them are 0; or as far as they are uneven.
 double most_that_times_are_off(std::span<const double> t) {
   constexpr double of_an_interval = 0.05;
-  return std::max(std::min(last_digit(t), of_an_interval * mean_interval(t)), jitter_of(t));
+  return std::max(std::min(last_digit_of(t), of_an_interval * mean_interval(t)), jitter_of(t));
 }
 
 }  // namespace
