@@ -203,6 +203,22 @@ TEST_F(ModelCommands, IntervalsSayHowLargeAFrictionMayBeThatTheLinearModelHasSma
   EXPECT_FALSE(parameters["windage.c_w"]["interval95"]["high_at_bound"].get<bool>());
 }
 
+TEST_F(ModelCommands, AddSaysWhereAnEffectFitsWithValuesThatNoMachineHas) {
+  record_with_friction();
+  auto words = with_sessions({"add", "field_heating", model()});
+  words.insert(words.end(), {"--json", path("a.json")});
+  call(words);
+  EXPECT_THAT(last->err(), HasSubstr("emtb: field_heating: tau is "));
+  EXPECT_THAT(last->err(), HasSubstr("no winding warms up faster. What these runs show is hardly this effect\n"));
+  EXPECT_EQ(json::parse(read(path("a.json")))["implausible"].size(), 1U);
+
+  words = with_sessions({"add", "coulomb_friction", model()});
+  words.insert(words.end(), {"--json", path("a.json")});
+  EXPECT_EQ(call(words), 0);
+  EXPECT_EQ(last->err(), "");
+  EXPECT_TRUE(json::parse(read(path("a.json")))["implausible"].empty());
+}
+
 TEST_F(ModelCommands, DiagnoseNamesAFormulaOfTheUserAndAddAddsIt) {
   constexpr double c3 = 3e-8;  // [N m s3/rad3]
   blind::Bench bench = blind::slow_bench();

@@ -2,6 +2,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
 #include "analysis/fit/profile_likelihood.h"
@@ -19,6 +20,18 @@ namespace emtb {
 namespace {
 
 using json = nlohmann::ordered_json;
+
+/// Of each effect that is there with values that no such machine has: what they are, and where its range ends.
+std::vector<std::string> implausible_values(std::span<const Record> records, const Model& fitted) {
+  std::vector<std::string> all;
+  for (const IncludedEffect& e : fitted.effects) {
+    const EffectInfo& about = fitted.about(e.effect);
+    if (about.parameter_count > 0 && e.parameters[0].value == about.parameter_list[0].null) continue;
+    const std::string said = implausible_value(records, fitted, e.effect);
+    if (!said.empty()) all.push_back(std::string(about.id) + ": " + said);
+  }
+  return all;
+}
 
 /// Fits, reports, writes: what calibrate and add have in common.
 int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, const std::string& action, json extra) {
@@ -40,6 +53,8 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   out["advice"] = c.identifiability.undetermined.empty()
                       ? json(nullptr)
                       : json(advice_on(c.identifiability.undetermined, c.model, recorded_by(data.train)));
+  const std::vector<std::string> implausible = implausible_values(data.train, c.model);
+  out["implausible"] = implausible;
   out["singular_values"] =
       std::vector<double>(c.identifiability.singular_values.begin(), c.identifiability.singular_values.end());
   out["signals"] = to_json(fit_of(data.held_out.empty() ? data.train : data.held_out, c.model, data.noise));
@@ -54,6 +69,9 @@ int fit_and_report(const ModelOptions& o, const Model& start, Dataset& data, con
   std::cout << "error (1 = noise floor): training " << error_cell(entry.train) << ", held-out "
             << error_cell(entry.held_out) << "\ntiming: " << in_words(data.timing, data.interval(), c.model) << "\n";
   o.finish_model(c.model);
+  for (const std::string& said : implausible) {
+    std::cerr << "emtb: " << said << ". What these runs show is hardly this effect\n";
+  }
   constexpr double clearly = 1.02;  // times what was left before
   if (out.contains("before") && *entry.train > clearly * out["before"]["train"].get<double>())
     std::cerr << "emtb: the model leaves more with it than without: it is not this, or its fit went astray. Give its "
