@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "hal/signal.h"
+#include "model/load_behind_spring.h"
 
 namespace emtb {
 
@@ -223,6 +224,7 @@ struct State {
   Scalar i_a{};          ///< [A]
   Scalar omega{};        ///< [rad/s]
   Scalar theta{};        ///< [rad] measured where it is, see Excitation::angle
+  Scalar place{};        ///< [rad] the same, but simulated where a measured angle wanders
   Scalar omega_start{};  ///< [rad/s] at the start of the step
   double temperature = std::numeric_limits<double>::quiet_NaN();  ///< [degC] where measured
 };
@@ -267,6 +269,7 @@ struct Balance {
   Scalar bristle{};         ///< [N m/rad] of that friction before it slips; 0: it does not give
   Scalar gear_friction{};   ///< [1] of the torque that the gears carry: dry friction, too; >= 0
   Scalar brake{};           ///< [N m] dry friction of the load: what the gauge sees of it; >= 0
+  LoadBehindSpring<Scalar> behind_spring;
   // sensors
   Scalar omega_reading{};   ///< [rad/s]
   Scalar i_a_reading{};     ///< [A]

@@ -93,11 +93,12 @@ class Machine : public Motion<Scalar> {
     i_a = i_a_before = first_current(structure_, equations_, driver_, omega, initial, in);
     if (initial.e_driver && initial.as_read) driver_.stand_behind_terminals(equations_.terms, i_a);
     e_a_reading = driver_.voltage() - equations_.terms.output_resistance * i_a;
-    equations_.middle = {
-        .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega, .theta = angle_.theta()};
+    equations_.middle = {.u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a, .omega = omega};
+    equations_.middle.theta = equations_.middle.place = angle_.theta();
     user_.start(equations_);
     if (structure_.measured_load) equations_.middle.omega = Scalar(in.omega);
     load_.apply(equations_.middle, equations_);
+    equations_.terms.behind_spring.taken = equations_.terms.load_torque;
     if (initial.omega != 0)
       equations_.terms.load_torque += initial.omega > 0 ? equations_.terms.brake : -equations_.terms.brake;
     read_sensors(0, 0, in);
@@ -241,7 +242,8 @@ class Machine : public Motion<Scalar> {
     i_a_before = i_a;
     if (circuit == Circuit::closed) {
       i_a = is_there_.reaction && !armature_.inductive()
-                ? reacting_current(e.end, omega_end)
+                ? reacting_current(armature_.end().v1, e.end, equations_.p[base::K_b] * full_flux_ * omega_end, i_a,
+                                   equations_.terms)
                 : armature_.end_current(v0, e.end - armature_.k_b() * omega_end, i_a);
     } else {
       i_a = mean_current;
@@ -288,16 +290,17 @@ class Machine : public Motion<Scalar> {
 
   /// The state in the middle of the step, extrapolated from the last one: what the effects see.
   void look_at_middle(const StepInput& in, double t, double h) {
-    equations_.middle.t = t + 0.5 * h;
-    equations_.middle.field_on = field_on_ + equations_.middle.t;
-    equations_.middle.h = h;
-    equations_.middle.u_ref = in.u_ref;
-    equations_.middle.e_a = driver_.voltage();
-    equations_.middle.i_a = i_a_in_middle();
-    equations_.middle.omega = omega_in_middle();
-    equations_.middle.omega_start = omega;
-    equations_.middle.theta = angle_.in_middle(in, h, omega);
-    equations_.middle.temperature = in.temperature;
+    State<Scalar>& x = equations_.middle;
+    x.t = t + 0.5 * h;
+    x.field_on = field_on_ + x.t;
+    x.h = h;
+    x.u_ref = in.u_ref;
+    x.e_a = driver_.voltage();
+    x.i_a = i_a_in_middle();
+    x.omega = omega_in_middle();
+    x.omega_start = omega;
+    x.temperature = in.temperature;
+    angle_.see_in_middle(in, h, omega, x);
   }
 
   /// Driver: u_ref -> e_a. What follows takes the voltage as linear over the step, with the right mean and end.
@@ -319,7 +322,8 @@ class Machine : public Motion<Scalar> {
     is_steady_ ? motor_.apply_others(equations_.middle, equations_) : motor_.apply(equations_.middle, equations_);
     user_.apply(equations_);
     if (structure_.measured_load) equations_.middle.omega = speed_as_read_.in_middle(in.omega);
-    load_.apply(equations_.middle, equations_);
+    if (!load_.empty())
+      load_.apply(terms.behind_spring.seen_in_middle(equations_.middle, omega_in_middle()), equations_);
     is_there_ = terms_in(terms);
     steady_load_ = terms.load_torque;
     steady_braking_ = {terms.braking_torque, terms.dry_friction};
@@ -383,13 +387,6 @@ class Machine : public Motion<Scalar> {
     terms.flux *= flux_left(terms, current_under_reaction(pushed - taken, taken, value_of(i_a), terms));
   }
 
-  /// [A] At the end of a step, without an inductance.
-  Scalar reacting_current(const Scalar& e, const Scalar& omega_end) const {
-    const Scalar& conductance = armature_.end().v1;
-    const Scalar taken = conductance * equations_.p[base::K_b] * full_flux_ * omega_end;
-    return current_under_reaction(conductance * e - taken, taken, value_of(i_a), equations_.terms);
-  }
-
   /// [ohm] Of the circuit: a driver's own is in a row with the motor's.
   Scalar resistance() const {
     const Balance<Scalar>& terms = equations_.terms;
@@ -420,12 +417,17 @@ class Machine : public Motion<Scalar> {
     if (is_there_.gear_friction) {
       torque.dry_friction += terms.gear_friction * abs(torque_in_gears(in, mean_current, circuit));
     }
+    if (terms.behind_spring.there) {
+      braked_ = take_behind_spring(equations_.terms, measured_load(in), omega_in_middle());
+      torque.pull -= terms.behind_spring.felt();
+      return torque;
+    }
     ShaftTorque<Scalar> foretold = torque;  // with the load as its effects say
     foretold.pull -= terms.load_torque;
     foretold.brake = terms.brake;
     braked_ = is_there_.brake ? shaft_.braked(omega, foretold) : Scalar(0.0);
     if (!structure_.measured_load) return foretold;
-    torque.take_load(in.load - terms.load_offset, terms.load_torque, omega);
+    torque.take_load(*measured_load(in), terms.load_torque, omega);
     // While a brake holds, the gauge reads what pulls, and its noise would let go of a shaft that the brake holds.
     if (std::abs(value_of(braked_)) < value_of(terms.brake)) torque.brake = larger(torque.brake, terms.brake);
     return torque;
@@ -437,12 +439,16 @@ class Machine : public Motion<Scalar> {
     Scalar current = mean_current;
     if (circuit == Circuit::closed) current -= armature_.mean().v1 * armature_.k_b() * this->omega_at_end();
     const Balance<Scalar>& terms = equations_.terms;
-    const Scalar load = structure_.measured_load ? in.load - terms.load_offset : terms.load_torque + braked_;
-    return armature_.k_m() * current + load;
+    return armature_.k_m() * current + measured_load(in).value_or(terms.load_torque + braked_);
   }
 
-  /// What the load takes at the end of the step, which is when the gauge is read: half a step of 1 ms later a weight
-  /// off centre stands 0.25 rad further at 500 rad/s.
+  /// [N m] What the gauge says of the load, where that loads the shaft.
+  std::optional<Scalar> measured_load(const StepInput& in) const {
+    if (!structure_.measured_load) return std::nullopt;
+    return in.load - equations_.terms.load_offset;
+  }
+
+  /// What the load takes at the end of the step, which is when the gauge is read, not half a step before.
   void look_at_load(const StepInput& in, double t) {
     if (load_.empty()) return;
     if (is_gathered_) {
@@ -450,15 +456,10 @@ class Machine : public Motion<Scalar> {
       return;
     }
     equations_.terms.load_torque = Scalar(0.0);
-    load_.apply({.t = t,
-                 .field_on = field_on_ + t,
-                 .h = 0,
-                 .u_ref = in.u_ref,
-                 .e_a = driver_.voltage(),
-                 .i_a = i_a,
-                 .omega = structure_.measured_load ? speed_as_read_.at_end(in.omega_end) : omega,
-                 .theta = angle_.at_end(in)},
-                equations_);
+    State<Scalar> end{.t = t, .field_on = field_on_ + t, .u_ref = in.u_ref, .e_a = driver_.voltage(), .i_a = i_a};
+    end.omega = structure_.measured_load ? speed_as_read_.at_end(in.omega_end) : omega;
+    angle_.see_at_end(in, end);
+    load_.apply(equations_.terms.behind_spring.seen_at_end(end, 0.5 * (omega_before + omega), omega), equations_);
     equations_.terms.load_torque += braked_;
   }
 

@@ -45,4 +45,13 @@ Scalar current_under_reaction(const Scalar& free, const Scalar& taken, double fr
   return i - gap * (1 / slope);
 }
 
+/// [A] That at the end of a step, without an inductance.
+/// @param conductance [S] of the circuit @param e [V] at the terminals @param back_emf [V] of all of the flux
+template <class Scalar>
+Scalar reacting_current(const Scalar& conductance, const Scalar& e, const Scalar& back_emf, const Scalar& from,
+                        const Balance<Scalar>& terms) {
+  const Scalar taken = conductance * back_emf;
+  return current_under_reaction(conductance * e - taken, taken, value_of(from), terms);
+}
+
 }  // namespace emtb

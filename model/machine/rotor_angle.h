@@ -7,6 +7,7 @@
 
 #include "model/catalogue.h"
 #include "model/dual.h"
+#include "model/effect.h"
 #include "model/machine/equations.h"
 #include "model/structure.h"
 
@@ -45,10 +46,19 @@ class RotorAngle {
   /// [rad] as simulated.
   const Scalar& theta() const { return theta_; }
 
-  Scalar in_middle(const StepInput& in, double h, const Scalar& omega) const {
-    return !in.angle_middle ? theta_ + 0.5 * h * omega
-           : in.angle_pull  ? turned_ + measured_ + lead_ + 0.5 * h * omega
-                            : turned_ + *in.angle_middle + behind_;
+  /// What effects see of it in the middle of a step. What holds the shaft to a place keeps it from wandering: where a
+  /// measured angle does, the simulated one is better there.
+  void see_in_middle(const StepInput& in, double h, const Scalar& omega, State<Scalar>& x) const {
+    const Scalar simulated = theta_ + 0.5 * h * omega;
+    x.theta = !in.angle_middle ? simulated
+              : in.angle_pull  ? turned_ + measured_ + lead_ + 0.5 * h * omega
+                               : turned_ + *in.angle_middle + behind_;
+    x.place = in.angle_integrated ? simulated : x.theta;
+  }
+
+  void see_at_end(const StepInput& in, State<Scalar>& x) const {
+    x.theta = at_end(in);
+    x.place = in.angle_integrated ? theta_ : x.theta;
   }
 
   Scalar at_end(const StepInput& in) const { return in.angle_end ? turned_ + *in.angle_end + behind_ + lead_ : theta_; }

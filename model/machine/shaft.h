@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 
 #include "model/dual.h"
 #include "model/machine/armature.h"
@@ -30,6 +31,23 @@ struct ShaftTorque {
     }
   }
 };
+
+/// Tells what a load behind a spring takes in a step: what its effects say or what is measured, and its brake.
+/// @param motor [rad/s] its mean speed, as foreseen
+/// @return [N m] what the brake takes of it
+template <class Scalar>
+Scalar take_behind_spring(Balance<Scalar>& terms, const std::optional<Scalar>& measured, const Scalar& motor) {
+  LoadBehindSpring<Scalar>& load = terms.behind_spring;
+  const Scalar arriving = load.arriving(motor);
+  const Scalar braked = clamped(arriving - terms.load_torque, -terms.brake, terms.brake);
+  load.taken = terms.load_torque + braked;
+  if (!measured) return braked;
+  ShaftTorque<Scalar> read;
+  read.take_load(*measured, terms.load_torque, load.omega);
+  if (std::abs(value_of(braked)) < value_of(terms.brake)) read.brake = larger(read.brake, terms.brake);
+  load.taken = clamped(arriving + read.pull, -read.brake, read.brake) - read.pull;
+  return braked;
+}
 
 /// The shaft, by the trapezoidal rule fitted to its own decay; dry friction by an implicit soft threshold, so that it
 /// sticks exactly, and turns round within a step.

@@ -263,5 +263,18 @@ TEST(Step, ASpringSwingsTheShaftAsHookeSays) {
   }
 }
 
+TEST(Step, ASpringKnowsTheShaftsPlaceBetterThanAnAngleThatWanders) {
+  const ModelStructure structure = with({"spring_load"}, Signal::i_a);
+  const std::vector<double> p = and_({R, K, K, 0, J}, {0.02, 0.004});
+  const Excitation unmeasured = constant(0.3, 1e-3, 0.3, &Excitation::i_a);
+  Excitation wandering = unmeasured;
+  wandering.angle = std::vector<double>(unmeasured.t.size(), 0.5);
+  EXPECT_NE(run(structure, p, wandering).theta.back(), run(structure, p, unmeasured).theta.back())
+      << "an encoder's angle is followed";
+  wandering.angle_integrated = true;
+  EXPECT_EQ(run(structure, p, wandering).omega.back(), run(structure, p, unmeasured).omega.back());
+  EXPECT_EQ(run(structure, p, wandering).torque.back(), run(structure, p, unmeasured).torque.back());
+}
+
 }  // namespace
 }  // namespace emtb

@@ -40,7 +40,7 @@ struct SpringLoad {
   template <class Scalar>
   static void apply(Parameters<Scalar> p, const State<Scalar>& x, Balance<Scalar>& balance) {
     const auto& [k, T_0] = std::tie(p[0], p[1]);
-    balance.load_torque += T_0 + k * x.theta;
+    balance.load_torque += T_0 + k * x.place;  // it holds the shaft, which wanders with no reading of its angle
   }
 
   /// The motor wound it up, and there is no spring of so many turns.

@@ -41,9 +41,12 @@ struct ShaftCompliance {
     Scalar& omega_2 = memory[1];  // [rad/s]
     Scalar& omega_before = memory[2];
     Scalar& started = memory[3];
+    LoadBehindSpring<Scalar>& load = balance.behind_spring;
     if (value_of(started) == 0) {
       started = Scalar(1.0);
       omega_2 = omega_before = x.omega_start;
+      twist = twist_at_rest(k, x, balance);
+      if (value_of(twist) == 0) load.taken = Scalar(0.0);
     }
     const double h = x.h;
     const Scalar inertia = J_2 * (2.0 / h);
@@ -59,16 +62,32 @@ struct ShaftCompliance {
     };
     Scalar bent, stiffness;
     spring(bent, stiffness, omega_before);
-    if (value_of(inertia) <= 0) return;  // nothing behind the spring
+    load.there = value_of(inertia) > 0;
+    if (!load.there) return;
     const Scalar mean = 0.5 * (omega_before + x.omega_start);
-    const Scalar mean_2 = (inertia * omega_2 + k * bent + stiffness * mean) / (inertia + stiffness);
+    const Scalar mean_2 = (inertia * omega_2 + k * bent + stiffness * mean - load.taken) / (inertia + stiffness);
     twist += h * (mean - mean_2);
     omega_2 = 2.0 * mean_2 - omega_2;
     omega_before = x.omega_start;
     spring(bent, stiffness, x.omega_start);
+    load.h = h;
+    load.inertia = inertia;
+    load.stiffness = stiffness;
+    load.pushed = inertia * omega_2 + k * bent;
+    load.omega = omega_2;
+    load.twist = twist;
     balance.viscous += stiffness * inertia / (inertia + stiffness);
     balance.braking_torque += (k * bent - stiffness * omega_2) * inertia / (inertia + stiffness);
     balance.inertia -= J_2;
+  }
+
+  /// [rad] Where dry friction of the motor holds what pulls at a load at rest, the spring is bent by it.
+  template <class Scalar>
+  static Scalar twist_at_rest(const Scalar& k, const State<Scalar>& x, const Balance<Scalar>& balance) {
+    const Scalar& pulls = balance.behind_spring.taken;
+    const bool holds = std::abs(value_of(pulls)) <= value_of(balance.dry_friction);
+    if (value_of(x.omega_start) != 0 || value_of(pulls) == 0 || !holds) return Scalar(0.0);
+    return pulls / k + (value_of(pulls) > 0 ? 0.5 : -0.5) * balance.gap;
   }
 
   static std::vector<StartValues> starts(const Ranges& seen) {
