@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numbers>
+#include <numeric>
 
 #include "analysis/numerics/even_series.h"
 #include "analysis/numerics/statistics.h"
@@ -264,12 +266,39 @@ bool told_by_unlike_rows(std::span<const Series> speeds, double step) {
   return telling >= enough;
 }
 
+/// [s] The time of which all of a run's intervals are multiples, where its times were written with few digits; 0: none.
+double common_interval(std::span<const double> t) {
+  constexpr double many_digits = 1e-6;  // [s]
+  const double digit = last_digit_of(t);
+  if (digit < many_digits) return 0;
+  std::int64_t common = 0;
+  for (std::size_t k = 1; k < t.size(); ++k) common = std::gcd(common, std::llround((t[k] - t[k - 1]) / digit));
+  return static_cast<double>(common) * digit;
+}
+
+/// Are the speeds multiples of one whatever time their rows took, which is a multiple as well? Then so are the angles,
+/// of both together, and nobody counted them: a counter does not know to count five at a time in a row of five
+/// milliseconds.
+bool multiples_by_no_time(std::span<const Series> speeds, double step) {
+  constexpr double close = 0.1;
+  for (const Series& speed : speeds) {
+    const double interval = common_interval(speed.t);
+    if (interval <= 0) return false;
+    for (const double value : std::span(speed.value).subspan(1)) {
+      const double codes = value * interval / step;
+      if (std::abs(codes - std::round(codes)) > close) return false;
+    }
+  }
+  return true;
+}
+
 /// What they are counts of, as they were written.
 std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
   const auto step_of = [&](bool measured_time) {
     std::vector<std::vector<double>> all;
     for (const Series& speed : speeds) all.push_back(advances(speed, measured_time));
-    return common_step(all);
+    const std::optional<double> step = common_step(all);
+    return step && measured_time && multiples_by_no_time(speeds, *step) ? std::nullopt : step;
   };
   if (const auto step = step_of(true); step && told_by_unlike_rows(speeds, *step))
     return CountedSpeed{.step = *step, .measured_time = true};

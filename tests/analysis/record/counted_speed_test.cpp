@@ -221,6 +221,35 @@ TEST(CountedSpeed, IsNotThatOfATachogeneratorBehindACoarseConverter) {
   for (const double noise : {0.1, 0.3, 1.0, 5.0}) EXPECT_FALSE(look_at(converted(0.23, noise))) << noise << " LSB";
 }
 
+/// The times of a run as a logger writes them that knows whole milliseconds, and is late by up to so much.
+void write_whole_milliseconds(Run& run, double late) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> lateness(0, late);
+  for (double& t : run.signals[Signal::omega].t.edit()) t = 1e-3 * std::floor(1e3 * (t + lateness(random)) + 0.5);
+}
+
+TEST(CountedSpeed, IsNotThatOfACoarseConverterWhoseRowsLastWholeMilliseconds) {
+  emtb::Run run = converted(0.05, 2);
+  write_whole_milliseconds(run, 1.5e-3);
+  EXPECT_FALSE(counted_speed(std::vector{run}).has_value());
+}
+
+TEST(CountedSpeed, IsToldWhereRowsThatLastWholeMillisecondsCount) {
+  emtb::Run run = converted(0.05, 0);
+  write_whole_milliseconds(run, 1.5e-3);
+  const Series& t = run.signals[Signal::omega];
+  Series counts = t;
+  for (std::size_t k = 1; k < t.t.size(); ++k) {
+    const double row = t.t[k] - t.t[k - 1], step = per_line / 1320;
+    counts.value.edit()[k] = step / row * std::round(t.value[k] * row / step);
+  }
+  run.signals[Signal::omega] = counts;
+  const auto told = counted_speed(std::vector{run});
+  ASSERT_TRUE(told.has_value());
+  EXPECT_TRUE(told->measured_time);
+  EXPECT_NEAR(told->step, per_line / 1320, 1e-9);
+}
+
 TEST(CountedSpeed, IsNotThatOfAQuietTachogeneratorWhoseSpeedSettlesBetweenSteps) {
   auto run = converted(0.23, 0);
   Series& omega = run.signals.at(Signal::omega);
