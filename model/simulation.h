@@ -30,7 +30,8 @@ struct Excitation {
   std::vector<char> armature_open;   ///< from its time to the next
   double acts_after = 0;  ///< [s] after the readings of its row, before them where negative: when a held input acts;
                           ///< less than an interval
-  bool e_a_held = false;  ///< a voltage that is set, not measured
+  std::size_t rows_early = 0;       ///< of that time, too: it was written so many rows behind
+  bool e_a_held = false;            ///< a voltage that is set, not measured
   bool reads_circuit_late = false;  ///< a voltage or current that moves with the driver is read between the times
   bool reads_shaft_late = false;    ///< a signal that follows the shaft is
   InitialState initial;

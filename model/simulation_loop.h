@@ -213,8 +213,8 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     });
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
-  const bool all_plain = acts_after == 0 && !edges.shaped() && !x.reads_circuit_late && !x.reads_shaft_late &&
-                         !x.e_a_held && x.armature_open.empty();
+  const bool all_plain = acts_after == 0 && x.rows_early == 0 && !edges.shaped() && !x.reads_circuit_late &&
+                         !x.reads_shaft_late && !x.e_a_held && x.armature_open.empty();
   const PlainDrive drive{x.t, x.u_ref, x.e_a, x.e_a_bulge};
   for (std::size_t k = 0; k + 1 < n; ++k) {
     if (all_plain && machine.is_plain(rows.tell_angle())) {
@@ -223,16 +223,17 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     }
     const double interval = rows.interval(k);
     rows.enter(k, in);
-    const bool early = acts_after < 0 && rows.change(k, k + 1),
+    const std::size_t own = std::min(k + x.rows_early, n - 1), next = std::min(own + 1, n - 1);
+    const bool early = acts_after < 0 && rows.change(own, next),
                late = acts_after >= 0 && k > 0 && rows.change(k - 1, k);
     const double acts = early  ? std::max(0.0, 1 + acts_after / interval)
                         : late ? std::min(1.0, acts_after / interval)
                                : 0;
-    const std::size_t row = early ? k + 1 : k;  // after that
+    const std::size_t row = early ? next : own;  // after that
     const bool asked = x.reads_circuit_late;
     const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
     shaft.begin(machine);
-    const std::size_t row_before = early ? k : k - 1;  // until then
+    const std::size_t row_before = early ? own : k - 1;  // until then
     if (edges.shaped()) edges.look_ahead(machine, k, interval, longest_step, acts, row_before, row);
     if (acts > 0) advance(k, row_before, 0, acts, interval);
     if (asked && acts > 0) move.before = machine.current_taken_by(machine.omega - speed_before) * (1 / acts);

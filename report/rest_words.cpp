@@ -125,7 +125,8 @@ std::string in_words(const Timing& timing, double interval, const Model& model) 
   const double share = interval > 0 ? std::abs(timing.acts_after) / interval : 0;
   const bool as_recorded = timing.acts_after == 0;
   const std::string by = share >= 0.01 ? ", by " + part_of_a_sample(share) : "";
-  if (timing.acts_after < 0) parts.push_back(what + " acts before the readings of its row" + by);
+  const std::string row = timing.rows_early > 0 ? "the row before its own" : "its row";
+  if (timing.acts_after < 0) parts.push_back(what + " acts before the readings of " + row + by);
   if (timing.acts_after > 0) parts.push_back(what + " acts after the readings of its row" + by);
   if (as_recorded) parts.push_back(what + " acts from its row on");
   if (timing.held) parts.push_back("holds until the next");

@@ -107,7 +107,7 @@ json to_json(const std::map<Signal, SignalFit>& signals) {
 json timing_json(const Timing& timing, double interval, const Model& model) {
   json late = json::object();
   for (const auto& [signal, samples] : timing.late) late[name(signal)] = samples;
-  return {{"acts_after", timing.acts_after},
+  return {{"acts_after", timing.acts_after - static_cast<double>(timing.rows_early) * interval},
           {"held", timing.held},
           {"late", late},
           {"voltage_rows_late", timing.voltage_late},

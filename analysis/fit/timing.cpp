@@ -318,6 +318,8 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   for (const double share : shares) {
     if (share < 0 || !late_is_told) look_at({share * interval, held});
   }
+  // Of what was written a row behind, the reading of the row before may have been taken after it acted, too.
+  look_at({.acts_after = just_before * interval, .held = held, .rows_early = 1});
   if (std::abs(best.acts_after) > 0.1 * interval) {  // between the places tried: twice as near, twice
     for (double step = 0.125; step > 0.05; step /= 2) {
       const double from = best.acts_after / interval;
@@ -331,7 +333,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   // Edges in the middle of a row are rare, and an instrument that is behind looks like them: with it in its place, a
   // row is read before it is written, or after, unless the readings speak against both.
   const double place = best.acts_after / interval;
-  if (place == 0 || place == just_before) return best;
+  if (place == 0 || (place == just_before && best.rows_early == 0)) return best;
   constexpr double good_to = 0.1;  // what parameters take is a straight line of them, and they have far to go
   double most = search.cost(best) * (1 + good_to) + clear;
   Timing usual = best;
@@ -345,6 +347,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   if (held) rather({});  // straight from reading to reading
   if (!late_is_told) rather({0, held});
   rather({just_before * interval, held});
+  rather({-interval, held});  // read before it is written, and written with the next row
   return usual;
 }
 
@@ -375,7 +378,8 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
     moved = std::max(moved, by);
     if (signal != Signal::torque || !torque_loads) bends = std::max(bends, by);
   }
-  const bool same_edges = timing.held == before.held && (timing.acts_after < 0) == (before.acts_after < 0) &&
+  const bool same_edges = timing.held == before.held && timing.rows_early == before.rows_early &&
+                          (timing.acts_after < 0) == (before.acts_after < 0) &&
                           std::abs(timing.acts_after - before.acts_after) < same * interval;
   if (same_edges && moved < least_late) return TimingChange::none;
   if (same_edges) timing.acts_after = before.acts_after;

@@ -103,6 +103,7 @@ void set_timing(std::span<Record> records, const Timing& timing) {
     record.lags_in_itself = timing.lags_in_itself;
     record.excitation.acts_after = timing.acts_after;
     record.excitation.e_a_held = timing.held;
+    record.excitation.rows_early = timing.rows_early;
     record.excitation.reads_circuit_late = record.excitation.reads_shaft_late = false;
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);

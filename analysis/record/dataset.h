@@ -17,7 +17,8 @@ namespace emtb {
 struct Timing {
   double acts_after = 0;  ///< [s] a sample at most; negative: the readings of a row were taken after it was written
   bool held = false;      ///< a voltage that is the model's input was set, and holds from row to row
-  int voltage_late = 0;   ///< [rows] by which the reading of the terminals is behind; taken out of the runs
+  std::size_t rows_early = 0;  ///< by which it acts before that: it was written so many rows behind
+  int voltage_late = 0;        ///< [rows] by which the reading of the terminals is behind; taken out of the runs
   std::map<Signal, double> late = {};  ///< [samples] see Observation::late; of those not in it, 0, but of the terminals
                                        ///< what their runs told (terminals_are_late())
   bool lags_in_itself = false;         ///< see Record

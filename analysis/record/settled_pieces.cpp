@@ -23,11 +23,28 @@ namespace {
 /// With what rounding leaves out, so that readings that are all the same have some.
 double deviation(const EvenLine& s, double lsb) { return std::sqrt(s.variance + lsb * lsb / 12); }
 
-/// Still on its way: what bends in the readings would count as noise.
+/// What bends a line most, taken off readings: the part that goes with the square of the time.
+/// @param bend [in, out] the readings, then what is left @return by how much the middle lies off the ends
+double without_bend(std::vector<double>& y) {
+  const double middle = 0.5 * static_cast<double>(y.size() - 1), mean = middle * (middle + 1) / 3;
+  double product = 0, squares = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const double bend = std::pow(static_cast<double>(i) - middle, 2) - mean;
+    product += bend * y[i];
+    squares += bend * bend;
+  }
+  const double by = product / squares;
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] -= by * (std::pow(static_cast<double>(i) - middle, 2) - mean);
+  return std::abs(by) * middle * middle;
+}
+
+/// Still on its way, or there and back: what bends in the readings would count as noise.
 bool moves(std::span<const double> y, double lsb) {
   constexpr double far = 4;  // standard deviations
-  const EvenLine s = even_line(y);
-  return s.rise > far * deviation(s, lsb);
+  std::vector<double> straight(y.begin(), y.end());
+  const double bends = y.size() > 3 ? without_bend(straight) : 0;
+  const EvenLine s = even_line(straight);
+  return std::max(s.rise, bends) > far * deviation(s, lsb);
 }
 
 /// The readings of a slow meter from where they no longer relax: the first ones are left out while they lie off the

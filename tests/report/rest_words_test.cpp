@@ -82,6 +82,8 @@ TEST(TimingInWords, SaysInOneLineWhenRowsWereReadAndWritten) {
   EXPECT_EQ(in_words(Timing{}, 0.005, model), "the reference acts from its row on");
   EXPECT_EQ(in_words(Timing{.acts_after = -5e-6, .late = {}}, 0.005, model),
             "the reference acts before the readings of its row");
+  EXPECT_EQ(in_words(Timing{.acts_after = -5e-6, .rows_early = 1, .late = {}}, 0.005, model),
+            "the reference acts before the readings of the row before its own");
   EXPECT_EQ(
       in_words(Timing{.acts_after = 2.5e-3, .late = {{Signal::i_a, 0.4}}}, 0.005, model),
       "the reference acts after the readings of its row, by 0.5 of a sample; current is read 0.4 of a sample late");

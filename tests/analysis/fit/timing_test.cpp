@@ -34,6 +34,7 @@ struct Logging {
   double voltage_noise = 0.01;         ///< [V]
   double speed_noise = 0.05;           ///< [rad/s]
   std::size_t hold = 80;               ///< rows from one step to the next
+  std::size_t behind = 0;              ///< rows by which the reference is written too late
 };
 
 /// The reference of each row: steps.
@@ -72,7 +73,7 @@ Run logged(const Logging& logging, unsigned seed = 1) {
   for (std::size_t k = 1; k < rows; ++k) {
     const double t = static_cast<double>(k) * interval;
     run.signals[Signal::u_ref].t.push_back(t);
-    run.signals[Signal::u_ref].value.push_back(reference(k, logging.hold));
+    run.signals[Signal::u_ref].value.push_back(reference(k - std::min(k, logging.behind), logging.hold));
     const double read = static_cast<double>(k) + (logging.read_after ? after : -after);
     for (const auto& [signal, s] : sigma) {
       const auto late = logging.late.find(signal);
@@ -114,6 +115,19 @@ TEST(TimingOfRows, IsFoundWhetherARowIsReadBeforeItIsWrittenOrAfter) {
       EXPECT_NEAR(f.fit.model.at(base::R_a).value, R_a, 0.005) << with_voltage;
       EXPECT_NEAR(f.fit.model.at(base::J).value, J, 0.005 * J) << with_voltage;
     }
+  }
+}
+
+TEST(TimingOfRows, IsFoundWhereTheReferenceOfARowIsWrittenWithTheNext) {
+  const Fitted before = fitted(logged({.read_after = false, .behind = 1}), false);
+  EXPECT_NEAR(before.timing.acts_after, -interval, 1e-9);
+  EXPECT_EQ(before.timing.rows_early, 0U);
+  const Fitted after = fitted(logged({.read_after = true, .behind = 1}), false);
+  EXPECT_GT(after.timing.acts_after, -0.01 * interval) << "just before the reading";
+  EXPECT_EQ(after.timing.rows_early, 1U) << "of the row before";
+  for (const Fitted* f : {&before, &after}) {
+    EXPECT_LT(f->off(base::R_a, R_a), 4);
+    EXPECT_LT(f->off(base::J, J), 4);
   }
 }
 
