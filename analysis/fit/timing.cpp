@@ -347,7 +347,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   if (held) rather({});  // straight from reading to reading
   if (!late_is_told) rather({0, held});
   rather({just_before * interval, held});
-  rather({-interval, held});  // read before it is written, and written with the next row
+  if (usual == best) rather({-interval, held});  // read before it is written, and written with the next row
   return usual;
 }
 
