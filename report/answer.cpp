@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "analysis/fit/gauge.h"
 #include "hal/printable.h"
 #include "hal/unit.h"
 #include "model/catalogue.h"
@@ -32,6 +33,16 @@ std::string value_in_words(const Parameter& p) {
          (is_determined(p) ? pretty(p.value, *p.std_error, p.unit)
           : p.std_error    ? pretty(p.value, 2) + with_space(p.unit) + " (not determined)"
                            : pretty(p.value) + with_space(p.unit));
+}
+
+/// `, if R_a is 2.9 ohm`: the values of held parameters with which this one goes; nothing where it goes with none.
+std::string as_far_as_pins_are_right(const Diagnosis& d, const std::string& parameter) {
+  std::vector<std::string> held;
+  for (const std::string& name : scaled_with(d.pins, parameter)) {
+    const auto pin = std::ranges::find(d.pins, name, &Pin::parameter);
+    if (pin != d.pins.end()) held.push_back(pin->parameter + " is " + pretty(pin->value, 3) + with_space(pin->unit));
+  }
+  return held.empty() ? "" : " if " + joined(held);
 }
 
 /// `coulomb_friction (T = ...)`, or with the rivals that do as well.
@@ -62,7 +73,8 @@ std::string how_large(const Diagnosis& d) {
   std::vector<std::string> values;
   for (const MissingEffect& m : d.missing) {
     for (const Parameter& p : m.parameters) {
-      values.push_back((d.missing.size() > 1 ? d.id(m.effect) + "." : "") + value_in_words(p));
+      values.push_back((d.missing.size() > 1 ? d.id(m.effect) + "." : "") + value_in_words(p) +
+                       as_far_as_pins_are_right(d, d.id(m.effect) + "." + p.symbol));
     }
   }
   if (!values.empty()) return joined(values, ", ");

@@ -55,6 +55,12 @@ TEST(Answer, IsFiveLinesWhateverTheVerdict) {
   }
 }
 
+TEST(Answer, SaysWithWhichHeldValuesASizeGoes) {
+  Diagnosis d = answer(Verdict::found, {friction()});
+  d.pins = {{.place = 0, .parameter = "R_a", .value = 2.9, .unit = "ohm", .followers = {{"coulomb_friction.T_c", -1}}}};
+  EXPECT_THAT(answer_text(d, files), HasSubstr("size     T_c = 0.05 +- 0.001 N m if R_a is 2.9 ohm\n"));
+}
+
 TEST(Answer, NamesWhatIsTiedAndWhatHasNoName) {
   MissingEffect one = friction();
   one.tied_with = {effect_index("windage")};
