@@ -58,6 +58,11 @@ Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
   state_.e = state_.lag_1 = state_.lag_2 = std::clamp(0.0, driver.min, driver.max);
   state_.i =
       inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, 0), mean_output(state_, state_.e), 0);
+  // A load that friction of the motor holds at rest has bent the shaft.
+  const double pulls = load_torque(0, 0);
+  const bool holds = std::abs(pulls) <= p_.friction.T_c + p_.friction.T_s;
+  if (p_.shaft.stiffness != unlimited && pulls != 0 && holds)
+    state_.twist = pulls / p_.shaft.stiffness + std::copysign(p_.shaft.gap / 2, pulls);
 }
 
 void Plant::become(const PlantParameters& parameters) {

@@ -51,6 +51,17 @@ TEST(Plant, ADryBrakeSitsBehindACompliantShaft) {
   EXPECT_NEAR(plant.gauge(), 0.006, 1e-9);
 }
 
+TEST(Plant, ALoadThatFrictionHoldsAtRestHasBentTheShaft) {
+  PlantParameters p = servo();
+  p.friction = {.law = FrictionLaw::hard, .T_c = 0.012};
+  p.shaft = {.stiffness = 0.5, .damping = 1e-3, .J_2 = 2e-5, .gap = 0.1};
+  p.load.torque = 0.01;  // twice that, as it would swing from a shaft that is straight, would turn the motor
+  Plant plant(p);
+  run(plant, 1, 0);
+  EXPECT_EQ(plant.omega(), 0);
+  EXPECT_EQ(plant.theta(), 0);
+}
+
 TEST(Plant, AnEccentricLoadIsSeenByTheGauge) {
   PlantParameters p = servo();
   p.load = {.torque = 0.01, .eccentric = 0.004, .eccentric_phase = 0.3};

@@ -20,7 +20,7 @@ struct ShaftCompliance {
       .id = "shaft_compliance",
       .name = "shaft compliance",
       .stage = Stage::shaft,
-      .equation = "J = J_1 + J_2; J_2 domega_2/dt = k dtheta + d domega",
+      .equation = "J = J_1 + J_2; J_2 domega_2/dt = k dtheta + d domega - load",
       .what = "A coupling or a long shaft twists between motor and load.",
       .shows = "The speed rings after steps, at sqrt(k/J_2) and above.",
       .told_apart =
