@@ -324,6 +324,19 @@ TEST(PrepareRun, QuietsTheMeasuredVoltageAlsoWhereTheDriverIsNotAsKnown) {
   }
 }
 
+TEST(PrepareRun, AnEdgeOfTheMeasuredVoltageIsAsLargeAsItWasRead) {
+  Model model = servo_model();
+  model.driver = DriverModel{.gain = 4, .min = -24, .max = 24};
+  synthetic::Noise noise(7);
+  emtb::Run run = plain_run();
+  run.signals[Signal::u_ref] = series(1e-3, 2, [](double t) { return t < 0.9995 ? 0.0 : 3.0; });
+  run.signals[Signal::e_a] =
+      series(1e-3, 2, [&](double t) { return (t < 1.0005 ? 0.0 : 5.0) + noise(0.01); });  // 12 V by the model
+  const ObservedRun prepared = observe_run(run, model);
+  ASSERT_TRUE(prepared.measured_voltage);
+  EXPECT_NEAR(prepared.excitation.e_a_bulge[1000], 2.5, 0.05) << "it has acted from its row on";
+}
+
 TEST(PrepareRun, ChainedDrivesTheMotorWithTheDriverOfTheModel) {
   const emtb::Run run = record({}, synthetic::steps, 1e-3);
   EXPECT_TRUE(observe_run(run, servo_model()).measured_voltage);
