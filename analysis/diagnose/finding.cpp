@@ -1,8 +1,18 @@
 #include "analysis/diagnose/finding.h"
 
+#include <cmath>
 #include <utility>
 
 namespace emtb {
+
+void Finding::tell_the_end() {
+  constexpr double alike = 0.02;  // of the error
+  const auto differ = [](double a, double b) { return std::abs(a - b) > alike * b; };
+  if (steps.empty()) return;
+  const Step& last = steps.back();
+  if (differ(last.train, current.train) || differ(last.held_out, current.held_out_error()))
+    steps.push_back({"told timing and starts anew", {}, current.train, current.held_out_error()});
+}
 
 void Finding::add(std::size_t effect, Trial with) {
   before.insert_or_assign(effect, current.held_out);

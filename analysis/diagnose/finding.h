@@ -43,6 +43,9 @@ struct Finding {
   std::vector<Candidate> candidates;                   ///< in the order tried
   std::vector<Step> steps;
 
+  /// Tells where it ended, if that is not where its last step did: timing, starts and floors were told anew since.
+  void tell_the_end();
+
   /// An effect more. @param with the model with it
   void add(std::size_t effect, Trial with);
 

@@ -174,6 +174,17 @@ bool set_steps(Dataset& data, const Model& fitted) {
 
 bool set_shorter_steps(Dataset& data, const Model& fitted) { return set_steps_where(data, fitted, is_finer); }
 
+namespace {
+
+/// As the readings tell, but where the model's bench says that a tachogenerator reads the speed.
+std::optional<CountedSpeed> counted_speed_of(const Model& model, std::span<const Run> runs,
+                                             std::span<const Run> others = {}) {
+  if (model.bench.tachogenerator.value_or(false)) return std::nullopt;
+  return counted_speed(runs, others);
+}
+
+}  // namespace
+
 Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_out_as_read, const Model& model,
                 Chaining chaining) {
   Dataset data;
@@ -183,7 +194,7 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   const std::map<Signal, double> steps = agreed_steps(train, held_out);
   if (trains_with_steps = with_steps(train, steps); !trains_with_steps.empty()) train = trains_with_steps;
   if (held_out_with_steps = with_steps(held_out, steps); !held_out_with_steps.empty()) held_out = held_out_with_steps;
-  if (const auto counted = counted_speed(train, held_out)) {
+  if (const auto counted = counted_speed_of(model, train, held_out)) {
     train = trains_counted = with_counted_angle(train, *counted);
     held_out = held_out_counted = with_counted_angle(held_out, *counted);
   }
@@ -230,7 +241,7 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
 std::vector<Record> prepare_with(const Noise& noise, std::span<const Run> runs, const Model& model, Chaining chaining,
                                  std::optional<double> order) {
   std::vector<Run> with_angle;
-  if (const auto counted = counted_speed(runs)) runs = with_angle = with_counted_angle(runs, *counted);
+  if (const auto counted = counted_speed_of(model, runs)) runs = with_angle = with_counted_angle(runs, *counted);
   std::vector<ObservedRun> observed;
   const Logging logging{
       .order = order, .angle_noise = angle_noise(model, runs), .voltage_hops = voltage_hops_alone(runs, model)};

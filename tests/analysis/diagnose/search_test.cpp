@@ -415,5 +415,18 @@ TEST_F(SearchOnMadeUpFits, ProgressOnlyGrows) {
   EXPECT_TRUE(std::ranges::is_sorted(shares));
 }
 
+TEST(Finding, EndsItsStepsWithTheErrorThatItEndsWith) {
+  Finding found;
+  found.steps.push_back({"fitted", {}, 5, 5});
+  found.current = MadeUp::trial(Model{}, 2);
+  found.tell_the_end();
+  ASSERT_EQ(found.steps.size(), 2U);
+  EXPECT_EQ(found.steps.back().train, 2);
+  EXPECT_EQ(found.steps.back().held_out, 2);
+  EXPECT_FALSE(found.steps.back().added.has_value());
+  found.tell_the_end();
+  EXPECT_EQ(found.steps.size(), 2U) << "it is told once";
+}
+
 }  // namespace
 }  // namespace emtb

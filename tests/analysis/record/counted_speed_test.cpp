@@ -8,6 +8,9 @@
 #include <random>
 #include <string>
 
+#include "analysis/record/dataset.h"
+#include "tests/analysis/synthetic.h"
+
 namespace emtb {
 namespace {
 
@@ -262,6 +265,16 @@ TEST(CountedSpeed, IsNotThatOfAQuietTachogeneratorWhoseSpeedSettlesBetweenSteps)
     omega.value.edit()[k] = 0.23 * std::round((steps + slow) / 0.23);
   }
   EXPECT_FALSE(look_at(run));
+}
+
+TEST(CountedSpeed, IsNoneWhereTheModelSaysThatATachogeneratorReadsTheSpeed) {
+  emtb::Run run = counted({});
+  run.signals[Signal::u_ref] = run.signals[Signal::omega];
+  Model model = synthetic::servo_model();
+  const auto floor_from = [&] { return prepare(std::span(&run, 1), {}, model).noise.at(Signal::omega).from; };
+  EXPECT_EQ(floor_from(), FloorSource::counts);
+  model.bench.tachogenerator = true;
+  EXPECT_NE(floor_from(), FloorSource::counts);
 }
 
 TEST(CountedSpeed, IsNotTakenForAnAngleAcrossAGap) {
