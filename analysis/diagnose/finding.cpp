@@ -11,7 +11,7 @@ void Finding::tell_the_end() {
   if (steps.empty()) return;
   const Step& last = steps.back();
   if (differ(last.train, current.train) || differ(last.held_out, current.held_out_error()))
-    steps.push_back({"told timing and starts anew", {}, current.train, current.held_out_error()});
+    steps.push_back({"timing and starts told anew", {}, current.train, current.held_out_error()});
 }
 
 void Finding::add(std::size_t effect, Trial with) {

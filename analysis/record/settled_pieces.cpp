@@ -24,7 +24,7 @@ namespace {
 double deviation(const EvenLine& s, double lsb) { return std::sqrt(s.variance + lsb * lsb / 12); }
 
 /// What bends a line most, taken off readings: the part that goes with the square of the time.
-/// @param bend [in, out] the readings, then what is left @return by how much the middle lies off the ends
+/// @param y the readings, then what is left of them @return by how much the middle lies off the ends
 double without_bend(std::vector<double>& y) {
   const double middle = 0.5 * static_cast<double>(y.size() - 1), mean = middle * (middle + 1) / 3;
   double product = 0, squares = 0;
