@@ -6,8 +6,8 @@
 namespace emtb {
 
 void Finding::tell_the_end() {
-  constexpr double alike = 0.02;  // of the error
-  const auto differ = [](double a, double b) { return std::abs(a - b) > alike * b; };
+  constexpr double hardly = 0.02;  // of the error
+  const auto differ = [](double a, double b) { return std::abs(a - b) > hardly * b; };
   if (steps.empty()) return;
   const Step& last = steps.back();
   if (differ(last.train, current.train) || differ(last.held_out, current.held_out_error()))

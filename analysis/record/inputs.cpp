@@ -281,8 +281,8 @@ MeasuredVoltage measured_voltage(const std::string& run, const Series& e_a, cons
   voltage.value = std::move(quiet);
   voltage.noise = noise_of_means(noise, half, interval);
   voltage.bulge = bulge_of(model, values, x, expected);
-  // Of a change that turns out smaller or larger than the driver's model has it, so much was read: it saturates, or lets
-  // go of a motor whose own voltage stays.
+  // Of a change that turns out smaller or larger than the driver's model has it, so much was read: it saturates, or
+  // lets go of a motor whose own voltage stays.
   constexpr double clear = 12, twice = 2;  // errors; times, at most
   for (std::size_t k = 0; k + 1 < expected.size(); ++k) {
     const double told = expected[k + 1] - expected[k], read = voltage.value[k + 1] - voltage.value[k];
