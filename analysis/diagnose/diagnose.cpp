@@ -358,8 +358,7 @@ Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> hel
   d.verdict = verdict_of(d, data, is_refused_law || worth_a_name(data, d.final, left, inputs, options.materiality));
   if (d.verdict == Verdict::unknown_effect) say_which_runs_show_it(d, trials, road);
   d.candidates = std::move(found.candidates);
-  found.tell_the_end();
-  d.steps = std::move(found.steps);
+  d.steps = found.steps_to_the_end();
   progress(1, "done");
   return d;
 }

@@ -5,13 +5,15 @@
 
 namespace emtb {
 
-void Finding::tell_the_end() {
+std::vector<Step> Finding::steps_to_the_end() const {
   constexpr double hardly = 0.02;  // of the error
   const auto differ = [](double a, double b) { return std::abs(a - b) > hardly * b; };
-  if (steps.empty()) return;
-  const Step& last = steps.back();
+  std::vector<Step> all = steps;
+  if (all.empty()) return all;
+  const Step& last = all.back();
   if (differ(last.train, current.train) || differ(last.held_out, current.held_out_error()))
-    steps.push_back({"timing and starts told anew", {}, current.train, current.held_out_error()});
+    all.push_back({"timing and starts told anew", {}, current.train, current.held_out_error()});
+  return all;
 }
 
 void Finding::add(std::size_t effect, Trial with) {

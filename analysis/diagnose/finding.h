@@ -43,8 +43,8 @@ struct Finding {
   std::vector<Candidate> candidates;                   ///< in the order tried
   std::vector<Step> steps;
 
-  /// Tells where it ended, if that is not where its last step did: timing, starts and floors were told anew since.
-  void tell_the_end();
+  /// The steps, and where it ended, if that is not where the last step did: timing, starts and floors were told anew.
+  std::vector<Step> steps_to_the_end() const;
 
   /// An effect more. @param with the model with it
   void add(std::size_t effect, Trial with);

@@ -60,8 +60,7 @@ Plant::Plant(PlantParameters parameters) : p_(std::move(parameters)) {
       inductance_ > 0 ? 0 : armature_current(driving_voltage(state_, state_.e, 0), mean_output(state_, state_.e), 0);
   // A load that friction of the motor holds at rest has bent the shaft.
   const double pulls = load_torque(0, 0);
-  const bool holds = std::abs(pulls) <= p_.friction.T_c + p_.friction.T_s;
-  if (p_.shaft.stiffness != unlimited && pulls != 0 && holds)
+  if (p_.shaft.stiffness != unlimited && pulls != 0 && std::abs(pulls) <= p_.friction.T_c + p_.friction.T_s)
     state_.twist = pulls / p_.shaft.stiffness + std::copysign(p_.shaft.gap / 2, pulls);
 }
 

@@ -419,13 +419,13 @@ TEST(Finding, EndsItsStepsWithTheErrorThatItEndsWith) {
   Finding found;
   found.steps.push_back({"fitted", {}, 5, 5});
   found.current = MadeUp::trial(Model{}, 2);
-  found.tell_the_end();
-  ASSERT_EQ(found.steps.size(), 2U);
-  EXPECT_EQ(found.steps.back().train, 2);
-  EXPECT_EQ(found.steps.back().held_out, 2);
-  EXPECT_FALSE(found.steps.back().added.has_value());
-  found.tell_the_end();
-  EXPECT_EQ(found.steps.size(), 2U) << "it is told once";
+  const std::vector<Step> steps = found.steps_to_the_end();
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_EQ(steps.back().train, 2);
+  EXPECT_EQ(steps.back().held_out, 2);
+  EXPECT_FALSE(steps.back().added.has_value());
+  found.steps = steps;
+  EXPECT_EQ(found.steps_to_the_end().size(), 2U) << "it is told once";
 }
 
 }  // namespace
