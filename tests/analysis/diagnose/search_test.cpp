@@ -416,9 +416,7 @@ TEST_F(SearchOnMadeUpFits, ProgressOnlyGrows) {
 }
 
 TEST(Finding, EndsItsStepsWithTheErrorThatItEndsWith) {
-  Finding found;
-  found.steps.push_back({"fitted", {}, 5, 5});
-  found.current = MadeUp::trial(Model{}, 2);
+  Finding found{MadeUp::trial(Model{}, 2), {}, {}, {}, {}, {}, {}, {{"fitted", {}, 5, 5}}};
   const std::vector<Step> steps = found.steps_to_the_end();
   ASSERT_EQ(steps.size(), 2U);
   EXPECT_EQ(steps.back().train, 2);
