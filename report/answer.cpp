@@ -35,7 +35,7 @@ std::string value_in_words(const Parameter& p) {
                            : pretty(p.value) + with_space(p.unit));
 }
 
-/// `, if R_a is 2.9 ohm`: the values of held parameters with which this one goes; nothing where it goes with none.
+/// ` if R_a is 2.9 ohm`: the values of held parameters with which this one goes; nothing where it goes with none.
 std::string as_far_as_pins_are_right(const Diagnosis& d, const std::string& parameter) {
   std::vector<std::string> held;
   for (const std::string& name : scaled_with(d.pins, parameter)) {

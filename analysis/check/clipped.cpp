@@ -156,8 +156,8 @@ DataFindings clipped(const Run& run) {
       // A driver that ends at its highest voltage, and a dry brake at its highest torque, do so by themselves, unless
       // noise stops there as well.
       const bool may_end = signal == Signal::e_a || signal == Signal::torque;
-      const bool goes_on = signal == Signal::e_a && motor_takes_more(run, value);
-      if (!without_noise && !goes_on && (!e.cut || may_end)) continue;
+      const bool ends = without_noise || (may_end ? signal == Signal::e_a && motor_takes_more(run, value) : e.cut);
+      if (!ends) continue;
       findings.push_back({run.name, signal, Flaw::clipped, series.t[e.first], series.t[e.last],
                           name_of(signal) + " stops at " + short_number(value) + " " + std::string(info(signal).unit) +
                               " for " + std::to_string(e.readings) +

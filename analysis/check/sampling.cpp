@@ -39,13 +39,14 @@ std::optional<DataFinding> uneven_rows(const Run& run, std::span<const double> t
   if (t.size() < 20) return std::nullopt;
   std::vector<double> intervals;
   for (std::size_t k = 1; k < t.size(); ++k) intervals.push_back(t[k] - t[k - 1]);
-  const double usual = median(intervals), mean = mean_interval(t), digit = last_digit_of(t);
+  const double usual = median(intervals);
   const auto share_off = [&](double from, double by) {
     const auto is_off = [&](double interval) { return std::abs(interval - from) > by; };
     return static_cast<double>(std::ranges::count_if(intervals, is_off)) / static_cast<double>(intervals.size());
   };
   const double off = share_off(usual, a_good_part * usual);
   if (off <= many) return std::nullopt;
+  const double mean = mean_interval(t), digit = last_digit_of(t);
   // Even rows are never off by more than a digit that was left out.
   if (share_off(mean, (1 + 1e-6) * digit) <= many) {
     return DataFinding{run.name,

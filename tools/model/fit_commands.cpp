@@ -2,6 +2,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/plausibility.h"
 #include "analysis/diagnose/refit.h"
 #include "analysis/diagnose/score.h"
@@ -25,10 +26,9 @@ using json = nlohmann::ordered_json;
 std::vector<std::string> implausible_values(std::span<const Record> records, const Model& fitted) {
   std::vector<std::string> all;
   for (const IncludedEffect& e : fitted.effects) {
-    const EffectInfo& about = fitted.about(e.effect);
-    if (about.parameter_count > 0 && e.parameters[0].value == about.parameter_list[0].null) continue;
+    if (!has_size(e.effect, fitted)) continue;
     const std::string said = implausible_value(records, fitted, e.effect);
-    if (!said.empty()) all.push_back(std::string(about.id) + ": " + said);
+    if (!said.empty()) all.push_back(std::string(fitted.about(e.effect).id) + ": " + said);
   }
   return all;
 }
