@@ -24,6 +24,13 @@ struct LoadBehindSpring {
   /// [rad/s] Its own over the step. @param motor [rad/s] the motor's
   Scalar mean_speed(const Scalar& motor) const { return (arriving(motor) - taken) / (inertia + stiffness); }
 
+  /// The step is over. @param motor [rad/s] its mean speed, as it was
+  void end_step(const Scalar& motor) {
+    const Scalar mean = mean_speed(motor);
+    twist += h * (motor - mean);
+    omega = 2.0 * mean - omega;
+  }
+
   /// [N m] What the motor feels of what the load takes within the step; the rest is taken from the load's momentum.
   Scalar felt() const { return taken * stiffness / (inertia + stiffness); }
 

@@ -14,7 +14,7 @@
 namespace emtb {
 
 /// A shaft that twists: motor and load are two bodies. The load's part of the inertia, J_2, is behind the spring;
-/// friction and loads stay on the motor's side.
+/// friction stays on the motor's side, loads act on it.
 struct ShaftCompliance {
   static constexpr EffectInfo info{
       .id = "shaft_compliance",
@@ -31,53 +31,40 @@ struct ShaftCompliance {
             {.symbol = "d", .unit = "N m s/rad", .null = 0, .min = 0, .max = 1e6, .typical = 0.01, .role = Role::shape},
             {.symbol = "J_2", .unit = "kg m2", .null = 0, .min = 0, .max = 1e6, .typical = 1e-3, .role = Role::shape}}},
       .parameter_count = 3,
-      .memory = 4,
+      .memory = 2,
       .quick = true};
 
   template <class Scalar>
   static void apply(Parameters<Scalar> p, Memory<Scalar> memory, const State<Scalar>& x, Balance<Scalar>& balance) {
     const auto& [k, d, J_2] = std::tie(p[0], p[1], p[2]);
-    Scalar& twist = memory[0];    // [rad] of the motor against the load
-    Scalar& omega_2 = memory[1];  // [rad/s]
-    Scalar& omega_before = memory[2];
-    Scalar& started = memory[3];
+    Scalar& omega_before = memory[0];  // [rad/s] of the motor
+    Scalar& started = memory[1];
     LoadBehindSpring<Scalar>& load = balance.behind_spring;
     if (value_of(started) == 0) {
       started = Scalar(1.0);
-      omega_2 = omega_before = x.omega_start;
-      twist = twist_at_rest(k, x, balance);
-      if (value_of(twist) == 0) load.taken = Scalar(0.0);
+      load.omega = x.omega_start;
+      load.twist = twist_at_rest(k, x, balance);
+      if (value_of(load.twist) == 0) load.taken = Scalar(0.0);
+    } else if (load.there) {
+      load.end_step(0.5 * (omega_before + x.omega_start));
     }
-    const double h = x.h;
-    const Scalar inertia = J_2 * (2.0 / h);
-    // The spring's torque is linear in the mean speed of the motor over a step: what a trapezoidal step of the load
-    // makes of it. First the step that is over, now that its end is known; then the one to come.
-    const auto spring = [&](Scalar& bent, Scalar& stiffness, const Scalar& speed) {
-      bent = soft_threshold(twist, 0.5 * balance.gap);
-      // With a gap, teeth push and never pull: damping cannot hold what is leaving.
-      const double pressed = value_of(bent) * value_of(k * bent + d * (speed - omega_2));
-      const bool in_touch = value_of(balance.gap) == 0 || pressed > 0;
-      stiffness = in_touch ? k * (0.5 * h) + d : Scalar(0.0);
-      if (!in_touch) bent = Scalar(0.0);
-    };
-    Scalar bent, stiffness;
-    spring(bent, stiffness, omega_before);
-    load.there = value_of(inertia) > 0;
-    if (!load.there) return;
-    const Scalar mean = 0.5 * (omega_before + x.omega_start);
-    const Scalar mean_2 = (inertia * omega_2 + k * bent + stiffness * mean - load.taken) / (inertia + stiffness);
-    twist += h * (mean - mean_2);
-    omega_2 = 2.0 * mean_2 - omega_2;
     omega_before = x.omega_start;
-    spring(bent, stiffness, x.omega_start);
-    load.h = h;
-    load.inertia = inertia;
-    load.stiffness = stiffness;
-    load.pushed = inertia * omega_2 + k * bent;
-    load.omega = omega_2;
-    load.twist = twist;
-    balance.viscous += stiffness * inertia / (inertia + stiffness);
-    balance.braking_torque += (k * bent - stiffness * omega_2) * inertia / (inertia + stiffness);
+    load.there = value_of(J_2) > 0;
+    if (!load.there) return;
+    // The spring's torque is linear in the mean speed of the motor over the step to come: what a trapezoidal step of
+    // the load makes of it.
+    const Scalar bent = soft_threshold(load.twist, 0.5 * balance.gap);
+    // With a gap, teeth push and never pull: damping cannot hold what is leaving.
+    const double pressed = value_of(bent) * value_of(k * bent + d * (x.omega_start - load.omega));
+    const bool in_touch = value_of(balance.gap) == 0 || pressed > 0;
+    const Scalar pushes = in_touch ? k * bent : Scalar(0.0);
+    load.h = x.h;
+    load.inertia = J_2 * (2.0 / x.h);
+    load.stiffness = in_touch ? k * (0.5 * x.h) + d : Scalar(0.0);
+    load.pushed = load.inertia * load.omega + pushes;
+    const Scalar load_gives_way = load.inertia / (load.inertia + load.stiffness);
+    balance.viscous += load.stiffness * load_gives_way;
+    balance.braking_torque += (pushes - load.stiffness * load.omega) * load_gives_way;
     balance.inertia -= J_2;
   }
 
