@@ -85,9 +85,29 @@ bool does_as_well(const Criterion& criterion, const Trial& current, std::size_t 
   constexpr double window = 3;  // [nats] Occam's, of Madigan and Raftery (1994)
   const Loss &own = current.held_out, &others = other.held_out;
   if (!criterion.tied(own, others)) return false;
-  const auto parameters = [&](std::size_t effect) { return current.model().about(effect).parameter_count; };
-  if (parameters(in_its_place) <= parameters(member) || !own.quality || !others.quality) return true;
+  const auto free = [](const Trial& trial, std::size_t effect) {
+    return std::ranges::count(trial.model().parameters_of(effect), false, &Parameter::fixed);
+  };
+  if (free(other, in_its_place) <= free(current, member) || !own.quality || !others.quality) return true;
   return gain(*others.quality, *own.quality) <= window;
+}
+
+std::vector<Model> with_fewer_amplitudes(const Model& fitted, std::size_t effect) {
+  const std::span<const EffectParameter> about = fitted.about(effect).parameters();
+  const auto is_amplitude = [](const EffectParameter& p) {
+    return p.role == Role::amplitude && std::isfinite(p.null);
+  };
+  std::vector<Model> fewer;
+  if (std::ranges::count_if(about, is_amplitude) < 2) return fewer;
+  for (std::size_t i = 0; i < about.size(); ++i) {
+    Model held = fitted;
+    Parameter& p = held.parameters_of(effect)[i];
+    if (!is_amplitude(about[i]) || p.fixed) continue;
+    p.value = about[i].null;
+    p.fixed = true;
+    fewer.push_back(std::move(held));
+  }
+  return fewer;
 }
 
 std::vector<std::size_t> absent_waves(const Model& model) {

@@ -76,6 +76,12 @@ void Search::set_beside(std::size_t member, const Round& reduced, const Addition
   if (!criterion_.remainder(a.trial.held_out) && !trials_.exhausted()) {  // it may have been on its way still
     const std::optional<Trial> ended = trials_.fit_to_the_end(a.trial.model());
     if (ended && as_well(*ended)) return keep(found_.rivals[member], *ended);
+    if (ended && criterion_.tied(found_.current.held_out, ended->held_out)) {  // but for a parameter too many
+      for (const Model& fewer : with_fewer_amplitudes(ended->model(), a.effect())) {
+        const std::optional<Trial> simpler = trials_.fit_to_the_end(fewer);
+        if (simpler && as_well(*simpler)) return keep(found_.rivals[member], *simpler);
+      }
+    }
   }
   if (says_how_late(member) && says_how_late(a.effect()) && removes_most(reduced.fitted.held_out, a.trial.held_out)) {
     keep(found_.near[member], a.trial);

@@ -89,6 +89,7 @@ class MadeUp final : public Trials {
   std::map<Effects, double> lost;        // by its first fit: the error, in a valley that a later fit does not meet
   std::set<Effects> hidden;              // in such a valley from every fit but that from elsewhere
   std::map<Effects, Effects> pairs;      // what such a fit is given two effects for
+  bool counts_parameters = false;        // a model's likelihood pays for them
   int most_refits = 1000, refitted = 0;  // rounds of them
   std::map<Effects, int> asked;          // for whole orders, and for two at once, beside these
 
@@ -100,7 +101,15 @@ class MadeUp final : public Trials {
 
   Trial trial(const Model& model) const {
     const auto error = errors.find(held_by(model));
-    return trial(model, error != errors.end() ? error->second : errors.at({}));
+    Trial fitted = trial(model, error != errors.end() ? error->second : errors.at({}));
+    if (!counts_parameters) return fitted;
+    const SignalSquares left{.squares = fitted.squares, .readings = readings, .interval = 1e-2};
+    Quality& quality = fitted.held_out.quality.emplace();
+    quality.training = quality.held_out = {{Signal::omega, left}};
+    quality.memory = {{Signal::omega, 5e-3}};
+    for (const IncludedEffect& e : model.effects)
+      quality.free_parameters += static_cast<std::size_t>(std::ranges::count(e.parameters, false, &Parameter::fixed));
+    return fitted;
   }
 
   static Trial trial(const Model& model, double floors) {
@@ -370,6 +379,18 @@ TEST_F(SearchOnMadeUpFits, CollectsTheRivalsAgainOfWhatStayedWhenAMemberHasGone)
   EXPECT_THAT(f.effects, ElementsAre(dry));
   ASSERT_EQ(f.rivals.at(dry).size(), 1U);
   EXPECT_EQ(f.rivals.at(dry)[0].effect, air);
+}
+
+TEST_F(SearchOnMadeUpFits, TiesWhatDoesAsWellWithoutAParameterThatItDoesNotNeed) {
+  const std::size_t load = effect_index("load_torque"), uneven = effect_index("asymmetric_friction");
+  trials.counts_parameters = true;
+  trials.errors = {{{}, 9}, {{dry}, 4}, {{dry, load}, 1}, {{dry, uneven}, 1}};
+  const Finding f = found();
+  ASSERT_THAT(f.effects, ElementsAre(dry, load)) << "which has one parameter less";
+  ASSERT_EQ(f.rivals.at(load).size(), 1U);
+  EXPECT_EQ(f.rivals.at(load)[0].effect, uneven);
+  const std::vector<Parameter>& of_it = f.rivals.at(load)[0].model.parameters_of(uneven);
+  EXPECT_EQ(std::ranges::count(of_it, true, &Parameter::fixed), 1) << "and is told with one of its two";
 }
 
 TEST_F(SearchOnMadeUpFits, AsksMoreOfACoilThatMendsTheLawOfADriver) {
