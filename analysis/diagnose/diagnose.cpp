@@ -290,8 +290,7 @@ Diagnosis diagnose_as_named(std::span<const Run> train, std::span<const Run> hel
   const auto prepared = std::make_shared<Dataset>(prepare(train, held_out, model));
   const Dataset& data = *prepared;
   const bool only_loads = !options.explain_torque && torque_only_loads(data.train, model);
-  const MaterialityCriterion by_materiality(options.materiality, only_loads);
-  const Criterion& criterion = options.criterion ? *options.criterion : by_materiality;
+  const MaterialityCriterion criterion(options.materiality, only_loads);
   Diagnosis d;
   d.data = prepared;
   say_what_judges(d, train, held_out);

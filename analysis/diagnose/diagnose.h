@@ -9,7 +9,6 @@
 
 #include "analysis/diagnose/bench_parts.h"
 #include "analysis/diagnose/compare.h"
-#include "analysis/diagnose/criterion.h"
 #include "analysis/diagnose/loss.h"
 #include "analysis/diagnose/missing_curve.h"
 #include "analysis/diagnose/next_experiment.h"
@@ -79,7 +78,6 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   Materiality materiality;
-  std::shared_ptr<const Criterion> criterion;  ///< what decides; null: materiality
   ScoreOptions score;
   std::size_t refits = 8;        ///< how many of the best-scored candidates are refitted in a round
   std::size_t longest_list = 6;  ///< no more effects than this are added

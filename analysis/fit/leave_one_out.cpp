@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/fit/at_bound.h"
 #include "analysis/fit/normal_equations.h"
 
 namespace emtb {
@@ -24,7 +25,7 @@ class Surroundings {
     const NormalEquations all = problem.sum_of(each, x_);
     unit_ = all.sts.diagonal().cwiseSqrt().cwiseInverse();
     for (Eigen::Index i = 0; i < unit_.size(); ++i) {
-      if (!std::isfinite(unit_[i]) || is_pushed_outward(i, all.str[i])) unit_[i] = 0;
+      if (!std::isfinite(unit_[i]) || rests_on_bound(parameter(i), all.str[i], unit_[i])) unit_[i] = 0;
     }
     MatrixXd a = unit_.asDiagonal() * all.sts * unit_.asDiagonal();
     for (Eigen::Index i = 0; i < unit_.size(); ++i) a(i, i) = unit_[i] > 0 ? a(i, i) + regular : 1;
@@ -35,20 +36,18 @@ class Surroundings {
   Model judging(const NormalEquations& record) const {
     std::vector<double> there = x_;
     const VectorXd shift = shift_of(record);
-    for (std::size_t i = 0; i < there.size(); ++i)
-      there[i] = std::clamp(there[i] - shift[static_cast<Eigen::Index>(i)], parameter(i).min, parameter(i).max);
+    for (Eigen::Index i = 0; i < shift.size(); ++i) {
+      double& value = there[static_cast<std::size_t>(i)];
+      value = std::clamp(value - shift[i], parameter(i).min, parameter(i).max);
+    }
     return with_values(fitted_, problem_.free(), there);
   }
 
  private:
   static constexpr double regular = 1e-10;  // of the curvature: what nothing tells stays solvable
 
-  const Parameter& parameter(std::size_t i) const { return fitted_.at(problem_.free().places()[i]); }
-
-  bool is_pushed_outward(Eigen::Index i, double down) const {
-    const auto place = static_cast<std::size_t>(i);
-    const Parameter& p = parameter(place);
-    return (x_[place] <= p.min && down <= 0) || (x_[place] >= p.max && down >= 0);
+  const Parameter& parameter(Eigen::Index i) const {
+    return fitted_.at(problem_.free().places()[static_cast<std::size_t>(i)]);
   }
 
   /// Of S_k A^-1 S_k', which has the eigenvalues `share` of L^-1 H_k L^-T: what (I - it)^(-1/2) adds to r_k.
