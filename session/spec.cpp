@@ -103,10 +103,11 @@ std::string span_text(const SessionSpec& spec) {
 /// [s] The times of one row, each signal's its own, differ by their rounding.
 constexpr double rounding = 1e-9;
 
-/// Whether reading k tells only of time from t0 on: the mean of a meter may have begun before.
+/// Whether reading k tells only of time from t0 on: the mean of a slow meter may have begun before. A signal that
+/// has a reading in each row may drive the motor, and stays whole.
 bool begins_within(const Series& series, bool sparse, std::size_t k, double t0) {
   if (series.t[k] < t0 - rounding) return false;
-  return t0 <= 0 || (series.window == 0 && !sparse) || window_start(series, k) >= t0 - rounding;
+  return t0 <= 0 || !sparse || window_start(series, k) >= t0 - rounding;
 }
 
 /// A reference is set, and so may be what drives a motor: a voltage, or a current where there is none.

@@ -6,12 +6,20 @@
 #include <span>
 #include <vector>
 
+#include "analysis/numerics/even_series.h"
 #include "analysis/numerics/first_value.h"
 #include "analysis/record/driver_voltage.h"
 #include "analysis/record/repeats.h"
 
 namespace emtb {
 namespace {
+
+/// A mean over a row or two tells how a run begins as an instant does; one over many rows, or of a slow meter, does not.
+bool tells_the_start(const Observation* o, std::span<const double> grid) {
+  constexpr double few = 2;  // rows
+  if (o == nullptr) return false;
+  return !o->slow || (2 * o->size() >= grid.size() && o->window > 0 && o->window <= few * mean_interval(grid));
+}
 
 /// Of the readings that lie before a grid point. @param tell first_value(), or what knows of jumps
 std::optional<FirstValue> first_value_of(const Observation& o, std::span<const double> grid, std::size_t end,
@@ -77,14 +85,14 @@ InitialState first_states(const ObservedRun& observed, const Run& run, const Mod
   const Excitation& x = observed.excitation;
   InitialState initial;
   initial.as_read = true;
-  if (const Observation* speed = observed.find(Signal::omega); speed != nullptr && !speed->slow) {
+  if (const Observation* speed = observed.find(Signal::omega); tells_the_start(speed, x.t)) {
     set_first_speed(initial, *speed, run, x.t, end_of_first_hold(run.at(model.input).value));
   }
   if (const Observation* current = observed.find(Signal::i_a); current != nullptr && !current->slow) {
     initial.i_a = current->value.front();
   }
   const Observation* voltage = observed.find(Signal::e_a);
-  if (voltage != nullptr && !voltage->slow && !x.u_ref.empty()) {
+  if (tells_the_start(voltage, x.t) && !x.u_ref.empty()) {
     const auto first = first_value_of(*voltage, x.t, end_of_first_hold(x.u_ref), first_value_of_what_jumps);
     if (first && first->is_other_than(settled_driver(x.u_ref.front(), model))) {
       initial.e_driver = first->value;

@@ -309,7 +309,8 @@ TEST(Catalogue, ASpringIsNotWoundUpByMoreThanSomeTurns) {
   EXPECT_EQ(implausible(spring, std::vector{0.01 * stall, 0.5 * stall}, machine), "");
   EXPECT_NE(implausible(spring, std::vector{0.01 * stall, 6 * stall}, machine), "");
   machine.turns = 50;
-  EXPECT_NE(implausible(spring, std::vector{0.01 * stall, 0.5 * stall}, machine), "");
+  EXPECT_NE(implausible(spring, std::vector{1e-4 * stall, 0.5 * stall}, machine), "");
+  EXPECT_EQ(implausible(spring, std::vector{5e-3 * stall, 0.5 * stall}, machine), "") << "behind a gear";
 }
 
 TEST(Catalogue, KnowsWhichTorqueAShaftRestsIn) {

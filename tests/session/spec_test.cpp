@@ -144,6 +144,13 @@ TEST_F(SlowMeterSpan, KeepsAReadingWhoseStatedWindowLiesWithin) {
   EXPECT_THAT(read_runs(recording() + "@0.7:1.7", mapping).at(0).at(Signal::i_a).value, ElementsAre(3, 4));
 }
 
+TEST_F(SlowMeterSpan, KeepsEachRowOfASignalThatIsReadAsOftenAsAnyOther) {
+  Mapping mapping;
+  mapping.window[Signal::omega] = 0.1;
+  EXPECT_THAT(read_runs(recording() + "@0.5:0.8", mapping).at(0).at(Signal::omega).t.size(), 3)
+      << "which may be what drives the motor";
+}
+
 TEST_F(SlowMeterSpan, ASpanFromTheStartLosesNothing) {
   EXPECT_EQ(read_runs(recording() + "@:2.1").at(0).at(Signal::i_a).value.size(), 5u);
   EXPECT_EQ(read_runs(recording() + "@0:2.1").at(0).at(Signal::i_a).value.size(), 5u);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <string>
 #include <tuple>
@@ -43,11 +44,12 @@ struct SpringLoad {
     balance.load_torque += T_0 + k * x.place;  // it holds the shaft, which wanders with no reading of its angle
   }
 
-  /// The motor wound it up, and there is no spring of so many turns.
+  /// The motor wound it up, and there is no spring of so many turns, but behind a gear: then it holds the motor back.
   static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
-    constexpr double most_turns = 20;
+    constexpr double most_turns = 20, holds_back = 0.2;  // of the torque that stalls the motor
     Plausible said(info, p);
-    if (std::isfinite(machine.turns))
+    const double pulls = p[0] * std::numbers::pi * machine.turns;  // [N m] at either end of that way, from its middle
+    if (std::isfinite(machine.turns) && pulls < holds_back * machine.stall_torque())
       said.at_most("the way that a run goes", machine.turns, most_turns, "turns", "and no spring is wound up so far");
     return said.at_most(1, 5 * machine.stall_torque(), "five times what stalls the motor");
   }

@@ -149,6 +149,21 @@ TEST(PrepareRun, StartsAtTheSpeedThatTheFirstReadingsTell) {
   EXPECT_EQ(at_rest.omega_doubt, 0);
 }
 
+TEST(PrepareRun, StartsAsMeansOverARowTellButNotAsMeansOverMany) {
+  emtb::Run run = plain_run();
+  run.signals[Signal::u_ref] = series(1e-3, 2, [](double) { return 2.0; });
+  run.signals[Signal::omega] = series(1e-3, 2, [](double t) { return 120 - 50 * t; });
+  run.signals[Signal::e_a] = series(1e-3, 2, [](double t) { return std::min(8.0, 30 * t); });
+  const auto start = [&](double window) {
+    run.signals[Signal::omega].window = run.signals[Signal::e_a].window = window;
+    return observe_run(run, servo_model()).excitation.initial;
+  };
+  EXPECT_NEAR(start(1e-3).omega, 120, 0.3);
+  EXPECT_NEAR(start(1e-3).e_driver.value_or(8), 0, 0.05) << "the driver is on its slope";
+  EXPECT_EQ(start(0.2).omega, 0);
+  EXPECT_FALSE(start(0.2).e_driver);
+}
+
 TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseSpeedDoesNotTell) {
   constexpr double step = 0.4;  // [rad/s]
   const auto speeds = [&](double first) {
