@@ -12,6 +12,7 @@
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/remainder.h"
 #include "analysis/diagnose/told_from_nothing.h"
+#include "analysis/fit/gauge.h"
 #include "analysis/fit/logging_errors.h"
 #include "analysis/fit/timing.h"
 #include "hal/error.h"
@@ -48,6 +49,7 @@ struct Rest {
   double lost = 0;       ///< [nats] of likelihood
   bool may_be = true;    ///< the effect is what it is called
   bool refuted = false;  ///< the runs that were held out are foretold better without it
+  std::optional<Model> held{};  ///< the answer with what makes the effect told held; then it does not go
 
   bool goes_before(const Rest& other) const { return refuted != other.refuted ? refuted : lost < other.lost; }
 };
@@ -63,9 +65,10 @@ bool foretells_worse(const Trial& model, const Trial& other, const Materiality& 
 /// that were looked at, one is likely to be three from nothing, and what few pieces tell of an error may be off by
 /// half. But not where much likelihood and a share that matters are lost with it, when timing and starts have had their
 /// say, or most of what has no other name, and that is worth a name; unless it is hardly told at all and leaves enough
-/// itself, or is nothing within one error. What fitted to the end has gone where it is not what it is called goes as
-/// well, and where held-out runs are foretold worse than by the model as given, what does that. Nothing goes without
-/// which the rest foretells other runs worse than the model as given: that is no answer, whatever its errors.
+/// itself, or is nothing within one error. What has no size is told by what is lost with it alone. What fitted to the
+/// end has gone where it is not what it is called goes as well, and where held-out runs are foretold worse than by the
+/// model as given, what does that. Nothing goes without which the rest foretells other runs worse than the model as
+/// given: that is no answer, whatever its errors.
 class Judgement {
  public:
   Judgement(const Finding& found, const Trial& as_given, WholeSearch& search, const Criterion& criterion, Dataset& data,
@@ -96,7 +99,7 @@ class Judgement {
     set(data_, as_set);
     if (!trial) return std::nullopt;
     const double lost = gain(*trial->held_out.quality, *found_.current.held_out.quality);
-    return Rest{effect, std::move(*trial), of_rest, lost};
+    return Rest{.effect = effect, .trial = std::move(*trial), .circumstances = of_rest, .lost = lost};
   }
 
   /// @return the answer without an effect that goes; none: it stays. The circumstances are those before, but for a lag
@@ -109,15 +112,34 @@ class Judgement {
       return rest;
     }
     bool may_be = search_.trials().determined_but_for_scale(errors_->model, effect);
-    if (may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
+    const bool has_errors = errors_->model.about(effect).parameter_count > 0;
+    if (has_errors && may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
     if (!rest) rest = without(effect);
+    if (!has_errors && rest && criterion_.material(rest->trial.held_out, found_.current.held_out)) return std::nullopt;
     if (rest && !may_be && criterion_.remainder(rest->trial.held_out)) may_be = may_be_if_it_lags_in_itself(effect);
     if (!rest || is_needed(effect, rest->trial, may_be)) return std::nullopt;
     rest->may_be = may_be;
+    rest->held = with_ratios_told(effect, rest->trial);
     return rest;
   }
 
  private:
+  /// Where most comes back without an effect, and runs tell it by its ratio to a base parameter alone, neither by itself
+  /// nor without the other: the answer with that parameter held. A valley that the effect opens tells nothing of it.
+  std::optional<Model> with_ratios_told(std::size_t effect, const Trial& rest) const {
+    if (!removes_most(rest.held_out, found_.current.held_out)) return std::nullopt;
+    const FreeParameters free(errors_->model);
+    for (const std::size_t place : {base::R_a, base::K_m, base::J, base::K_b}) {
+      if (std::ranges::find(free.places(), place) == free.places().end()) continue;
+      if (told(data_.train, errors_->model, place) || told(data_.train, rest.model(), place)) continue;
+      Model held = errors_->model;
+      held.at(place).fixed = held.at(place).pinned = true;
+      if (!told_from_zero(with_standard_errors(data_.train, held, true), effect, by_far)) continue;
+      if (search_.trials().determined_but_for_scale(held, effect)) return held;
+    }
+    return std::nullopt;
+  }
+
   /// What lags by less than a row, and no timing has its shape, is the machine: then the timing says so from now on.
   bool may_be_if_it_lags_in_itself(std::size_t effect) {
     const Timing before = data_.timing;
@@ -134,7 +156,8 @@ class Judgement {
     constexpr double hardly = 2, not_at_all = 1;  // errors
     if (criterion_.material(rest.held_out, as_given_.held_out)) return true;
     const Loss& whole = found_.current.held_out;
-    const bool is_something = may_be && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
+    const bool has_errors = errors_->model.about(effect).parameter_count > 0;
+    const bool is_something = has_errors && may_be && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
     if (!is_something || !criterion_.remainder(rest.held_out)) return false;
     if (criterion_.remainder(whole) && !told_but_for_scale(data_.train, *errors_, effect, hardly)) return false;
     const bool much_less_likely = gain(*rest.held_out.quality, *whole.quality) > much_likelier;
@@ -164,16 +187,25 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
     Judgement judgement(found, as_given, search, criterion, data, worth);
     std::vector<std::size_t> staying;
     std::optional<Rest> least;
+    std::optional<Trial> held;
     for (std::size_t i = found.effects.size(); judgement.errors() && i > 0; --i) {
       const std::size_t effect = found.effects[i - 1];
       if (needed(effect, found.current.model()) || drops.kept.contains(effect)) continue;
       std::optional<Rest> rest = judgement.without_if_it_goes(effect);
+      if (rest && rest->held) held = search.trials().fit_from_elsewhere_too(*rest->held);
+      if (held) break;
       if (!rest) staying.push_back(effect);
       if (rest && (!least || rest->goes_before(*least))) least = std::move(rest);
     }
+    if (held) {
+      found.current = std::move(*held);
+      continue;
+    }
     if (!least) return judgement.errors();
+    const bool has_errors = found.current.model().about(least->effect).parameter_count > 0;
     std::string why = least->refuted ? ": without it held-out runs are foretold better"
-                                     : ": its own errors do not tell it from nothing";
+                      : has_errors   ? ": its own errors do not tell it from nothing"
+                                     : ": nothing is gained by it";
     const bool may_be = least->may_be && !least->refuted;
     if (may_be && least->lost > worth.rule.nats) drops.costly.insert_or_assign(least->effect, least->lost);
     const std::size_t not_told = least->effect;
