@@ -175,6 +175,7 @@ struct EffectInfo {
   std::optional<Watch> watch = {};  ///< absent: it repeats, fades or needs a shape to be found; not while a motor runs
   ChangeWords changed = {};
   std::optional<Signal> reads = {};  ///< of a sensor: whose reading it describes; not seen where that is not measured
+  bool corrects_load = false;        ///< of a gauge, and so a measured load that drives the model: the motion tells it
   std::string_view needs = {};       ///< the effect without which this one makes no sense
   BenchParts bench = {};             ///< what must be there
 

@@ -117,7 +117,8 @@ std::optional<Finding> put_on(const Finding& law, const Trial& first, Trials& tr
 }
 
 Trial without_effects_of_the_load(Trial fitted) {
-  withhold(fitted.fit.model, concerns_the_load);
+  withhold(fitted.fit.model,
+           [](const EffectInfo& effect) { return concerns_the_load(effect) && !effect.corrects_load; });
   return fitted;
 }
 

@@ -72,16 +72,25 @@ double ColouredNoise::of_mean(double n) const {
 }
 
 ColouredNoise coloured_noise(std::span<const double> x, double least) {
-  // Noise grows no faster than a walk does, by the root of the lag; what does is how the series moves.
+  // Noise grows no faster than a walk does, by the root of the lag; what does, from any lag on, is how the series moves.
   constexpr double as_a_walk = 1.2;
+  struct Scatter {
+    std::size_t lag;
+    double sigma;
+  };
+  std::vector<Scatter> by_lag;  // the longest first
+  for (std::size_t lag = longest_lag(x); lag > 1; lag /= 2) by_lag.push_back({lag, scatter_over(x, lag, least)});
   const double white = std::max(scatter_over(x, 1, least), least);
-  std::size_t lag = longest_lag(x);
-  double all = scatter_over(x, lag, least);
-  while (lag > 1 && all > as_a_walk * std::sqrt(static_cast<double>(lag)) * white) {
-    lag /= 2;
-    all = scatter_over(x, lag, least);
-  }
-  all = std::max(all, white);
+  by_lag.push_back({1, white});
+  const auto moves = [&](auto longer) {
+    return std::any_of(longer + 1, by_lag.cend(), [&](const Scatter& shorter) {
+      const double ratio = static_cast<double>(longer->lag) / static_cast<double>(shorter.lag);
+      return longer->sigma > as_a_walk * std::sqrt(ratio) * shorter.sigma;
+    });
+  };
+  auto of_noise = by_lag.cbegin();
+  while (moves(of_noise)) ++of_noise;
+  const double all = std::max(of_noise->sigma, white);
   if (all <= 0) return {};
   // For white noise the variance of a second difference is 6 sigma^2; for autocorrelation rho, over one sample,
   // (6 - 8 rho + 2 rho^2) sigma^2, and over many again 6 sigma^2.

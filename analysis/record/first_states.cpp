@@ -79,6 +79,16 @@ double settled_driver(double u_ref, const Model& model) {
   return driver_voltage(model, model.values(), x).front();
 }
 
+/// Does nothing drive the shaft yet? At rest, and where a current is read, without one.
+bool begins_undriven(const InitialState& initial, const ObservedRun& observed, std::size_t end) {
+  const Observation* speed = observed.find(Signal::omega);
+  const Observation* current = observed.find(Signal::i_a);
+  if (speed == nullptr || speed->slow || initial.omega != 0 || initial.omega_doubt != 0) return false;
+  if (current == nullptr || current->slow) return true;
+  const auto first = first_value_of(*current, observed.excitation.t, end, first_value_of_what_jumps);
+  return first && !first->is_other_than(0);
+}
+
 }  // namespace
 
 InitialState first_states(const ObservedRun& observed, const Run& run, const Model& model) {
@@ -92,12 +102,17 @@ InitialState first_states(const ObservedRun& observed, const Run& run, const Mod
     initial.i_a = current->value.front();
   }
   const Observation* voltage = observed.find(Signal::e_a);
-  if (tells_the_start(voltage, x.t) && !x.u_ref.empty()) {
-    const auto first = first_value_of(*voltage, x.t, end_of_first_hold(x.u_ref), first_value_of_what_jumps);
+  if (x.u_ref.empty()) return initial;
+  const std::size_t end = end_of_first_hold(x.u_ref);
+  if (tells_the_start(voltage, x.t)) {
+    const auto first = first_value_of(*voltage, x.t, end, first_value_of_what_jumps);
     if (first && first->is_other_than(settled_driver(x.u_ref.front(), model))) {
       initial.e_driver = first->value;
       if (first->moves()) initial.e_driver_slope = first->slope;
     }
+  } else if (voltage == nullptr && settled_driver(x.u_ref.front(), model) != 0 &&
+             begins_undriven(initial, observed, end)) {
+    initial.e_driver = 0;  // the reference was set as the run began
   }
   return initial;
 }

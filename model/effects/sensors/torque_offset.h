@@ -25,6 +25,7 @@ struct TorqueOffset {
       .parameter_list =
           {{{.symbol = "T_0", .unit = "N m", .null = 0, .min = -any_torque, .max = any_torque, .typical = 0.015}}},
       .reads = Signal::torque,
+      .corrects_load = true,
       .bench = {.torque_gauge = true}};
 
   template <class Scalar>

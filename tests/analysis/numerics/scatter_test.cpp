@@ -54,6 +54,16 @@ TEST(ColouredNoise, IsNotTakenInByASeriesThatAlwaysMoves) {
   EXPECT_NEAR(coloured_noise(autoregression(0, turns_back), 0).sigma, 0.2, 0.05);
 }
 
+TEST(ColouredNoise, IsNotTakenInByALoadThatMovesWithinTheLongestLag) {
+  const auto load = [](std::size_t k) {
+    const auto at = static_cast<double>(k);
+    return 2.5 * (std::sin(0.031 * at) + std::sin(0.019 * at + 1) + std::sin(0.043 * at + 2));
+  };
+  const ColouredNoise noise = coloured_noise(autoregression(0, load), 0);
+  EXPECT_NEAR(noise.sigma, 0.2, 0.15) << "within ten times of it, a walk of a hundred steps hid the load";
+  EXPECT_LT(noise.of_mean(100), 0.2);
+}
+
 TEST(ColouredNoise, IsFoundBehindStepsAsLargeAsItself) {
   for (const double rho : {0.0, 0.7, 0.9}) {
     constexpr double step = 0.25;
