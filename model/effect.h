@@ -190,6 +190,14 @@ struct EffectInfo {
     return only_shapes;
   }
 
+  /// There or not, with nothing to be told but what feeds it: only what is lost without it says whether it is there.
+  constexpr bool has_no_size() const {
+    for (const EffectParameter& p : parameters()) {
+      if (p.role != Role::supply) return false;
+    }
+    return true;
+  }
+
   /// The place of the first parameter of that role.
   constexpr std::optional<std::size_t> place_of(Role role) const {
     for (std::size_t i = 0; i < parameter_count; ++i) {

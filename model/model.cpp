@@ -68,6 +68,19 @@ std::vector<Parameter>& Model::parameters_of(std::size_t effect) {
   return const_cast<std::vector<Parameter>&>(std::as_const(*this).parameters_of(effect));
 }
 
+namespace {
+
+/// Supplies sag, and batteries are full: but a driver is fed with about as much as it can give.
+void bound_by_supply(Parameter& p, double supply) {
+  constexpr double least = 0.75, most = 1.3;  // of it
+  if (supply >= DriverModel::unlimited) return;
+  p.min = std::max(p.min, least * supply);
+  p.max = std::min(p.max, most * supply);
+  p.value = std::clamp(supply, p.min, p.max);
+}
+
+}  // namespace
+
 void Model::include(std::size_t effect) {
   if (includes(effect)) return;
   if (effect >= effect_count) {
@@ -89,6 +102,7 @@ void Model::include(std::size_t effect) {
                                 .fixed = false,
                                 .prior = {},
                                 .std_error = {}});
+    if (p.role == Role::supply && driver) bound_by_supply(added.parameters.back(), driver->supply());
   }
   effects.insert(std::ranges::lower_bound(effects, effect, {}, &IncludedEffect::effect), std::move(added));
   hold_first_phase();

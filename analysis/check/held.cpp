@@ -9,6 +9,7 @@
 #include "analysis/check/angle_speed.h"
 #include "analysis/check/readings.h"
 #include "analysis/numerics/equal_readings.h"
+#include "analysis/numerics/statistics.h"
 
 namespace emtb {
 namespace {
@@ -179,9 +180,22 @@ Usual usual_of(const Run& run, Signal signal, double rest, double step, std::opt
   return usual;
 }
 
+/// Whether a speed goes, near that of a stretch, by so large a part of itself from reading to reading as few pulses a
+/// row make of it. Where their rate goes with the rows there is no such change, and no noise is missing.
+bool goes_by_pulses(std::span<const double> x, const EqualReadings& s) {
+  constexpr double near = 0.25, few = 64;  // of the speed; pulses a row
+  std::vector<double> changes;
+  for (std::size_t k = 1; k < x.size(); ++k) {
+    const bool is_near = std::max(std::abs(x[k] - s.value), std::abs(x[k - 1] - s.value)) < near * std::abs(s.value);
+    if (is_near && x[k] != x[k - 1]) changes.push_back(std::abs(x[k] - x[k - 1]));
+  }
+  return !changes.empty() && few * median(std::move(changes)) > std::abs(s.value);
+}
+
 /// Whether it does without the noise that it has by itself.
 bool lacks_noise(const Run& run, Signal signal, const EqualReadings& s, const Drives& drives, Usual& usual) {
   if (!usual.own.noisy || !is_long(s, usual.own)) return false;
+  if (signal == Signal::omega && goes_by_pulses(run.at(signal).value, s)) return false;
   if (signal == Signal::e_a) {
     constexpr std::size_t edge = 4;  // rows at the ends, where the reference may change
     // Under a reference that stays a voltage is where it should be, however quiet.

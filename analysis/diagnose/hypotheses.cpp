@@ -56,6 +56,11 @@ std::vector<Hypothesis> hypotheses_of(const NullFit& fitted, std::span<const std
     if (!about.periodic) {
       bool whole = about.fades();
       for (StartValues at : effect < effect_count ? starts_of(effect, fitted.seen) : starts_of_formula(about)) {
+        const EffectParameter& first = about.parameter_list[0];
+        if (!whole && first.role == Role::limit && at[0] == first.null) {  // no limit: no slope leads away from there
+          whole = true;
+          continue;
+        }
         for (std::size_t i = 0; i < about.parameter_count; ++i) {
           const EffectParameter& parameter = about.parameter_list[i];
           if (!whole && parameter.role == Role::amplitude) at[i] = parameter.null;

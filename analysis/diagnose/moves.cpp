@@ -155,7 +155,15 @@ std::vector<Score> from_clear_sizes_too(const std::vector<Score>& scores, const 
   });
   for (Score& s : all) {
     if (s.expected().empty()) continue;
-    const EffectParameter& first = fitted.about(s.effect).parameter_list[0];
+    const EffectInfo& about = fitted.about(s.effect);
+    const EffectParameter& first = about.parameter_list[0];
+    if (about.at_null == AtNull::small && first.role == Role::limit) {  // no slope leads down from no limit
+      for (const StartValues& at : starts_of(s.effect, machine.seen)) {
+        const std::vector<double> there(at.begin(), at.begin() + static_cast<std::ptrdiff_t>(about.parameter_count));
+        if (there != s.starts.front().from) s.starts.push_back({there, there, {}});
+      }
+      continue;
+    }
     const bool has_sizes = !first.is_shape() && std::isfinite(first.null) && std::isfinite(first.max);
     if (!has_sizes || !(s.detectable_size < infinity) || s.detectable_size <= 0) continue;
     std::vector<Score::Start> sizes;

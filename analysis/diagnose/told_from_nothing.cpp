@@ -51,7 +51,7 @@ bool told_from_zero(const Fit& judged, std::size_t effect, double errors) {
     if (found.std_error && std::abs(size) > errors * *found.std_error) return true;
   }
   // Of one that is there or not, one shape at least is told.
-  return !any_amplitude && (about.parameter_count == 0 || any_shape_told);
+  return !any_amplitude && (about.has_no_size() || any_shape_told);
 }
 
 Fit with_standard_errors(std::span<const Record> records, const Model& fitted, bool quick) {

@@ -112,10 +112,10 @@ class Judgement {
       return rest;
     }
     bool may_be = search_.trials().determined_but_for_scale(errors_->model, effect);
-    const bool has_errors = errors_->model.about(effect).parameter_count > 0;
-    if (has_errors && may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
+    const bool has_size = !errors_->model.about(effect).has_no_size();
+    if (has_size && may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
     if (!rest) rest = without(effect);
-    if (!has_errors && rest && criterion_.material(rest->trial.held_out, found_.current.held_out)) return std::nullopt;
+    if (!has_size && rest && criterion_.material(rest->trial.held_out, found_.current.held_out)) return std::nullopt;
     if (rest && !may_be && criterion_.remainder(rest->trial.held_out)) may_be = may_be_if_it_lags_in_itself(effect);
     if (!rest || is_needed(effect, rest->trial, may_be)) return std::nullopt;
     rest->may_be = may_be;
@@ -156,8 +156,8 @@ class Judgement {
     constexpr double hardly = 2, not_at_all = 1;  // errors
     if (criterion_.material(rest.held_out, as_given_.held_out)) return true;
     const Loss& whole = found_.current.held_out;
-    const bool has_errors = errors_->model.about(effect).parameter_count > 0;
-    const bool is_something = has_errors && may_be && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
+    const bool has_size = !errors_->model.about(effect).has_no_size();
+    const bool is_something = has_size && may_be && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
     if (!is_something || !criterion_.remainder(rest.held_out)) return false;
     if (criterion_.remainder(whole) && !told_but_for_scale(data_.train, *errors_, effect, hardly)) return false;
     const bool much_less_likely = gain(*rest.held_out.quality, *whole.quality) > much_likelier;
@@ -202,9 +202,9 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
       continue;
     }
     if (!least) return judgement.errors();
-    const bool has_errors = found.current.model().about(least->effect).parameter_count > 0;
+    const bool has_size = !found.current.model().about(least->effect).has_no_size();
     std::string why = least->refuted ? ": without it held-out runs are foretold better"
-                      : has_errors   ? ": its own errors do not tell it from nothing"
+                      : has_size   ? ": its own errors do not tell it from nothing"
                                      : ": nothing is gained by it";
     const bool may_be = least->may_be && !least->refuted;
     if (may_be && least->lost > worth.rule.nats) drops.costly.insert_or_assign(least->effect, least->lost);

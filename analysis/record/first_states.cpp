@@ -1,6 +1,7 @@
 #include "analysis/record/first_states.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -79,12 +80,19 @@ double settled_driver(double u_ref, const Model& model) {
   return driver_voltage(model, model.values(), x).front();
 }
 
-/// Does nothing drive the shaft yet? At rest, and where a current is read, without one.
-bool begins_undriven(const InitialState& initial, const ObservedRun& observed, std::size_t end) {
+/// Does nothing drive the shaft yet? At rest, or far from what a driver that has arrived would turn it by, and where a
+/// current is read, without one.
+/// @param settled [V] what the driver makes of the first reference in the end
+bool begins_undriven(const InitialState& initial, const ObservedRun& observed, std::size_t end, const Model& model,
+                     double settled) {
+  constexpr double far = 0.2;
+  const double induced = model.at(base::K_b).value * initial.omega_doubt;
   const Observation* speed = observed.find(Signal::omega);
   const Observation* current = observed.find(Signal::i_a);
-  if (speed == nullptr || speed->slow || initial.omega != 0 || initial.omega_doubt != 0) return false;
-  if (current == nullptr || current->slow) return true;
+  const std::span<const double> grid = observed.excitation.t;
+  if (!tells_the_start(speed, grid) || initial.omega != 0 || !(std::abs(induced) < far * std::abs(settled)))
+    return false;
+  if (!tells_the_start(current, grid)) return true;
   const auto first = first_value_of(*current, observed.excitation.t, end, first_value_of_what_jumps);
   return first && !first->is_other_than(0);
 }
@@ -104,14 +112,14 @@ InitialState first_states(const ObservedRun& observed, const Run& run, const Mod
   const Observation* voltage = observed.find(Signal::e_a);
   if (x.u_ref.empty()) return initial;
   const std::size_t end = end_of_first_hold(x.u_ref);
+  const double settled = settled_driver(x.u_ref.front(), model);
   if (tells_the_start(voltage, x.t)) {
     const auto first = first_value_of(*voltage, x.t, end, first_value_of_what_jumps);
-    if (first && first->is_other_than(settled_driver(x.u_ref.front(), model))) {
+    if (first && first->is_other_than(settled)) {
       initial.e_driver = first->value;
       if (first->moves()) initial.e_driver_slope = first->slope;
     }
-  } else if (voltage == nullptr && settled_driver(x.u_ref.front(), model) != 0 &&
-             begins_undriven(initial, observed, end)) {
+  } else if (voltage == nullptr && begins_undriven(initial, observed, end, model, settled)) {
     initial.e_driver = 0;  // the reference was set as the run began
   }
   return initial;

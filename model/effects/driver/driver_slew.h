@@ -47,14 +47,17 @@ struct DriverSlew {
   }
 
   /// At the driver's known limits, and at shares of both; where none are known, so that the whole voltage takes from a
-  /// row or two to many.
+  /// row or two to a good part of a run.
   static std::vector<StartValues> starts(const Ranges& seen) {
     std::vector<StartValues> all;
     const bool unknown = seen.rise >= DriverModel::unlimited && seen.fall >= DriverModel::unlimited;
     if (unknown && seen.sample > 0 && seen.voltage > 0) {
       all.push_back({DriverModel::unlimited, DriverModel::unlimited});
-      for (const double rows : {1.5, 4.0, 12.0, 40.0, 150.0}) {
-        all.push_back({seen.voltage / (rows * seen.sample), seen.voltage / (rows * seen.sample)});
+      const double least = 1.5 * seen.sample, most = std::max(150 * seen.sample, 0.2 * seen.duration);  // [s]
+      constexpr double apart = 3.5;
+      const int count = 1 + static_cast<int>(std::ceil(std::log(most / least) / std::log(apart)));
+      for (const double time : geometric(least, most, count)) {
+        all.push_back({seen.voltage / time, seen.voltage / time});
       }
       return all;
     }

@@ -79,8 +79,8 @@ struct ShaftCompliance {
 
   static std::vector<StartValues> starts(const Ranges& seen) {
     // [rad/s] From one that the response hardly follows to the quickest that rows at that distance show.
-    const double slowest = 3 / std::max(seen.response, 1e-6), quickest = 0.3 / std::max(seen.sample, 1e-6);
-    std::vector<double> frequencies = geometric(slowest, std::max(quickest, 3 * slowest), 4);
+    const double slowest = 3 / std::max(seen.response, 1e-6), quickest = 0.8 / std::max(seen.sample, 1e-6);
+    std::vector<double> frequencies = geometric(slowest, std::max(quickest, 3 * slowest), 5);
     // A resonance is narrow: from a start a third beside it, no descent finds it.
     if (seen.ringing > 0) frequencies.insert(frequencies.end(), {0.95 * seen.ringing, 1.05 * seen.ringing});
     std::vector<StartValues> all;

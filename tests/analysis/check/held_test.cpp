@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -63,6 +65,28 @@ TEST(Held, IsNoSpeedThatAControllerKeepsUnderALoadThatGrows) {
     current.value.push_back(load + noise(0.02));
     reference.value.push_back(0.1 * turning + current.value.back());
     speed.value.push_back(std::round(turning));
+  }
+  for (const DataFinding& f : check(std::vector{run}, {}, nullptr)) EXPECT_FALSE(f.stops) << f.text;
+}
+
+TEST(Held, IsNoSpeedWhosePulsesComeAtTheRateOfTheRows) {
+  emtb::Run run;
+  run.name = "slotted disc";
+  constexpr double pulse = 2 * std::numbers::pi / 20;       // [rad]
+  constexpr std::array rates{153, 284, 400, 657, 971, 1130, 643, 233, 517, 711, 843, 371, 590};  // [1/s]
+  synthetic::Noise noise(7);
+  Series &reference = run.signals[Signal::u_ref], &speed = run.signals[Signal::omega];
+  double t = 0, turned = 0.5, rate = 0;  // of 400 a second, 14 come in 35 ms and 16 in 40 ms
+  for (std::size_t k = 0; k < 1500; ++k) {
+    const double goal = rates[k / 40 % rates.size()];
+    const double row = 0.04 + 0.005 * std::clamp(std::round(noise(0.8)), -1.0, 1.0);  // [s]
+    rate += 0.5 * (goal - rate);
+    const double before = std::floor(turned);
+    t += row;
+    turned += rate * row + noise(0.05);
+    for (Series* s : {&reference, &speed}) s->t.push_back(t);
+    reference.value.push_back(0.02 * goal);
+    speed.value.push_back(0.1 * std::round(10 * (std::floor(turned) - before) * pulse / row));
   }
   for (const DataFinding& f : check(std::vector{run}, {}, nullptr)) EXPECT_FALSE(f.stops) << f.text;
 }

@@ -164,6 +164,19 @@ TEST(PrepareRun, StartsAsMeansOverARowTellButNotAsMeansOverMany) {
   EXPECT_FALSE(start(0.2).e_driver);
 }
 
+TEST(PrepareRun, StartsWithADriverAtNothingWhereAShaftAtRestIsFirstAskedToTurn) {
+  emtb::Run run = plain_run();
+  run.signals[Signal::u_ref] = series(1e-3, 2, [](double) { return 2.0; });
+  const auto driver = [&] { return observe_run(run, servo_model()).excitation.initial.e_driver.value_or(8); };
+  EXPECT_EQ(driver(), 0);
+  run.signals[Signal::i_a] = series(1e-3, 2, [](double) { return 0.5; });
+  EXPECT_EQ(driver(), 8) << "a current flows: something holds the shaft";
+  run.signals[Signal::i_a] = series(1e-3, 2, [](double t) { return t; });
+  EXPECT_EQ(driver(), 0);
+  run.signals[Signal::omega] = series(1e-3, 2, [](double) { return 180.0; });
+  EXPECT_EQ(driver(), 8) << "it is on its way";
+}
+
 TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseSpeedDoesNotTell) {
   constexpr double step = 0.4;  // [rad/s]
   const auto speeds = [&](double first) {
