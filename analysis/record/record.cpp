@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
+#include <vector>
 
 #include "analysis/numerics/even_series.h"
 #include "analysis/record/angle_noise.h"
@@ -50,6 +52,33 @@ Observation read(const Run& run, Signal signal, std::span<const double> grid) {
   const bool averages = series.window > 0 && series.window >= whole * mean_interval(grid);
   const bool slow = averages || 2 * series.t.size() < grid.size();
   return slow ? observe(series, signal, grid, slow) : observe(updates_of(series), signal, grid, slow);
+}
+
+/// The terminal voltage. While the armature is open it is the driver's on one side of the switch and what the motor
+/// induces on the other, and nobody says which is read.
+Observation terminal_voltage(const Run& run, const Excitation& x) {
+  Observation o = read(run, Signal::e_a, x.t);
+  if (x.armature_open.empty()) return o;
+  const auto is_open = [&](std::size_t i) {
+    const std::size_t from = o.first[i] > 0 ? o.first[i] - 1 : 0;  // where it is switched, too
+    return std::ranges::any_of(std::span(x.armature_open).subspan(from, o.last[i] + 1 - from), std::identity{});
+  };
+  std::vector<double> begin, end, value;
+  std::vector<std::uint32_t> first, last;
+  for (std::size_t i = 0; i < o.size(); ++i) {
+    if (is_open(i)) continue;
+    begin.push_back(o.begin[i]);
+    end.push_back(o.end[i]);
+    value.push_back(o.value[i]);
+    first.push_back(o.first[i]);
+    last.push_back(o.last[i]);
+  }
+  o.begin = std::move(begin);
+  o.end = std::move(end);
+  o.value = std::move(value);
+  o.first = std::move(first);
+  o.last = std::move(last);
+  return o;
 }
 
 /// The speed, and the angle that judges it or stands for it.
@@ -108,7 +137,8 @@ void observe_load(ObservedRun& record, const Run& run) {
 /// @param late [samples] by which it is read behind the others
 void drive_by_voltage(ObservedRun& record, const Series& e_a, const Model& model, double late) {
   Excitation& x = record.excitation;
-  MeasuredVoltage voltage = measured_voltage(record.name, e_a, x, model, late);
+  const double of_its_window = 0.5 * e_a.window / mean_interval(x.t);  // a mean stands for the middle of it
+  MeasuredVoltage voltage = measured_voltage(record.name, e_a, x, model, std::max(late, of_its_window));
   x.e_a = std::move(voltage.value);
   x.e_a_bulge = std::move(voltage.bulge);
   record.voltage_noise = std::move(voltage.noise);
@@ -160,7 +190,7 @@ ObservedRun observe_run(const Run& run, const Model& model, Chaining chaining, c
   if (run.has(Signal::i_a) && model.input != Signal::i_a) add(record, read(run, Signal::i_a, record.excitation.t));
   if (run.has(Signal::torque)) observe_load(record, run);
   const bool voltage_is_read = model.input == Signal::u_ref && run.has(Signal::e_a);
-  if (voltage_is_read) add(record, read(run, Signal::e_a, record.excitation.t));
+  if (voltage_is_read) add(record, terminal_voltage(run, record.excitation));
   record.measured_voltage = model.input == Signal::e_a;
   if (logging.voltage_hops) {
     MeasuredInput quiet = quiet_voltage(record.excitation.e_a, mean_interval(record.excitation.t));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/record/driver_voltage.h"
 #include "hal/error.h"
 #include "tests/analysis/synthetic.h"
 
@@ -134,6 +135,29 @@ TEST(PrepareRun, ComparesWithTheSlopeOfTheAngleWhereThereIsNoSpeed) {
     ASSERT_LT(omega->first[i], omega->last[i]);
   }
   EXPECT_NEAR(prepared.excitation.initial.omega, 30, 0.1);
+}
+
+TEST(PrepareRun, ComparesNoTerminalVoltageOfAnOpenArmature) {
+  emtb::Run run = plain_run();
+  run.signals[Signal::e_a] = series(1e-3, 2, [](double t) { return t < 0.5 ? 0.0 : t < 1 ? 8.0 : 5.0; });
+  run.signals[Signal::armature_open] = series(1e-3, 2, [](double t) { return t < 0.9995 ? 0.0 : 1.0; });
+  const ObservedRun prepared = observe_run(run, servo_model());
+  const Observation* e_a = observation(prepared, Signal::e_a);
+  ASSERT_TRUE(e_a);
+  EXPECT_EQ(e_a->size(), 1000U) << "on which side of the switch it is read nobody says";
+  EXPECT_LT(e_a->end[999], 1);
+}
+
+TEST(PrepareRun, IsDrivenByAMeanOfTheVoltageAsItWasInTheMiddle) {
+  const Model servo = servo_model();
+  emtb::Run run = plain_run();
+  run.signals[Signal::u_ref] = series(1e-3, 2, [](double t) { return t < 0.4995 ? 0.0 : 2.0; });
+  run.signals[Signal::e_a] = series(1e-3, 2, [](double t) { return std::clamp(2000 * (t - 0.5) - 1, 0.0, 8.0); });
+  run.signals[Signal::e_a].window = 1e-3;
+  const Excitation x = observe_run(run, servo, Chaining::staged).excitation;
+  const std::vector<double> driver = driver_voltage(servo, servo.values(), x);
+  ASSERT_EQ(x.e_a.size(), driver.size());
+  for (std::size_t k = 502; k < 520; ++k) EXPECT_NEAR(x.e_a[k], driver[k], 0.1) << k;
 }
 
 // ---- where it starts
