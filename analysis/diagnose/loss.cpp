@@ -174,7 +174,9 @@ bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with
     const auto& [signal, d] = entry;
     const auto first = at_first.find(signal);
     const double taken = first != at_first.end() ? std::max(0.0, first->second - before.at(signal)) : 0;
-    return d.gain >= rule.least && d.gain > rule.law_share * rule.law_share * taken;
+    const double left = with.mean_square(signal) - 1 - with.noise_error(signal);
+    const bool to_the_floor = before.at(signal) - 1 > rule.remainder && left <= rule.share * (before.at(signal) - 1);
+    return d.gain >= rule.least && (to_the_floor || d.gain > rule.law_share * rule.law_share * taken);
   });
 }
 
