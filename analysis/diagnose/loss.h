@@ -134,8 +134,8 @@ bool takes_share(const Loss& before, double share, const Loss& without, const Lo
 bool takes_all_but(double share, const Loss& without, const Loss& with);
 
 /// Is what goes from `without` to `with` more, in some signal, than the laws may be off by that took away the rest of
-/// what was there `as_given`? No friction or driver keeps its formula to better than a small part of itself; but what is
-/// gone to the noise with one effect more is no law's own error.
+/// what was there `as_given`? No friction or driver keeps its formula to better than a small part of itself; but what
+/// is gone to the noise with one effect more is no law's own error.
 bool beyond_the_laws(const Loss& as_given, const Loss& without, const Loss& with, const Materiality& rule = {});
 
 /// Is `other` as good as `best`: in every signal within 2 block standard errors, or not distinctly worse?

@@ -94,9 +94,7 @@ bool does_as_well(const Criterion& criterion, const Trial& current, std::size_t 
 
 std::vector<Model> with_fewer_amplitudes(const Model& fitted, std::size_t effect) {
   const std::span<const EffectParameter> about = fitted.about(effect).parameters();
-  const auto is_amplitude = [](const EffectParameter& p) {
-    return p.role == Role::amplitude && std::isfinite(p.null);
-  };
+  const auto is_amplitude = [](const EffectParameter& p) { return p.role == Role::amplitude && std::isfinite(p.null); };
   std::vector<Model> fewer;
   if (std::ranges::count_if(about, is_amplitude) < 2) return fewer;
   for (std::size_t i = 0; i < about.size(); ++i) {

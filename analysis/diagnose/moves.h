@@ -46,7 +46,8 @@ bool does_better(const Criterion& criterion, const Loss& other, const Loss& curr
 bool does_as_well(const Criterion& criterion, const Trial& current, std::size_t member, const Trial& other,
                   std::size_t in_its_place);
 
-/// A model with each of the amplitudes of an effect held at nothing in turn, where it has several: what it may not need.
+/// A model with each of the amplitudes of an effect held at nothing in turn, where it has several: what it may not
+/// need.
 std::vector<Model> with_fewer_amplitudes(const Model& fitted, std::size_t effect);
 
 /// The effects of the library that repeat several times a turn, as far as a model does not include them.

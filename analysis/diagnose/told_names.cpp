@@ -46,9 +46,9 @@ struct Rest {
   std::size_t effect = 0;
   Trial trial;
   Circumstances circumstances;
-  double lost = 0;       ///< [nats] of likelihood
-  bool may_be = true;    ///< the effect is what it is called
-  bool refuted = false;  ///< the runs that were held out are foretold better without it
+  double lost = 0;              ///< [nats] of likelihood
+  bool may_be = true;           ///< the effect is what it is called
+  bool refuted = false;         ///< the runs that were held out are foretold better without it
   std::optional<Model> held{};  ///< the answer with what makes the effect told held; then it does not go
 
   bool goes_before(const Rest& other) const { return refuted != other.refuted ? refuted : lost < other.lost; }
@@ -124,8 +124,9 @@ class Judgement {
   }
 
  private:
-  /// Where most comes back without an effect, and runs tell it by its ratio to a base parameter alone, neither by itself
-  /// nor without the other: the answer with that parameter held. A valley that the effect opens tells nothing of it.
+  /// Where most comes back without an effect, and runs tell it by its ratio to a base parameter alone, neither by
+  /// itself nor without the other: the answer with that parameter held. A valley that the effect opens tells nothing of
+  /// it.
   std::optional<Model> with_ratios_told(std::size_t effect, const Trial& rest) const {
     if (!removes_most(rest.held_out, found_.current.held_out)) return std::nullopt;
     const FreeParameters free(errors_->model);
@@ -204,7 +205,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
     if (!least) return judgement.errors();
     const bool has_size = !found.current.model().about(least->effect).has_no_size();
     std::string why = least->refuted ? ": without it held-out runs are foretold better"
-                      : has_size   ? ": its own errors do not tell it from nothing"
+                      : has_size     ? ": its own errors do not tell it from nothing"
                                      : ": nothing is gained by it";
     const bool may_be = least->may_be && !least->refuted;
     if (may_be && least->lost > worth.rule.nats) drops.costly.insert_or_assign(least->effect, least->lost);

@@ -72,7 +72,8 @@ double ColouredNoise::of_mean(double n) const {
 }
 
 ColouredNoise coloured_noise(std::span<const double> x, double least) {
-  // Noise grows no faster than a walk does, by the root of the lag; what does, from any lag on, is how the series moves.
+  // Noise grows no faster than a walk does, by the root of the lag; what does, from any lag on, is how the series
+  // moves.
   constexpr double as_a_walk = 1.2;
   struct Scatter {
     std::size_t lag;

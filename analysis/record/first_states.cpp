@@ -15,7 +15,8 @@
 namespace emtb {
 namespace {
 
-/// A mean over a row or two tells how a run begins as an instant does; one over many rows, or of a slow meter, does not.
+/// A mean over a row or two tells how a run begins as an instant does; one over many rows, or of a slow meter, does
+/// not.
 bool tells_the_start(const Observation* o, std::span<const double> grid) {
   constexpr double few = 2;  // rows
   if (o == nullptr) return false;

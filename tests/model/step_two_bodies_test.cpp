@@ -67,8 +67,8 @@ TEST(TwoBodies, ALoadActsOnTheBodyBehindTheSpring) {
 TEST(TwoBodies, RowsOfAnyLengthFollowOneAnother) {
   Excitation x = constant(0.2, interval, current, &Excitation::i_a);
   for (std::size_t n = 1; n < x.t.size(); ++n) x.t.edit()[n] = x.t[n - 1] + (n % 3 == 0 ? 10 : 1) * interval;
-  const Trajectory<double> y = run(with({"shaft_compliance"}, Signal::i_a),
-                                   and_({R, K, K, B, J}, {stiffness, damping, J_2}), x);
+  const Trajectory<double> y =
+      run(with({"shaft_compliance"}, Signal::i_a), and_({R, K, K, B, J}, {stiffness, damping, J_2}), x);
   expect_near({.load = [](double, double) { return 0.0; }}, x, y, 5e-4);
 }
 

@@ -72,7 +72,7 @@ TEST(Held, IsNoSpeedThatAControllerKeepsUnderALoadThatGrows) {
 TEST(Held, IsNoSpeedWhosePulsesComeAtTheRateOfTheRows) {
   emtb::Run run;
   run.name = "slotted disc";
-  constexpr double pulse = 2 * std::numbers::pi / 20;       // [rad]
+  constexpr double pulse = 2 * std::numbers::pi / 20;                                            // [rad]
   constexpr std::array rates{153, 284, 400, 657, 971, 1130, 643, 233, 517, 711, 843, 371, 590};  // [1/s]
   synthetic::Noise noise(7);
   Series &reference = run.signals[Signal::u_ref], &speed = run.signals[Signal::omega];
