@@ -73,7 +73,7 @@ namespace {
 /// Supplies sag, and batteries are full: but a driver is fed with about as much as it can give.
 void bound_by_supply(Parameter& p, double supply) {
   constexpr double least = 0.75, most = 1.3;  // of it
-  if (supply >= DriverModel::unlimited) return;
+  if (supply >= DriverModel::unlimited || least * supply > p.max || most * supply < p.min) return;
   p.min = std::max(p.min, least * supply);
   p.max = std::min(p.max, most * supply);
   p.value = std::clamp(supply, p.min, p.max);

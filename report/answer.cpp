@@ -10,7 +10,6 @@
 #include "hal/printable.h"
 #include "hal/unit.h"
 #include "model/catalogue.h"
-#include "report/gauge_words.h"
 #include "report/text.h"
 #include "report/verdict.h"
 #include "report/words.h"
@@ -27,13 +26,6 @@ std::string listed(const std::vector<std::string>& files) {
 std::string stem(const std::string& file) { return std::filesystem::path(file).stem().string(); }
 
 std::string error_cell(double error) { return pretty(error, 3); }
-
-std::string value_in_words(const Parameter& p) {
-  return p.symbol + " = " +
-         (is_determined(p) ? pretty(p.value, *p.std_error, p.unit)
-          : p.std_error    ? pretty(p.value, 2) + with_space(p.unit) + " (not determined)"
-                           : pretty(p.value) + with_space(p.unit));
-}
 
 /// ` if R_a is 2.9 ohm`: the values of held parameters with which this one goes; nothing where it goes with none.
 std::string as_far_as_pins_are_right(const Diagnosis& d, const std::string& parameter) {
@@ -72,7 +64,7 @@ std::string found_from(const Diagnosis& d, const Candidate& c) {
 std::string how_large(const Diagnosis& d) {
   std::vector<std::string> values;
   for (const MissingEffect& m : d.missing) {
-    for (const Parameter& p : m.parameters) {
+    for (const Parameter& p : fitted_values(d, m)) {
       values.push_back((d.missing.size() > 1 ? d.id(m.effect) + "." : "") + value_in_words(p) +
                        as_far_as_pins_are_right(d, d.id(m.effect) + "." + p.symbol));
     }

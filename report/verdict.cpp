@@ -6,7 +6,6 @@
 
 #include "figures/number.h"
 #include "hal/unit.h"
-#include "report/gauge_words.h"
 #include "report/rest_words.h"
 #include "report/symbols.h"
 #include "report/text.h"
@@ -59,7 +58,7 @@ std::string rest_without_law(const Diagnosis& d) {
 /// `Coulomb friction (T_c = 0.0547 ± 0.0003 N m)`
 std::string in_words(const Diagnosis& d, const MissingEffect& m) {
   std::vector<std::string> values;
-  for (const Parameter& p : m.parameters) values.push_back(symbol_of(p.symbol) + " = " + value_of(p));
+  for (const Parameter& p : fitted_values(d, m)) values.push_back(symbol_of(p.symbol) + " = " + value_of(p));
   return std::string(d.about(m.effect).name) + (values.empty() ? "" : " (" + joined(values, ", ") + ")");
 }
 
@@ -120,12 +119,7 @@ std::string verdict_text(const Diagnosis& d) {
   out << "\n";
   for (const MissingEffect& m : d.missing) {
     out << "  " << d.about(m.effect).id << " (" << d.about(m.effect).equation << ")";
-    for (const Parameter& p : m.parameters) {
-      out << "  " << p.symbol << " = "
-          << (is_determined(p) ? pretty(p.value, *p.std_error, p.unit)
-              : p.std_error    ? pretty(p.value, 2) + with_space(p.unit) + " (not determined)"
-                               : pretty(p.value) + with_space(p.unit));
-    }
+    for (const Parameter& p : fitted_values(d, m)) out << "  " << value_in_words(p);
     out << "\n";
     for (const std::size_t rival : m.tied_with) {
       out << "    tied with " << d.about(rival).id << ": " << d.about(rival).told_apart << "\n";

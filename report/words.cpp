@@ -4,12 +4,29 @@
 #include "hal/unit.h"
 #include "report/gauge_words.h"
 #include "report/symbols.h"
+#include "report/text.h"
 
 namespace emtb {
 
 std::string value_of(const Parameter& p) {
   return (is_determined(p) ? printed(p.value, *p.std_error) : printed(p.value, p.std_error ? 2 : 4)) +
          with_space(printed_unit(p.unit));
+}
+
+std::string value_in_words(const Parameter& p) {
+  return p.symbol + " = " +
+         (is_determined(p) ? pretty(p.value, *p.std_error, p.unit)
+          : p.std_error    ? pretty(p.value, 2) + with_space(p.unit) + " (not determined)"
+                           : pretty(p.value) + with_space(p.unit));
+}
+
+std::vector<Parameter> fitted_values(const Diagnosis& d, const MissingEffect& m) {
+  std::vector<Parameter> fitted;
+  for (std::size_t i = 0; i < m.parameters.size(); ++i) {
+    const bool is_phase = d.about(m.effect).parameters()[i].role == Role::phase;
+    if (!is_phase || !m.parameters[i].fixed) fitted.push_back(m.parameters[i]);
+  }
+  return fitted;
 }
 
 std::string joined(const std::vector<std::string>& words, const std::string& last) {

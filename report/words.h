@@ -10,7 +10,13 @@ namespace emtb {
 
 /// Parts of sentences that a page has in several places.
 
-std::string value_of(const Parameter& p);  ///< `0.0547 ± 0.0003 N m`
+std::string value_of(const Parameter& p);        ///< `0.0547 ± 0.0003 N m`
+std::string value_in_words(const Parameter& p);  ///< `T_c = 0.0547 +- 0.0003 N m`, in a terminal
+
+/// The values of an effect that were fitted. The phase of a wave that is the only one is not: the angle at which a run
+/// starts takes its place.
+std::vector<Parameter> fitted_values(const Diagnosis& diagnosis, const MissingEffect& missing);
+
 std::string joined(const std::vector<std::string>& words, const std::string& last = " and ");  ///< `a, b and c`
 std::string floors(double error);                                                              ///< `1.02 noise floors`
 

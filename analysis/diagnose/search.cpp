@@ -110,7 +110,10 @@ void Search::forward() {
     tell(0.1 + 0.45 * static_cast<double>(found_.effects.size()) / static_cast<double>(longest_list_),
          "scoring absent effects");
     Round& of_current = rounds_.of(found_.effects, found_.current);
-    if (!add_best(of_current) && !add_pair(of_current) && !add_what_the_scores_passed_by(of_current)) break;
+    if (!add_best(of_current) && !add_pair(of_current) && !add_what_the_scores_passed_by(of_current) &&
+        !add_beside_what_is_alike()) {
+      break;
+    }
   }
 }
 

@@ -64,6 +64,7 @@ class Search {
   bool add_best_of(std::vector<Addition> additions);
   bool add_pair(Round& round);
   bool add_what_the_scores_passed_by(Round& round);
+  bool add_beside_what_is_alike();
   bool add_two_in_turn(const Round& round, const std::vector<Addition>& first_steps);
   void take(Pair two);
   void settle();
@@ -71,6 +72,8 @@ class Search {
   void try_fewer();
   void swap();
   void try_rivals_of(std::size_t place);
+  std::vector<Rival> does_as_well_as(std::size_t place) const;
+  Model with_another(std::size_t place, const Addition& alike) const;
   std::vector<Addition> alike_in_the_place_of(std::size_t place, const Round& reduced);
   bool try_in_the_place_of(std::size_t place, const Round& reduced, const std::vector<Addition>& refits);
   void try_all_in_the_place_of_each();

@@ -1,5 +1,7 @@
 // Of a search: what does as well in the place of a member, or better.
 #include <algorithm>
+#include <optional>
+#include <ranges>
 
 #include "analysis/diagnose/moves.h"
 #include "analysis/diagnose/search.h"
@@ -34,13 +36,73 @@ std::vector<Addition> Search::alike_in_the_place_of(std::size_t place, const Rou
   for (const Addition& a : alike->second) {
     const bool is_tried = std::ranges::find(reduced.refits, a.effect(), &Addition::effect) != reduced.refits.end();
     if (is_tried || found_.current.model().includes(a.effect()) || trials_.exhausted()) continue;
-    Model other = found_.current.model();
-    other.exclude(found_.effects[place]);
-    other.include(a.effect());
-    other.parameters_of(a.effect()) = a.trial.model().parameters_of(a.effect());
-    if (auto trial = trials_.fit_to_the_end(other)) in_its_place.push_back({a.score, std::move(*trial)});
+    if (auto trial = trials_.fit_to_the_end(with_another(place, a)))
+      in_its_place.push_back({a.score, std::move(*trial)});
   }
   return in_its_place;
+}
+
+/// The model with an effect in the place of a member, as it was when it did as well.
+Model Search::with_another(std::size_t place, const Addition& alike) const {
+  Model other = found_.current.model();
+  other.exclude(found_.effects[place]);
+  other.include(alike.effect());
+  other.parameters_of(alike.effect()) = alike.trial.model().parameters_of(alike.effect());
+  return other;
+}
+
+/// What did as well as a member when that was added, or does so now.
+std::vector<Rival> Search::does_as_well_as(std::size_t place) const {
+  std::vector<Rival> others;
+  const auto take = [&](std::size_t effect, const auto& model) {
+    const bool is_taken = std::ranges::find(others, effect, &Rival::effect) != others.end();
+    if (!is_taken && !found_.current.model().includes(effect)) others.push_back({effect, model()});
+  };
+  const std::size_t member = found_.effects[place];
+  if (const auto rivals = found_.rivals.find(member); rivals != found_.rivals.end()) {
+    for (const Rival& rival : rivals->second) take(rival.effect, [&] { return rival.model; });
+  }
+  if (const auto alike = found_.alike.find(member); alike != found_.alike.end()) {
+    for (const Addition& a : alike->second) take(a.effect(), [&] { return with_another(place, a); });
+  }
+  return others;
+}
+
+/// Some effects make sense beside another one only: of friction that falls with the speed none is seen while a dead
+/// zone that does as well stands for the friction. Where something is left, both are tried in the place of that.
+bool Search::add_beside_what_is_alike() {
+  if (!criterion_.worth_a_wide_search(found_.current.held_out)) return false;
+  struct Both {
+    std::size_t place, instead;
+    Trial one;
+    Addition more;
+  };
+  std::optional<Both> best;
+  for (std::size_t place = 0; place < found_.effects.size(); ++place) {
+    for (const Rival& other : does_as_well_as(place)) {
+      const auto needs_it = [&](std::size_t effect) {
+        return found_.current.model().about(effect).needs == id(other.effect) && !dropped_.contains(effect);
+      };
+      const auto known = std::views::iota(std::size_t{0}, found_.current.model().known_effects());
+      if (std::ranges::none_of(known, needs_it) || trials_.exhausted()) continue;
+      std::vector<std::size_t> others = found_.effects;
+      others[place] = other.effect;
+      Round* round = rounds_.explored(others, [&] { return trials_.fit_to_the_end(other.model); });
+      if (round == nullptr) continue;
+      for (const Addition& more : round->refits) {
+        const Loss& left = more.trial.held_out;
+        if (!needs_it(more.effect()) || !criterion_.material(found_.current.held_out, left)) continue;
+        if (best && !likelier(left, best->more.trial.held_out)) continue;
+        if (!trials_.determined(more.trial.model(), more.effect())) continue;
+        best = Both{place, other.effect, round->fitted, more};
+      }
+    }
+  }
+  if (!best) return false;
+  found_.swap(best->place, best->instead, std::move(best->one));
+  found_.add(best->more.effect(), std::move(best->more.trial));
+  rivals_are_stale_ = true;
+  return true;
 }
 
 /// @param refits of the model without the member in that place @return whether one of them has taken it

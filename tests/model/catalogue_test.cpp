@@ -200,6 +200,33 @@ TEST(Catalogue, APlayIsTriedOnTheScaleOfTheTwistThatHidesIt) {
   EXPECT_LT(starts.back()[0], 10 * axis.twist);
 }
 
+TEST(Catalogue, SlopesOfADriverOfWhichNothingIsKnownAreTriedFromARowToAFifthOfARun) {
+  Ranges unknown = seen;
+  unknown.rise = unknown.fall = DriverModel::unlimited;
+  unknown.duration = 1000 * unknown.sample;
+  const std::vector<StartValues> starts = starts_of(effect_index("driver_slew"), unknown);
+  EXPECT_EQ(starts.front()[0], DriverModel::unlimited);
+  EXPECT_NEAR(unknown.voltage / starts[1][0], 1.5 * unknown.sample, 1e-9);
+  EXPECT_NEAR(unknown.voltage / starts.back()[0], 200 * unknown.sample, 1e-6);
+}
+
+TEST(Catalogue, ASpringIsTriedFromAboveTheResponseToEightRowsAPeriod) {
+  double quickest = 0;  // [rad/s]
+  for (const StartValues& start : starts_of(effect_index("shaft_compliance"), seen)) {
+    const double k = start[0], J_2 = start[2];
+    quickest = std::max(quickest, std::sqrt(k / J_2 * seen.inertia / (seen.inertia - J_2)));
+  }
+  EXPECT_NEAR(quickest * seen.sample, std::max(0.8, 9 * seen.sample / seen.response), 1e-6);
+}
+
+TEST(Catalogue, KnowsWhatIsThereOrNotWithoutASize) {
+  for (const char* id : {"coasting_driver", "one_quadrant_driver", "supply_current"}) {
+    EXPECT_TRUE(effect_catalogue()[effect_index(id)].has_no_size()) << id;
+  }
+  EXPECT_FALSE(effect_catalogue()[effect_index("pwm_drive")].has_no_size()) << "a period and a decay";
+  EXPECT_FALSE(effect_catalogue()[effect_index("coulomb_friction")].has_no_size());
+}
+
 TEST(Catalogue, LagsAndDelaysAreTriedFromARowToBeyondTheResponse) {
   const std::vector<double> times = seen.edge_times();
   EXPECT_EQ(times.front(), 0);

@@ -44,6 +44,21 @@ TEST(Model, IncludesAnEffectAtItsNullValueInTheOrderOfTheCatalogue) {
   EXPECT_FALSE(T_c.fixed);
 }
 
+TEST(Model, IncludesASupplyNearTheDriversLimit) {
+  const std::size_t bridge = effect_index("pwm_drive");
+  Model m = servo_machine();
+  m.driver = DriverModel{.min = -12, .max = 12};
+  m.include(bridge);
+  const Parameter V_s = m.parameters_of(bridge)[1];
+  EXPECT_EQ(V_s.value, 12);
+  EXPECT_NEAR(V_s.min, 9, 1e-9);
+  EXPECT_NEAR(V_s.max, 15.6, 1e-9);
+  m.exclude(bridge);
+  m.driver = DriverModel{};
+  m.include(bridge);
+  EXPECT_EQ(m.parameters_of(bridge)[1].max, effect_catalogue()[bridge].parameter_list[1].max) << "no limit is known";
+}
+
 TEST(Model, IncludingAgainKeepsTheValueThatWasFound) {
   Model m = servo_machine();
   const std::size_t coulomb = effect_index("coulomb_friction");

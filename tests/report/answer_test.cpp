@@ -61,6 +61,22 @@ TEST(Answer, SaysWithWhichHeldValuesASizeGoes) {
   EXPECT_THAT(answer_text(d, files), HasSubstr("size     T_c = 0.05 +- 0.001 N m if R_a is 2.9 ohm\n"));
 }
 
+TEST(Answer, TellsNoPhaseThatIsHeldSinceEachRunStartsAtAnAngleOfItsOwn) {
+  Model model;
+  const std::size_t weight = effect_index("eccentric_load");
+  model.include(weight);
+  std::vector<Parameter>& values = model.parameters_of(weight);
+  values[0].value = 0.02;
+  values[0].std_error = 1e-3;
+  ASSERT_TRUE(values[1].fixed);
+  Diagnosis d = answer(Verdict::found, {{.effect = weight, .tied_with = {}, .parameters = values}});
+  EXPECT_THAT(answer_text(d, files), HasSubstr("size     T_e = 0.02 +- 0.001 N m\n"));
+  EXPECT_THAT(verdict_text(d), Not(HasSubstr("phase =")));
+  values[1].fixed = false;
+  d.missing[0].parameters = values;
+  EXPECT_THAT(answer_text(d, files), HasSubstr(", phase = 0 rad"));
+}
+
 TEST(Answer, NamesWhatIsTiedAndWhatHasNoName) {
   MissingEffect one = friction();
   one.tied_with = {effect_index("windage")};

@@ -132,5 +132,14 @@ TEST(LoadLaw, NeedNotBe) {
   EXPECT_EQ(explained.verdict, Verdict::unknown_effect) << report(explained);
 }
 
+TEST(LoadLaw, NeedNotBeForTheGaugesOffsetToBeTold) {
+  blind::Bench bench = blind::fast_bench();
+  std::ranges::find(bench.channels, Signal::torque, &simulated::DaqChannel::signal)->offset = 0.01;
+  const Diagnosis d = diagnose(with_another_brake_each(bench, bench.train, 1, 0.01, 0.006),
+                               with_another_brake_each(bench, bench.held_out, 101, 0.01, 0.006), bench.model);
+  EXPECT_THAT(named(d), ElementsAre("torque_offset")) << report(d);
+  EXPECT_NEAR(fitted(d, "T_0"), 0.01, 5e-4);
+}
+
 }  // namespace
 }  // namespace emtb

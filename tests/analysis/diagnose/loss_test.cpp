@@ -55,6 +55,15 @@ TEST_F(Losses, OfPureNoiseIsOne) {
   EXPECT_FALSE(remainder(noise));
 }
 
+TEST_F(Losses, AreBeyondTheLawsWhereNothingIsLeft) {
+  const auto wave = [](double floors) { return [floors](double t) { return floors * std::sin(t); }; };
+  const Loss as_given = loss(wave(300)), before = loss(wave(4));
+  EXPECT_FALSE(beyond_the_laws(as_given, before, loss(wave(2))))
+      << "so much the law of what took the rest may be off by";
+  EXPECT_TRUE(beyond_the_laws(as_given, before, loss(wave(0.1))));
+  EXPECT_TRUE(beyond_the_laws(loss(wave(30)), before, loss(wave(2))));
+}
+
 TEST_F(Losses, CountAnEffectThatActsOnlyAtTwoEdgesAsMaterial) {
   const Loss with = loss([](double) { return 0.0; });
   const Loss without = loss([](double t) { return std::fmod(t, 10) < 0.01 ? 30.0 : 0.0; });  // 20 of 20,000 readings

@@ -381,6 +381,14 @@ TEST_F(SearchOnMadeUpFits, CollectsTheRivalsAgainOfWhatStayedWhenAMemberHasGone)
   EXPECT_EQ(f.rivals.at(dry)[0].effect, air);
 }
 
+TEST_F(SearchOnMadeUpFits, TriesWhatNeedsAnEffectBesideThatWhereAnotherStandsForIt) {
+  const std::size_t zone = effect_index("driver_dead_zone"), falling = effect_index("stribeck_friction");
+  trials.errors = {{{}, 9}, {{zone}, 3}, {{dry}, 3.01}, {{dry, falling}, 1}};
+  const Finding f = found();
+  EXPECT_THAT(f.effects, ElementsAre(dry, falling));
+  EXPECT_NEAR(f.current.held_out.error(), 1, 1e-9);
+}
+
 TEST_F(SearchOnMadeUpFits, TiesWhatDoesAsWellWithoutAParameterThatItDoesNotNeed) {
   const std::size_t load = effect_index("load_torque"), uneven = effect_index("asymmetric_friction");
   trials.counts_parameters = true;
