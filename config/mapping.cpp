@@ -24,9 +24,12 @@ char need_char(const YamlMap& yaml, std::string_view key, char fallback) {
 }
 
 Mapping::Source read_source(const YamlMap& yaml, Signal signal) {
-  yaml.only({"from", "unit", "scale", "offset"});
-  Mapping::Source source{
-      .column = yaml.text("from"), .scale = yaml.number_or("scale", 1), .offset = yaml.number_or("offset", 0)};
+  const bool is_constant = yaml.has("value");
+  is_constant ? yaml.only({"value", "unit"}) : yaml.only({"from", "unit", "scale", "offset"});
+  Mapping::Source source;
+  if (!is_constant) {
+    source = {.column = yaml.text("from"), .scale = yaml.number_or("scale", 1), .offset = yaml.number_or("offset", 0)};
+  }
   if (yaml.has("unit")) {
     const std::string unit = yaml.text("unit");
     const auto conversion = unit_of(signal, unit);
@@ -37,6 +40,7 @@ Mapping::Source read_source(const YamlMap& yaml, Signal signal) {
     source.scale *= conversion->scale;
     source.offset += conversion->offset;
   }
+  if (is_constant) source.offset += source.scale * yaml.number("value");
   if (source.scale == 0)
     yaml.fail("scale", "is 0, which leaves nothing of the column. Write its size in the signal's unit");
   return source;
@@ -51,6 +55,12 @@ double seconds(const YamlMap& yaml, std::string_view key) {
 
 /// The time's column: by its name, or written as those of the signals are.
 void read_time(const YamlMap& yaml, Mapping& mapping) {
+  if (yaml.has("period")) {
+    if (yaml.has("time") || yaml.has("time_unit"))
+      yaml.fail("period", "stands beside a time, which says when each row was read. Keep one");
+    mapping.period = yaml.positive("period");
+    return;
+  }
   if (yaml.has("time_unit")) mapping.time_scale = seconds(yaml, "time_unit");
   if (!yaml.has("time")) return;
   if (!yaml.node()["time"].IsMap()) {
@@ -69,7 +79,7 @@ void read_time(const YamlMap& yaml, Mapping& mapping) {
 Mapping read_mapping(const std::filesystem::path& path) { return read_mapping(YamlMap::load(path)); }
 
 Mapping read_mapping(const YamlMap& yaml) {
-  yaml.only({"time", "time_unit", "run", "columns", "window", "delimiter", "decimal"});
+  yaml.only({"time", "time_unit", "period", "run", "columns", "window", "delimiter", "decimal"});
   Mapping mapping;
   read_time(yaml, mapping);
   mapping.run = yaml.text_or("run", mapping.run);

@@ -60,6 +60,7 @@ struct Recording {
   double start = 0;
   double last = -std::numeric_limits<double>::infinity();
   std::string_view last_text;
+  std::size_t rows = 0;
   std::array<Series, signal_count> series;
 };
 
@@ -120,7 +121,8 @@ class Rows {
   }
 
   double take_time(Recording& run) const {
-    const std::string_view text = table_.cells()[header_.time];
+    if (!header_.time) return header_.period * static_cast<double>(run.rows++);
+    const std::string_view text = table_.cells()[*header_.time];
     if (text.empty()) table_.fail("column " + shown(header_.time_name) + " is empty. Every row needs a time");
     const double t = header_.time_scale * numbers_.parse(text, header_.time_name);
     check_time(run, t, text);
@@ -144,9 +146,12 @@ class Rows {
   }
 
   void take_value(Recording& run, const CsvColumn& column, double t) const {
-    const std::string_view cell = table_.cells()[column.cell];
-    if (cell.empty()) return;
-    const double value = column.scale * numbers_.parse(cell, column.name) + column.offset;
+    double value = column.offset;
+    if (column.cell) {
+      const std::string_view cell = table_.cells()[*column.cell];
+      if (cell.empty()) return;
+      value += column.scale * numbers_.parse(cell, column.name);
+    }
     if (std::abs(value) > largest_reading) {
       table_.fail("column " + shown(column.name) + ": " + shortest(value) +
                   " is no reading of a bench. Leave the cell empty where there is none");

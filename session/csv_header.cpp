@@ -103,6 +103,8 @@ std::size_t time_position(const CsvTable& table, const std::vector<std::string>&
   } else if (const auto time_like = std::ranges::find_if(names, may_be_time); time_like != names.end()) {
     hint = " If `" + shown(*time_like) +
            "` is the time in s, rename it or name it with --map, time: " + shown(*time_like) + ".";
+  } else {
+    hint = " If no column holds it, and the rows follow in even steps, say so with --map, period: SECONDS.";
   }
   table.fail("no column `" + shown(time) + "` for the time in s." + hint + " " + columns_here(names));
 }
@@ -139,6 +141,10 @@ std::vector<CsvColumn> mapped_columns(const CsvTable& table, const std::vector<s
                                       const Mapping& mapping) {
   std::vector<CsvColumn> columns;
   for (const auto& [signal, source] : mapping.columns) {
+    if (source.column.empty()) {
+      columns.push_back({{}, signal, 0, source.offset, "a constant"});
+      continue;
+    }
     const auto cell = position(table, names, source.column);
     if (!cell) {
       table.fail("no column `" + shown(source.column) + "`, from which the mapping takes " +
@@ -191,8 +197,9 @@ CsvHeader read_csv_header(const CsvTable& table, const Mapping& mapping) {
   for (const auto cell : table.cells()) names.push_back(unescaped(cell));
   CsvHeader header{
       .width = names.size(),
-      .time = time_position(table, names, mapping.time),
+      .time = mapping.period > 0 ? std::nullopt : std::optional(time_position(table, names, mapping.time)),
       .time_scale = mapping.time_scale,
+      .period = mapping.period,
       .time_name = mapping.time,
       .run = {},
       .run_name = mapping.run.empty() && mapping.columns.empty() ? "run" : mapping.run,

@@ -14,7 +14,7 @@ namespace emtb {
 
 /// Where a signal stands in a row.
 struct CsvColumn {
-  std::size_t cell = 0;
+  std::optional<std::size_t> cell;  ///< none: it is `offset` in every row
   Signal signal{};
   double scale = 1;
   double offset = 0;
@@ -46,8 +46,9 @@ std::optional<NamedColumn> named_column(const std::string& column);
 /// What the columns of a CSV file are.
 struct CsvHeader {
   std::size_t width = 0;
-  std::size_t time = 0;  ///< the cell of the time
+  std::optional<std::size_t> time;  ///< the cell of the time; none: rows follow in even steps
   double time_scale = 1;
+  double period = 0;  ///< [s] of these
   std::string time_name;
   std::optional<std::size_t> run;  ///< the cell of a run's name
   std::string run_name;            ///< of that column

@@ -11,20 +11,22 @@ namespace emtb {
 ///
 ///     time: t_s
 ///     time_unit: ms                             # optional, default s; or time: {from: t_ms, unit: ms}
+///     period: 0.02                              # [s] from row to row, in place of a time that no column holds
 ///     run: run                                  # optional: splits the file into runs
-///     columns: {theta: {from: pos_m, scale: 1, offset: 0}, omega: {from: n, unit: rpm}}
+///     columns: {theta: {from: pos_m, scale: 1, offset: 0}, omega: {from: n, unit: rpm}, u_ref: {value: 6}}
 ///     window: {i_a: 0.4}                        # [s]
 ///     delimiter: ";"                            # optional, default: as the file shows
 ///     decimal: ","                              # optional, default: as the file shows
 struct Mapping {
   struct Source {
-    std::string column;
-    double scale = 1;  ///< signal = scale * column + offset; units are in it already
+    std::string column;  ///< empty: no column, the same in every row
+    double scale = 1;    ///< signal = scale * column + offset; units are in it already
     double offset = 0;
   };
 
   std::string time = "t_s";
   double time_scale = 1;             ///< [s]
+  double period = 0;                 ///< [s] from row to row; 0: a column holds the time
   std::string run;                   ///< empty: the file is one run
   std::map<Signal, Source> columns;  ///< empty: the contract's own column names
   std::map<Signal, double> window;   ///< [s]

@@ -155,7 +155,13 @@ Session foreign(const std::filesystem::path& path, mat_t* file, Mapping mapping)
     collect(columns, variable.get(), variable->name == nullptr ? "" : variable->name);
   mapping.delimiter = ',';
   mapping.decimal = '.';
-  return read_csv_text(path, as_csv(path, columns, mapping.time), mapping);
+  std::string as_long_as = mapping.time;
+  if (mapping.period > 0) {
+    for (const auto& [signal, source] : mapping.columns) {
+      if (!source.column.empty()) as_long_as = source.column;
+    }
+  }
+  return read_csv_text(path, as_csv(path, columns, as_long_as), mapping);
 }
 
 /// In a process that may die of it.

@@ -157,6 +157,20 @@ TEST_F(Csv, AMappingRenamesScalesAndSplits) {
   EXPECT_EQ(s.runs[0].at(Signal::omega).source, "n");
 }
 
+TEST_F(Csv, RowsInEvenStepsNeedNoTimeAndAConstantNoColumn) {
+  Mapping mapping;
+  mapping.period = 0.02;
+  mapping.run = "try";
+  mapping.columns[Signal::omega] = {.column = "n"};
+  mapping.columns[Signal::u_ref] = {.column = "", .offset = 6};
+  const Session s = session("try,n\na,1\na,2\na,3\nb,4\nb,5\n", mapping);
+  ASSERT_EQ(s.runs.size(), 2U);
+  EXPECT_THAT(s.runs[0].at(Signal::omega).t, ElementsAre(0, 0.02, 0.04));
+  EXPECT_THAT(s.runs[0].at(Signal::u_ref).value, ElementsAre(6, 6, 6));
+  EXPECT_THAT(s.runs[1].at(Signal::omega).t, ElementsAre(0, 0.02)) << "each run by itself";
+  EXPECT_THAT(complaint("try,n\na,1\n"), HasSubstr("say so with --map, period: SECONDS"));
+}
+
 TEST_F(Csv, ForeignColumnsArePassedOver) {
   const Run run = only_run("t_s,omega_rad_s,omega_ref,note,omega_rpm\n0,1,x,\"hello, world\",9.5\n");
   EXPECT_EQ(run.signals.size(), 1u) << "omega is there, so omega_rpm is no loss";

@@ -57,6 +57,16 @@ TEST_F(MappingFile, TheTimeMayBeWrittenAsAColumnIs) {
   EXPECT_THAT(complaint("time: {from: clock, offset: 1}\n"), HasSubstr("time.offset is not known here"));
 }
 
+TEST_F(MappingFile, RowsInEvenStepsAndAConstantNeedNoColumn) {
+  const Mapping m = mapping("period: 0.02\ncolumns: {omega: {from: n}, u_ref: {value: 600, unit: mV}}\n");
+  EXPECT_EQ(m.period, 0.02);
+  EXPECT_EQ(m.columns.at(Signal::u_ref).column, "");
+  EXPECT_DOUBLE_EQ(m.columns.at(Signal::u_ref).offset, 0.6);
+  EXPECT_THAT(complaint("period: 0.02\ntime: t\n"), HasSubstr("map.yaml:1: period stands beside a time"));
+  EXPECT_THAT(complaint("period: 0\n"), HasSubstr("period is 0, but must be above 0"));
+  EXPECT_THAT(complaint("columns: {u_ref: {value: 6, from: n}}\n"), HasSubstr("columns.u_ref.from is not known here"));
+}
+
 TEST_F(MappingFile, ComplaintsNameFileLineAndKey) {
   EXPECT_THAT(complaint("time: t\ncolumn: {}\n"), HasSubstr("map.yaml:2: column is not known here"));
   EXPECT_THAT(complaint("columns:\n  omga: {from: n}\n"),
