@@ -35,6 +35,9 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
 constexpr double by_far = 5;                             // errors
 constexpr double much_likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
 
+/// So many base parameters are held since nothing tells them.
+std::ptrdiff_t pins_in(const Model& model) { return std::ranges::count(model.base, true, &Parameter::pinned); }
+
 /// What is dropped for its errors.
 struct Drops {
   std::map<std::size_t, double> costly;  ///< [nats] with which likelihood went, though it may be
@@ -112,10 +115,10 @@ class Judgement {
       return rest;
     }
     bool may_be = search_.trials().determined_but_for_scale(errors_->model, effect);
-    const bool has_size = !errors_->model.about(effect).has_no_size();
-    if (has_size && may_be && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
+    if (may_be && !is_there_or_not(effect) && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
     if (!rest) rest = without(effect);
-    if (!has_size && rest && criterion_.material(rest->trial.held_out, found_.current.held_out)) return std::nullopt;
+    const bool counts = rest && criterion_.material(rest->trial.held_out, found_.current.held_out);
+    if (may_be && is_there_or_not(effect) && counts) return std::nullopt;
     if (rest && !may_be && criterion_.remainder(rest->trial.held_out)) may_be = may_be_if_it_lags_in_itself(effect);
     if (!rest || is_needed(effect, rest->trial, may_be)) return std::nullopt;
     rest->may_be = may_be;
@@ -124,6 +127,9 @@ class Judgement {
   }
 
  private:
+  /// Then no error tells it, only what is lost without it.
+  bool is_there_or_not(std::size_t effect) const { return errors_->model.about(effect).has_no_size(); }
+
   /// Where most comes back without an effect, and runs tell it by its ratio to a base parameter alone, neither by
   /// itself nor without the other: the answer with that parameter held. A valley that the effect opens tells nothing of
   /// it.
@@ -157,8 +163,8 @@ class Judgement {
     constexpr double hardly = 2, not_at_all = 1;  // errors
     if (criterion_.material(rest.held_out, as_given_.held_out)) return true;
     const Loss& whole = found_.current.held_out;
-    const bool has_size = !errors_->model.about(effect).has_no_size();
-    const bool is_something = has_size && may_be && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
+    const bool is_something =
+        may_be && !is_there_or_not(effect) && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
     if (!is_something || !criterion_.remainder(rest.held_out)) return false;
     if (criterion_.remainder(whole) && !told_but_for_scale(data_.train, *errors_, effect, hardly)) return false;
     const bool much_less_likely = gain(*rest.held_out.quality, *whole.quality) > much_likelier;
@@ -194,6 +200,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
       if (needed(effect, found.current.model()) || drops.kept.contains(effect)) continue;
       std::optional<Rest> rest = judgement.without_if_it_goes(effect);
       if (rest && rest->held) held = search.trials().fit_from_elsewhere_too(*rest->held);
+      if (held && pins_in(held->model()) <= pins_in(found.current.model())) held.reset();  // the fit let it go again
       if (held) break;
       if (!rest) staying.push_back(effect);
       if (rest && (!least || rest->goes_before(*least))) least = std::move(rest);
@@ -203,10 +210,10 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
       continue;
     }
     if (!least) return judgement.errors();
-    const bool has_size = !found.current.model().about(least->effect).has_no_size();
+    const bool there_or_not = found.current.model().about(least->effect).has_no_size();
     std::string why = least->refuted ? ": without it held-out runs are foretold better"
-                      : has_size     ? ": its own errors do not tell it from nothing"
-                                     : ": nothing is gained by it";
+                      : there_or_not ? ": nothing is gained by it"
+                                     : ": its own errors do not tell it from nothing";
     const bool may_be = least->may_be && !least->refuted;
     if (may_be && least->lost > worth.rule.nats) drops.costly.insert_or_assign(least->effect, least->lost);
     const std::size_t not_told = least->effect;
