@@ -24,11 +24,15 @@ char need_char(const YamlMap& yaml, std::string_view key, char fallback) {
 }
 
 Mapping::Source read_source(const YamlMap& yaml, Signal signal) {
-  const bool is_constant = yaml.has("value");
-  is_constant ? yaml.only({"value", "unit"}) : yaml.only({"from", "unit", "scale", "offset"});
   Mapping::Source source;
-  if (!is_constant) {
-    source = {.column = yaml.text("from"), .scale = yaml.number_or("scale", 1), .offset = yaml.number_or("offset", 0)};
+  source.constant = yaml.has("value");
+  if (source.constant) {
+    yaml.only({"value", "unit"});
+  } else {
+    yaml.only({"from", "unit", "scale", "offset"});
+    source.column = yaml.text("from");
+    source.scale = yaml.number_or("scale", 1);
+    source.offset = yaml.number_or("offset", 0);
   }
   if (yaml.has("unit")) {
     const std::string unit = yaml.text("unit");
@@ -40,7 +44,7 @@ Mapping::Source read_source(const YamlMap& yaml, Signal signal) {
     source.scale *= conversion->scale;
     source.offset += conversion->offset;
   }
-  if (is_constant) source.offset += source.scale * yaml.number("value");
+  if (source.constant) source.offset += source.scale * yaml.number("value");
   if (source.scale == 0)
     yaml.fail("scale", "is 0, which leaves nothing of the column. Write its size in the signal's unit");
   return source;

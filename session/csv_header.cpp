@@ -141,7 +141,7 @@ std::vector<CsvColumn> mapped_columns(const CsvTable& table, const std::vector<s
                                       const Mapping& mapping) {
   std::vector<CsvColumn> columns;
   for (const auto& [signal, source] : mapping.columns) {
-    if (source.column.empty()) {
+    if (source.constant) {
       columns.push_back({{}, signal, 0, source.offset, "a constant"});
       continue;
     }

@@ -19,9 +19,10 @@ namespace emtb {
 ///     decimal: ","                              # optional, default: as the file shows
 struct Mapping {
   struct Source {
-    std::string column;  ///< empty: no column, the same in every row
-    double scale = 1;    ///< signal = scale * column + offset; units are in it already
+    std::string column;
+    double scale = 1;  ///< signal = scale * column + offset; units are in it already
     double offset = 0;
+    bool constant = false;  ///< no column: `offset` in every row
   };
 
   std::string time = "t_s";

@@ -158,7 +158,7 @@ Session foreign(const std::filesystem::path& path, mat_t* file, Mapping mapping)
   std::string as_long_as = mapping.time;
   if (mapping.period > 0) {
     for (const auto& [signal, source] : mapping.columns) {
-      if (!source.column.empty()) as_long_as = source.column;
+      if (!source.constant) as_long_as = source.column;
     }
   }
   return read_csv_text(path, as_csv(path, columns, as_long_as), mapping);

@@ -162,12 +162,14 @@ TEST_F(Csv, RowsInEvenStepsNeedNoTimeAndAConstantNoColumn) {
   mapping.period = 0.02;
   mapping.run = "try";
   mapping.columns[Signal::omega] = {.column = "n"};
-  mapping.columns[Signal::u_ref] = {.column = "", .offset = 6};
+  mapping.columns[Signal::u_ref] = {.column = "", .offset = 6, .constant = true};
   const Session s = session("try,n\na,1\na,2\na,3\nb,4\nb,5\n", mapping);
   ASSERT_EQ(s.runs.size(), 2U);
   EXPECT_THAT(s.runs[0].at(Signal::omega).t, ElementsAre(0, 0.02, 0.04));
   EXPECT_THAT(s.runs[0].at(Signal::u_ref).value, ElementsAre(6, 6, 6));
   EXPECT_THAT(s.runs[1].at(Signal::omega).t, ElementsAre(0, 0.02)) << "each run by itself";
+  mapping.columns[Signal::u_ref].constant = false;
+  EXPECT_THAT(complaint("try,n\na,1\n", mapping), StartsWith("steps.csv:1: no column ``")) << "a name left out";
   EXPECT_THAT(complaint("try,n\na,1\n"), HasSubstr("say so with --map, period: SECONDS"));
 }
 
