@@ -18,6 +18,9 @@ struct LoadBehindSpring {
   Scalar twist{};      ///< [rad] of the motor against it
   Scalar taken{};      ///< [N m] mean of what the load takes, over the step before until it is told for this one
 
+  /// [N m s/rad] By how much the mean speed of the motor is braked, as by viscous friction that is none.
+  Scalar holds_back() const { return stiffness * inertia / (inertia + stiffness); }
+
   /// [N m] What comes to the load to be taken before it is at rest.
   Scalar arriving(const Scalar& motor) const { return pushed + stiffness * motor; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "analysis/diagnose/plausibility.h"
 #include "model/catalogue.h"
 
 namespace emtb {
@@ -49,6 +50,7 @@ std::string_view missing_part(const EffectInfo& effect, const BenchParts& there)
 
 std::vector<Withheld> withheld_effects(const Model& model, std::span<const Record> records) {
   const BenchParts there = parts_of_bench(model, records);
+  const bool turn_is_followed = finest_wave(records) >= 1;
   std::vector<Withheld> withheld;
   for (std::size_t effect = 0; effect < model.known_effects(); ++effect) {
     if (model.includes(effect)) continue;
@@ -56,6 +58,8 @@ std::vector<Withheld> withheld_effects(const Model& model, std::span<const Recor
       withheld.push_back({effect, "left out on request"});
     } else if (const std::string_view why = missing_part(model.about(effect), there); !why.empty()) {
       withheld.push_back({effect, std::string(why)});
+    } else if (model.about(effect).periodic && !turn_is_followed) {
+      withheld.push_back({effect, "the shaft turns by more than half a turn from row to row"});
     }
   }
   return withheld;

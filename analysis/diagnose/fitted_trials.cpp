@@ -115,6 +115,7 @@ std::optional<Trial> FittedTrials::fit_from_elsewhere_too(const Model& start) {
     if (there) found = std::move(there);
   }
   if (auto freed = with_told_pins_free(*found)) found = std::move(freed);
+  if (auto other = with_pins_elsewhere(*found)) found = std::move(other);
   if (!criterion_.remainder(found->held_out)) return found;
   const Model anew = with_base_as_given(found->model(), given_);
   std::optional<Trial> other = attempt([&] { return fitted(anew, to_the_end(extra_starts), nullptr); });
@@ -131,6 +132,13 @@ std::optional<Trial> FittedTrials::with_told_pins_free(const Trial& found) {
     if (was_held && !told(data_.train, trial->model(), i)) return std::nullopt;
   }
   return trial;
+}
+
+std::optional<Trial> FittedTrials::with_pins_elsewhere(const Trial& found) {
+  constexpr double clearly = 0.99;  // of the cost: no decision is about less
+  const std::optional<Model> start = emtb::with_pins_elsewhere(data_.train, found.model());
+  std::optional<Trial> trial = start ? fit_to_the_end(*start) : std::nullopt;
+  return trial && trial->fit.cost < clearly * found.fit.cost ? trial : std::nullopt;
 }
 
 Trial FittedTrials::fitted(const Model& start, CalibrationOptions options, const Trial* known) const {
@@ -369,16 +377,20 @@ std::optional<Pair> FittedTrials::refit_of_two(const Trial& fitted, const std::v
 bool FittedTrials::determined(const Model& fitted, std::size_t effect) {
   // What quick errors lack is no reason to doubt that it is there.
   const Fit judged = with_standard_errors(data_.train, fitted, true);
-  return told_from_zero(judged, effect) && can_be(judged, effect);
+  return told_from_zero(judged, effect) && may_be(judged, effect);
+}
+
+bool FittedTrials::can_be(const Model& fitted, std::size_t effect) {
+  return may_be(with_standard_errors(data_.train, fitted, true), effect);
 }
 
 bool FittedTrials::determined_but_for_scale(const Model& fitted, std::size_t effect) {
   const Fit judged = with_standard_errors(data_.train, fitted, true);
-  return told_but_for_scale(data_.train, judged, effect) && can_be(judged, effect);
+  return told_but_for_scale(data_.train, judged, effect) && may_be(judged, effect);
 }
 
 /// Are its values those that the effect may have? What speaks against it is kept.
-bool FittedTrials::can_be(const Fit& judged, std::size_t effect) {
+bool FittedTrials::may_be(const Fit& judged, std::size_t effect) {
   std::string objection = implausible_value(data_.train, judged.model, effect);
   if (objection.empty() && !keeps_step(data_.train, judged, effect)) {
     objection = "its order is not told: a wave that keeps step with the angle would";

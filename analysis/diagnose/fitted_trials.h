@@ -45,6 +45,7 @@ class FittedTrials final : public Trials {
   std::optional<Pair> refit_of_two(const Trial& fitted, const std::vector<Score>& scores,
                                    const std::vector<std::size_t>& added) override;
   bool determined(const Model& fitted, std::size_t effect) override;
+  bool can_be(const Model& fitted, std::size_t effect) override;
   bool explains_most_runs(const Trial& trial) override;
   bool exhausted() override;
 
@@ -64,6 +65,10 @@ class FittedTrials final : public Trials {
   /// What was found may tell what the model as given could not: a driver that blocks tells what brakes the shaft, and
   /// K_b by itself. @return none where nothing is told, or the fit is no better
   std::optional<Trial> with_told_pins_free(const Trial& found);
+
+  /// The same with those parameters held that its effects leave untold, fitted to the end; none where they are those
+  /// that are held, or where this fits no better.
+  std::optional<Trial> with_pins_elsewhere(const Trial& found);
 
   /// The held-out runs of which something is left, most of it first, where nothing is left of any training run, or by
   /// far less: what is missing acts in them alone, and no fit has seen it.
@@ -88,7 +93,7 @@ class FittedTrials final : public Trials {
     std::vector<Score> scores;
   };
 
-  bool can_be(const Fit& judged, std::size_t effect);
+  bool may_be(const Fit& judged, std::size_t effect);
   std::string pushed_to_a_bound(const Fit& judged) const;
   std::vector<Fit> begun_anew(const Trial& fitted, std::vector<Score> scores) const;
   std::vector<Addition> ended(const Trial& fitted, std::span<const Begun> begun);

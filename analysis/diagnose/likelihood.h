@@ -100,4 +100,7 @@ struct Quality {
 /// readings are independent: what the first one lacks may last for as long as a run.
 double gain(const Quality& without, const Quality& with);
 
+/// [nats] What five standard errors gain.
+inline constexpr double by_far_likelier = 0.5 * 5 * 5;
+
 }  // namespace emtb

@@ -201,6 +201,11 @@ bool removes_most(const Loss& without, const Loss& with) {
   return largest_excess(with) <= (1 - half_of_it) * largest_excess(without);
 }
 
+bool carries_most(const Loss& without, const Loss& with) {
+  if (!without.quality || !with.quality || !removes_most(without, with)) return false;
+  return gain(*without.quality, *with.quality) > by_far_likelier;
+}
+
 bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule) {
   const double excess = loss.mean_square(signal) - 1;
   return excess > rule.remainder && excess > rule.remainder_errors * loss.noise_error(signal);

@@ -148,6 +148,10 @@ double largest_excess(const Loss& loss, std::span<const Signal> signals);
 /// Is half of that gone? Two amplitudes can do a little of anything.
 bool removes_most(const Loss& without, const Loss& with);
 
+/// Is half of that gone, and that which is left by far likelier: what no chance brings, whatever else the data leave
+/// open? Not where that was not asked for.
+bool carries_most(const Loss& without, const Loss& with);
+
 /// Is there a material remainder: a signal whose mean square is above the floor by more than the rule allows?
 bool remainder(const Loss& loss, const Materiality& rule = {});
 bool remainder_in(const Loss& loss, Signal signal, const Materiality& rule = {});

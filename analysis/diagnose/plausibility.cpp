@@ -139,6 +139,25 @@ double most_turns(std::span<const Record> records) {
   return most;
 }
 
+double finest_wave(std::span<const Record> records) {
+  constexpr double turns = 0.01;     // of the most from row to row: less is rest
+  constexpr std::size_t share = 10;  // of the rows, as one in so many
+  double finest = 0;
+  for (const Record& record : records) {
+    const auto& angle = record.excitation.angle;
+    std::vector<double> steps;
+    for (std::size_t k = 1; k < angle.size(); ++k) steps.push_back(std::abs(angle[k] - angle[k - 1]));
+    if (steps.empty()) return infinity;  // nothing tells it
+    const double least = turns * std::ranges::max(steps);
+    std::erase_if(steps, [&](double step) { return step <= least; });
+    if (steps.empty()) continue;
+    const auto slow = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / share);
+    std::ranges::nth_element(steps, slow);
+    finest = std::max(finest, std::numbers::pi / *slow);
+  }
+  return finest;
+}
+
 FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
   FittedMachine machine = motor_of(fitted);
   machine.seen = ranges_of(records, without_sensors(fitted));
@@ -150,6 +169,11 @@ FittedMachine machine_of(std::span<const Record> records, const Model& fitted) {
 std::string implausible_value(std::span<const Record> records, const Model& fitted, std::size_t effect) {
   const std::vector<Parameter>& parameters = fitted.parameters_of(effect);
   const std::vector<double> values = values_of(parameters);
+  if (const std::optional<std::size_t> order = fitted.about(effect).place_of(Role::order)) {
+    std::string said = Plausible(fitted.about(effect), values)
+                           .at_most(*order, finest_wave(records), "the finest wave that these rows follow");
+    if (!said.empty()) return said;
+  }
   if (effect < effect_count) {
     const FittedMachine machine = machine_of(records, fitted);
     std::string said = implausible(effect, values, machine);

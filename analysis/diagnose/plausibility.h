@@ -13,6 +13,10 @@ namespace emtb {
 /// How many turns the shaft makes in a run, at most.
 double most_turns(std::span<const Record> records);
 
+/// The finest wave of the turn that the rows of any run follow, in a tenth of those in which the shaft turns: from row
+/// to row it goes on by half of it. Of a finer one they show any other.
+double finest_wave(std::span<const Record> records);
+
 /// The fitted machine, and how far it goes on some records.
 FittedMachine machine_of(std::span<const Record> records, const Model& fitted);
 

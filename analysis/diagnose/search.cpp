@@ -148,7 +148,7 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
       if (!removes_most(found_.current.held_out, both.held_out)) continue;
       if (!criterion_.worth_a_step(found_.current.held_out, both.held_out)) continue;
       if (best && !likelier(both.held_out, best->trial.held_out)) continue;
-      if (!trials_.determined(both.model(), step->effect()) || !trials_.determined(both.model(), second.effect()))
+      if (!told(both, step->effect(), found_.current.held_out) || !told(both, second.effect(), step->trial.held_out))
         continue;
       best = Pair{{step->effect(), second.effect()}, both};
     }
@@ -198,6 +198,13 @@ std::optional<Addition> Search::best_that_stays(std::vector<Addition>& additions
     std::erase_if(additions, [effect = best->effect()](const Addition& a) { return a.effect() == effect; });
   }
   return std::nullopt;
+}
+
+/// Do the data tell an effect by its size, or where a model is far off, by what it carries? Where several parameters go
+/// with each other no error tells one of them.
+bool Search::told(const Trial& with, std::size_t effect, const Loss& without) {
+  if (trials_.determined(with.model(), effect)) return true;
+  return criterion_.far_off(without) && carries_most(without, with.held_out) && trials_.can_be(with.model(), effect);
 }
 
 /// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest
@@ -304,7 +311,7 @@ std::optional<Pair> Search::fewer(const Round& first, const Trial& many, std::si
       if (found && found->trial.held_out.error() <= both.held_out.error()) continue;
       if (criterion_.remainder(both.held_out)) continue;
       if (criterion_.material(both.held_out, many.held_out)) continue;
-      if (!trials_.determined(both.model(), step->effect()) || !trials_.determined(both.model(), second.effect()))
+      if (!told(both, step->effect(), first.fitted.held_out) || !told(both, second.effect(), step->trial.held_out))
         continue;
       found = Pair{{step->effect(), second.effect()}, both};
     }

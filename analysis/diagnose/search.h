@@ -84,6 +84,7 @@ class Search {
   bool is_rival(const Round& reduced, const Addition& a, std::size_t member);
   bool superfluous(std::size_t effect, std::optional<Trial>& without);
 
+  bool told(const Trial& with, std::size_t effect, const Loss& without);
   std::optional<Addition> best_that_stays(std::vector<Addition>& additions, std::optional<Trial>& kept);
   const Addition* best_of(const std::vector<Addition>& additions, const Trial& current) const;
   std::optional<Chain> cogging_first(Round& bare, std::size_t most);

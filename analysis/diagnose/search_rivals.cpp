@@ -93,7 +93,7 @@ bool Search::add_beside_what_is_alike() {
         const Loss& left = more.trial.held_out;
         if (!needs_it(more.effect()) || !criterion_.material(found_.current.held_out, left)) continue;
         if (best && !likelier(left, best->more.trial.held_out)) continue;
-        if (!trials_.determined(more.trial.model(), more.effect())) continue;
+        if (!told(more.trial, more.effect(), round->fitted.held_out)) continue;
         best = Both{place, other.effect, round->fitted, more};
       }
     }

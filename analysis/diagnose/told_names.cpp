@@ -32,8 +32,7 @@ std::optional<Calibration> with_all_errors(const Dataset& data, const Model& mod
   }
 }
 
-constexpr double by_far = 5;                             // errors
-constexpr double much_likelier = 0.5 * by_far * by_far;  // [nats], the same for what is not linear
+constexpr double by_far = 5;  // errors
 
 /// So many base parameters are held since nothing tells them.
 std::ptrdiff_t pins_in(const Model& model) { return std::ranges::count(model.base, true, &Parameter::pinned); }
@@ -114,7 +113,7 @@ class Judgement {
       rest->refuted = true;
       return rest;
     }
-    bool may_be = search_.trials().determined_but_for_scale(errors_->model, effect);
+    bool may_be = search_.trials().can_be(errors_->model, effect);
     if (may_be && !is_there_or_not(effect) && told_from_zero(*errors_, effect, by_far)) return std::nullopt;
     if (!rest) rest = without(effect);
     const bool counts = rest && criterion_.material(rest->trial.held_out, found_.current.held_out);
@@ -138,7 +137,7 @@ class Judgement {
     const FreeParameters free(errors_->model);
     for (const std::size_t place : {base::R_a, base::K_m, base::J, base::K_b}) {
       if (std::ranges::find(free.places(), place) == free.places().end()) continue;
-      if (told(data_.train, errors_->model, place) || told(data_.train, rest.model(), place)) continue;
+      if (told(data_.train, errors_->model, place)) continue;
       Model held = errors_->model;
       held.at(place).fixed = held.at(place).pinned = true;
       if (!told_from_zero(with_standard_errors(data_.train, held, true), effect, by_far)) continue;
@@ -154,7 +153,7 @@ class Judgement {
     Timing in_itself = before;
     in_itself.lags_in_itself = true;
     set_timing(data_, in_itself);
-    if (search_.trials().determined_but_for_scale(errors_->model, effect)) return true;
+    if (search_.trials().can_be(errors_->model, effect)) return true;
     set_timing(data_, before);
     return false;
   }
@@ -162,15 +161,19 @@ class Judgement {
   bool is_needed(std::size_t effect, const Trial& rest, bool may_be) const {
     constexpr double hardly = 2, not_at_all = 1;  // errors
     if (criterion_.material(rest.held_out, as_given_.held_out)) return true;
+    if (!may_be || is_there_or_not(effect) || !criterion_.remainder(rest.held_out)) return false;
     const Loss& whole = found_.current.held_out;
-    const bool is_something =
-        may_be && !is_there_or_not(effect) && told_but_for_scale(data_.train, *errors_, effect, not_at_all);
-    if (!is_something || !criterion_.remainder(rest.held_out)) return false;
-    if (criterion_.remainder(whole) && !told_but_for_scale(data_.train, *errors_, effect, hardly)) return false;
-    const bool much_less_likely = gain(*rest.held_out.quality, *whole.quality) > much_likelier;
+    const bool most = removes_most(rest.held_out, whole);
+    const bool much_less_likely = gain(*rest.held_out.quality, *whole.quality) > by_far_likelier;
+    // Where its parameters go with others, no error tells one of them, and all of them together are told by what is
+    // lost.
+    if (!most || !much_less_likely) {
+      const double least = criterion_.remainder(whole) ? hardly : not_at_all;
+      if (!search_.trials().determined_but_for_scale(errors_->model, effect)) return false;
+      if (!told_but_for_scale(data_.train, *errors_, effect, least)) return false;
+    }
     return (much_less_likely && leaves_a_share(rest.held_out, worth_.inputs, worth_.rule)) ||
-           (removes_most(rest.held_out, whole) &&
-            worth_a_name(data_, rest.model(), rest.held_out, worth_.inputs, worth_.rule));
+           (most && worth_a_name(data_, rest.model(), rest.held_out, worth_.inputs, worth_.rule));
   }
 
   const Finding& found_;
@@ -228,7 +231,7 @@ std::optional<Calibration> drop_what_is_not_told(Finding& found, const Trial& as
       set(data, as_set);
       return stays;
     };
-    if (least->refuted) staying.clear();
+    if (least->refuted || !least->may_be) staying.clear();  // it goes by itself
     for (const std::size_t effect : staying) {
       std::optional<Rest> rest = judgement.without(effect);
       if (!rest || rest->lost >= least->lost || rest->trial.held_out.error() >= least->trial.held_out.error()) continue;
@@ -290,27 +293,37 @@ std::optional<Calibration> keep_what_errors_tell(Road& road, const SearchWithout
     likeliest.consider(road, data, trials.training_judges());
     Finding& found = road.found;
     if (auto freed = trials.with_told_pins_free(found.current)) found.current = std::move(*freed);
+    if (auto other = trials.with_pins_elsewhere(found.current)) found.current = std::move(*other);
     const std::vector<std::size_t> before = found.effects;
     std::optional<Calibration> judged = drop_what_is_not_told(found, road.first, search, criterion, data, worth, drops);
     const std::vector<std::size_t> dropped = gone(before, found.effects);
     if (!dropped.empty()) found = search.with_rivals_renewed(std::move(found), road.first.held_out);
     const Loss& left = found.current.held_out;
-    const bool is_left = criterion.remainder(left) || criterion.worth_trying_all(left);
+    const bool torque_had_a_law = search.torque_has_a_law();
+    const auto is_law_of_a_load = [&](std::size_t effect) {
+      return torque_had_a_law && found.current.model().about(effect).stage == Stage::load;
+    };
+    const bool is_left = criterion.remainder(left) || criterion.worth_trying_all(left) ||
+                         std::ranges::any_of(dropped, is_law_of_a_load);  // the rest was found beside it
     if (dropped.empty() || !is_left || trials.exhausted()) return judged;
     std::vector<std::size_t> refused = dropped;
-    std::erase_if(refused, [&](std::size_t effect) { return !trials.refused().contains(effect); });
+    std::erase_if(refused,
+                  [&](std::size_t effect) { return !trials.refused().contains(effect) && !is_law_of_a_load(effect); });
     const Circumstances as_set = circumstances_of(data);
     const bool training_judged = trials.training_judges();
     Road other = refused.empty()
                      ? Road{road.first, gone_on_without(found, dropped, search, road.first.held_out), as_set}
                      : without(refused);
     Trial so_far = found.current;
-    if (trials.training_judges() != training_judged) {  // a search anew may have called them in
+    const bool law_went = torque_had_a_law && !search.torque_has_a_law();
+    if (trials.training_judges() != training_judged || law_went) {  // a search anew may have called them in
       set(data, as_set);
       so_far = search.again(so_far);
       set(data, other.circumstances);
     }
-    if (!criterion.material(so_far.held_out, other.found.current.held_out)) {
+    // What was found beside a law of the load that is none stands where it does better alone.
+    const Loss &before_it = so_far.held_out, &after_it = other.found.current.held_out;
+    if (law_went ? criterion.material(after_it, before_it) : !criterion.material(before_it, after_it)) {
       trials.let_training_judge(training_judged);
       set(data, as_set);
       return judged;
@@ -333,7 +346,7 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
     const Loss &after = road.found.current.held_out, &best = likeliest.road.found.current.held_out;
     const bool comparable = trials.training_judges() == likeliest.training_judged;
     const bool nothing_else =
-        comparable && removes_most(after, best) && gain(*after.quality, *best.quality) > much_likelier;
+        comparable && removes_most(after, best) && gain(*after.quality, *best.quality) > by_far_likelier;
     if (drops.costly.empty() || !criterion.remainder(after) || !nothing_else) return judged;
     // Nothing has taken the place of what went: its errors are wide since something else is missing beside it. What
     // carried most stays from now on.

@@ -100,6 +100,9 @@ class Trials {
   /// on such a machine?
   virtual bool determined(const Model& fitted, std::size_t effect) = 0;
 
+  /// Is what an effect was fitted to what it can be, whatever the data tell of its size?
+  virtual bool can_be(const Model& fitted, std::size_t effect) = 0;
+
   /// Does a fit leave nothing of most runs?
   virtual bool explains_most_runs(const Trial& trial) = 0;
 

@@ -51,6 +51,7 @@ class WholeSearch {
   FittedTrials& trials() { return trials_; }
   bool has_room(const Finding& found) const { return found.effects.size() < options_.longest_list; }
   bool torque_left_out() const { return torque_left_out_; }
+  bool torque_has_a_law() const { return options_.torque_only_loads && !torque_left_out_; }
 
  private:
   Finding search(const Trial& start, const Loss& as_given);

@@ -238,6 +238,16 @@ std::optional<Model> with_told_pins_free(std::span<const Record> records, const 
   return any ? std::optional(freed) : std::nullopt;
 }
 
+std::optional<Model> with_pins_elsewhere(std::span<const Record> records, const Model& fitted) {
+  Model elsewhere = without_pins(fitted);
+  const std::vector<std::size_t> places = places_to_hold(records, elsewhere);
+  for (const std::size_t place : places) pin(elsewhere.at(place), elsewhere.at(place).value);
+  for (std::size_t place = 0; place < fitted.names().size(); ++place) {
+    if (fitted.at(place).pinned != elsewhere.at(place).pinned) return elsewhere;
+  }
+  return std::nullopt;
+}
+
 namespace {
 
 /// How the others go with one parameter that is held: d(parameter) for a change of it, each in units of its size.

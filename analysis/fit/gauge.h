@@ -71,6 +71,10 @@ bool told(std::span<const Record> records, const Model& fitted, std::size_t plac
 /// The same model with those pins free that its effects let the data tell; none where all stay.
 std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted);
 
+/// The same model with those parameters held, where they are, that its effects leave untold; none where they are those
+/// that are held. A B that adds to K_b is told beside a friction, and what was told without it may share a factor now.
+std::optional<Model> with_pins_elsewhere(std::span<const Record> records, const Model& fitted);
+
 /// The pins of a fitted model, and what goes with each.
 std::vector<Pin> pins_of(std::span<const Record> records, const Model& fitted);
 

@@ -64,6 +64,14 @@ double noise_averaged(const Record& record, const Observation& o, const Model& m
   return sum;
 }
 
+/// [samples] How late a signal is by the window that its instrument is stated to average over.
+double late_by_window(std::span<const Record> records, Signal signal) {
+  for (const Record& record : records) {
+    if (const Observation* o = record.find(signal)) return o->late_by_window(mean_interval(record.excitation.t));
+  }
+  return 0;
+}
+
 class TimingSearch {
  public:
   TimingSearch(std::vector<Record> records, const Model& fitted)
@@ -126,7 +134,15 @@ class TimingSearch {
     }
     std::map<Signal, double> found;
     for (std::size_t c = 0; c < signals.size(); ++c) {
-      if (late[c] > 0) found[signals[c]] = late[c];
+      const double by_window = late_by_window(records_, signals[c]);
+      std::vector<double> as_stated = late;
+      as_stated[c] = by_window;
+      if (by_window > 0 && !(cost.at(as_stated) - cost.at(late) > clear &&
+                             news_of(with(timing, signals, late), with(timing, signals, as_stated)) > clear)) {
+        late = std::move(as_stated);
+      } else if (late[c] > 0 || by_window > 0) {
+        found[signals[c]] = late[c];
+      }
     }
     return found;
   }
@@ -367,9 +383,9 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
   timing.lags_in_itself = recorded.lags_in_itself;
   timing.late.merge(recorded.late);
   const double interval = mean_interval(data.train.front().excitation.t);
-  const auto late = [](const Timing& of, Signal signal) {
+  const auto late = [&](const Timing& of, Signal signal) {
     const auto found = of.late.find(signal);
-    return found != of.late.end() ? found->second : 0;
+    return found != of.late.end() ? found->second : late_by_window(data.train, signal);
   };
   const bool torque_loads = std::ranges::any_of(data.train, &Record::measured_load);
   double moved = 0, bends = 0;

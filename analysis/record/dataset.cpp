@@ -108,7 +108,8 @@ void set_timing(std::span<Record> records, const Timing& timing) {
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);
       const bool told_by_runs = o.signal == Signal::e_a && late == timing.late.end();
-      if (!told_by_runs) o.late = late != timing.late.end() && !o.slow ? late->second : 0;
+      const double by_window = o.late_by_window(mean_interval(record.excitation.t));
+      if (!told_by_runs) o.late = late == timing.late.end() ? by_window : !o.slow ? late->second : 0;
       o.late_by_row = late_by_row(o.late, record.excitation.t);
       if (o.late > 0 && o.signal != Signal::e_a && o.signal != Signal::torque)
         record.excitation.reads_shaft_late = true;
@@ -231,10 +232,8 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   for (auto* records : {&data.train, &data.held_out}) {
     for (Record& record : *records) record.effort = data.effort;
   }
-  if (voltage_late > 0) {
-    data.timing.late[Signal::e_a] = voltage_late;
-    set_timing(data, data.timing);
-  }
+  if (voltage_late > 0) data.timing.late[Signal::e_a] = voltage_late;
+  set_timing(data, data.timing);  // what the windows of instruments tell, too
   return data;
 }
 

@@ -56,6 +56,14 @@ std::optional<FirstValue> first_angle(const Run& run, std::span<const double> gr
   return first;
 }
 
+/// The same of the rows of a file, where each reading stands in several: fewer than three of them may lie before the
+/// first change.
+std::optional<FirstValue> first_value_of_rows(const Series& series, std::span<const double> grid, std::size_t end) {
+  const auto before = static_cast<std::size_t>(std::ranges::upper_bound(series.t, grid[end - 1]) - series.t.begin());
+  return first_value(std::span(series.t).first(before), std::span(series.value).first(before), grid.front(),
+                     series.lsb);
+}
+
 /// Where angles are coarse, a few of them do not tell a shaft that turns from one that rests. A tachogenerator that
 /// they contradict reads a speed at rest, or none of a shaft that turns.
 void set_first_speed(InitialState& initial, const Observation& speed, const Run& run, std::span<const double> grid,
@@ -65,7 +73,8 @@ void set_first_speed(InitialState& initial, const Observation& speed, const Run&
     if (angle && angle->may_move()) (angle->moves() ? initial.omega : initial.omega_doubt) = angle->slope;
     return;
   }
-  const std::optional<FirstValue> read = first_value_of(speed, grid, end);
+  std::optional<FirstValue> read = first_value_of(speed, grid, end);
+  if (!read && !speed.slow) read = first_value_of_rows(run.at(Signal::omega), grid, end);
   if (angle && !(read && angle->may_move_at(read->value))) {
     if (angle->moves()) initial.omega = angle->slope;
   } else if (read && read->may_be_other_than(0)) {

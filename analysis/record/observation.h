@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -55,6 +56,12 @@ struct Observation {
   std::vector<EqualReadings> rounded;  ///< long stretches in which what the instrument rounds off is the same error
 
   std::size_t size() const { return value.size(); }
+
+  /// How late an instant is that stands for a mean over less than a row: by half of its window.
+  /// @param interval [s] of the grid @return [samples of the grid]
+  double late_by_window(double interval) const {
+    return functional == Functional::instant && window > 0 ? std::min(1.0, 0.5 * window / interval) : 0;
+  }
 
   /// The signal of the simulation that a reading is formed of.
   Signal simulated() const { return functional == Functional::slope ? Signal::theta : signal; }

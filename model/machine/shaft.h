@@ -73,7 +73,8 @@ class Shaft {
     const Scalar& k_m = armature.k_m();
     const Scalar inertia = terms.inertia / h;
     const Scalar conductance = armature.mean().v0 + armature.mean().v1;
-    const Scalar damping = 0.5 * (terms.viscous + k_m * k_b * conductance);
+    const Scalar decays = terms.behind_spring.there ? terms.viscous - terms.behind_spring.holds_back() : terms.viscous;
+    const Scalar damping = 0.5 * (decays + k_m * k_b * conductance);
     late_ = k_m * conductance * damping / (6.0 * inertia);
     const Scalar fitted = inertia + damping * damping / (3.0 * inertia);
     momentum_ = fitted - 0.5 * terms.viscous;

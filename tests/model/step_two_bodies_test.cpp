@@ -72,6 +72,15 @@ TEST(TwoBodies, RowsOfAnyLengthFollowOneAnother) {
   expect_near({.load = [](double, double) { return 0.0; }}, x, y, 5e-4);
 }
 
+TEST(TwoBodies, RingAsTheyShouldInStepsOfAnEighthOfAPeriod) {
+  constexpr double pi = 3.14159265358979;
+  const double period = 2 * pi / std::sqrt(stiffness * (1 / J_1 + 1 / J_2));
+  const Excitation x = constant(0.2, period / 8, current, &Excitation::i_a);
+  const Trajectory<double> y =
+      run(with({"shaft_compliance"}, Signal::i_a), and_({R, K, K, B, J}, {stiffness, damping, J_2}), x);
+  expect_near({.load = [](double, double) { return 0.0; }}, x, y, 1e-2);
+}
+
 TEST(TwoBodies, ABrakeOfTheLoadHoldsItWhileTheMotorBendsTheSpring) {
   const Trajectory<double> y =
       run(with({"shaft_compliance", "dry_brake"}, Signal::i_a), and_({R, K, K, B, J}, {stiffness, damping, J_2, 0.1}),

@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "analysis/diagnose/moves.h"
 #include "hal/error.h"
 #include "model/catalogue.h"
 #include "tests/analysis/diagnose/answers.h"
+#include "tests/analysis/synthetic.h"
 #include "tests/blind/recording.h"
 
 namespace emtb {
@@ -81,6 +84,20 @@ TEST(BenchParts, NoEffectOfAGaugeWithoutOne) {
   const auto why = withheld_on(without(Signal::torque, runs_of_the_servo()), blind::fast_bench().model);
   for (const std::string id : {"torque_lag", "torque_offset", "dry_brake"}) EXPECT_TRUE(why.contains(id)) << id;
   EXPECT_FALSE(why.contains("load_torque")) << "shows in the speed, too";
+}
+
+TEST(BenchParts, NoWaveOfATurnWhereRowsAreFartherApartThanHalfATurn) {
+  const Model model = blind::fast_bench().model;
+  for (const double turns : {0.02, 3.0}) {  // from row to row
+    const double interval = 2 * std::numbers::pi * turns / 100;
+    emtb::Run run;
+    run.name = "steady";
+    run.signals[Signal::u_ref] = synthetic::series(interval, 300 * interval, [](double) { return 2.0; });
+    run.signals[Signal::omega] = synthetic::series(interval, 300 * interval, [](double) { return 100.0; });
+    const auto why = withheld_on({run}, model);
+    for (const std::string id : {"cogging", "eccentric_load", "tacho_ripple"})
+      EXPECT_EQ(why.contains(id), turns > 0.5) << id << " at " << turns;
+  }
 }
 
 TEST(BenchParts, NoOffsetOfACurrentThatIsNotRead) {

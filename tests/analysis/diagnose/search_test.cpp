@@ -172,6 +172,7 @@ class MadeUp final : public Trials {
   bool determined(const Model& fitted, std::size_t effect) override {
     return !undetermined.contains(effect) && !implausible.contains(held_by(fitted));
   }
+  bool can_be(const Model& fitted, std::size_t) override { return !implausible.contains(held_by(fitted)); }
   bool explains_most_runs(const Trial&) override { return false; }
 };
 

@@ -205,6 +205,22 @@ TEST(Gauge, APinIsFreeAgainWhereTheDataTellIt) {
   EXPECT_FALSE(with_told_pins_free(without, calibrate(without, model).model));
 }
 
+TEST(Gauge, PinsLieWhereAModelLeavesSomethingUntold) {
+  Model model = with_noise(servo_model());
+  const auto records = prepared(speed_only(), model);
+  const std::vector<std::size_t> places = places_to_hold(records, calibrate(records, model).model);
+  ASSERT_FALSE(places.empty());
+  const Model held = calibrate(records, hold(records, model, model, places)).model;
+  EXPECT_FALSE(with_pins_elsewhere(records, held)) << "they are those";
+  Model other = held;
+  for (const std::size_t place : places) other.base[place].fixed = other.base[place].pinned = false;
+  other.base[base::K_b].fixed = other.base[base::K_b].pinned = true;  // which these runs tell
+  const auto moved = with_pins_elsewhere(records, other);
+  ASSERT_TRUE(moved);
+  EXPECT_FALSE(moved->base[base::K_b].pinned);
+  for (const std::size_t place : places) EXPECT_TRUE(moved->base[place].pinned) << place;
+}
+
 TEST(Gauge, WithoutPinsIsAsItWas) {
   Model model = servo_model();
   model.base[base::J].fixed = true;

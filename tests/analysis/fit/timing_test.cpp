@@ -187,6 +187,26 @@ TEST(TimingOfRows, IsNoPartOfTheErrorsOfWhatItDoesNotMove) {
   EXPECT_LT(f.fit.model.at(base::R_a).std_error.value(), 2e-2 * R_a);
 }
 
+TEST(TimingOfRows, IsThatOfTheMiddleOfAWindowWhereNothingTellsMore) {
+  for (const double window : {0.0, 0.5 * interval}) {
+    emtb::Run run = logged({.late = {{Signal::omega, 0.25}}});
+    run.signals[Signal::omega].window = window;
+    const Dataset data = prepare(std::vector{run}, {}, bridge_model());
+    EXPECT_NEAR(data.train.front().find(Signal::omega)->late, window > 0 ? 0.25 : 0, 1e-9) << "before any fit";
+    const Fitted f = fitted(run);
+    EXPECT_EQ(f.timing.late.contains(Signal::omega), window == 0) << "what the window says is no news";
+    EXPECT_NEAR(f.fit.model.at(base::J).value, J, 0.005 * J);
+  }
+}
+
+TEST(TimingOfRows, IsToldByTheReadingsWhereTheWindowSaysOtherwise) {
+  emtb::Run run = logged({});
+  run.signals[Signal::omega].window = 0.9 * interval;
+  const Fitted f = fitted(run);
+  ASSERT_TRUE(f.timing.late.contains(Signal::omega));
+  EXPECT_NEAR(f.timing.late.at(Signal::omega), 0, 0.1);
+}
+
 TEST(TimingOfRows, AnInstrumentIsBehindByTheSameTimeInRowsThatAreNotAlike) {
   Record record;
   record.excitation.t = {0, 1, 3, 4};

@@ -81,7 +81,8 @@ TEST(PrepareRun, AMeanOverLessThanARowIsAnInstant) {
     const ObservedRun observed = observe_run(run, servo_model());
     const Observation* omega = observation(observed, Signal::omega);
     ASSERT_TRUE(omega);
-    EXPECT_EQ(omega->slow, whole_row) << "how late it is, the timing tells";
+    EXPECT_EQ(omega->slow, whole_row);
+    EXPECT_DOUBLE_EQ(omega->late_by_window(1e-3), whole_row ? 0 : 0.3) << "half of its window";
     EXPECT_EQ(omega->functional == Functional::instant, !whole_row);
   }
 }
@@ -186,6 +187,17 @@ TEST(PrepareRun, StartsAsMeansOverARowTellButNotAsMeansOverMany) {
   EXPECT_NEAR(start(1e-3).e_driver.value_or(8), 0, 0.05) << "the driver is on its slope";
   EXPECT_EQ(start(0.2).omega, 0);
   EXPECT_FALSE(start(0.2).e_driver);
+}
+
+TEST(PrepareRun, StartsAsASpeedTellsThatStandsInSeveralRows) {
+  constexpr double a_reading = 5e-3;  // [s] stands in five rows, and so does each step of the input
+  emtb::Run run = plain_run();
+  const auto level = [&](double t) { return 1.0 + std::floor((t + 1e-6) / a_reading); };
+  run.signals[Signal::u_ref] = series(1e-3, 0.2, level);
+  run.signals[Signal::omega] = series(1e-3, 0.2, [&](double t) { return 20 * level(t); });
+  EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 20, 1e-6);
+  run.signals[Signal::omega] = series(1e-3, 0.2, [&](double t) { return 20 * (level(t) - 1); });
+  EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0);
 }
 
 TEST(PrepareRun, StartsWithADriverAtNothingWhereAShaftAtRestIsFirstAskedToTurn) {
