@@ -174,45 +174,6 @@ TEST(PrepareRun, StartsAtTheSpeedThatTheFirstReadingsTell) {
   EXPECT_EQ(at_rest.omega_doubt, 0);
 }
 
-TEST(PrepareRun, StartsAsMeansOverARowTellButNotAsMeansOverMany) {
-  emtb::Run run = plain_run();
-  run.signals[Signal::u_ref] = series(1e-3, 2, [](double) { return 2.0; });
-  run.signals[Signal::omega] = series(1e-3, 2, [](double t) { return 120 - 50 * t; });
-  run.signals[Signal::e_a] = series(1e-3, 2, [](double t) { return std::min(8.0, 30 * t); });
-  const auto start = [&](double window) {
-    run.signals[Signal::omega].window = run.signals[Signal::e_a].window = window;
-    return observe_run(run, servo_model()).excitation.initial;
-  };
-  EXPECT_NEAR(start(1e-3).omega, 120, 0.3);
-  EXPECT_NEAR(start(1e-3).e_driver.value_or(8), 0, 0.05) << "the driver is on its slope";
-  EXPECT_EQ(start(0.2).omega, 0);
-  EXPECT_FALSE(start(0.2).e_driver);
-}
-
-TEST(PrepareRun, StartsAsASpeedTellsThatStandsInSeveralRows) {
-  constexpr double a_reading = 5e-3;  // [s] stands in five rows, and so does each step of the input
-  emtb::Run run = plain_run();
-  const auto level = [&](double t) { return 1.0 + std::floor((t + 1e-6) / a_reading); };
-  run.signals[Signal::u_ref] = series(1e-3, 0.2, level);
-  run.signals[Signal::omega] = series(1e-3, 0.2, [&](double t) { return 20 * level(t); });
-  EXPECT_NEAR(observe_run(run, servo_model()).excitation.initial.omega, 20, 1e-6);
-  run.signals[Signal::omega] = series(1e-3, 0.2, [&](double t) { return 20 * (level(t) - 1); });
-  EXPECT_EQ(observe_run(run, servo_model()).excitation.initial.omega, 0);
-}
-
-TEST(PrepareRun, StartsWithADriverAtNothingWhereAShaftAtRestIsFirstAskedToTurn) {
-  emtb::Run run = plain_run();
-  run.signals[Signal::u_ref] = series(1e-3, 2, [](double) { return 2.0; });
-  const auto driver = [&] { return observe_run(run, servo_model()).excitation.initial.e_driver.value_or(8); };
-  EXPECT_EQ(driver(), 0);
-  run.signals[Signal::i_a] = series(1e-3, 2, [](double) { return 0.5; });
-  EXPECT_EQ(driver(), 8) << "a current flows: something holds the shaft";
-  run.signals[Signal::i_a] = series(1e-3, 2, [](double t) { return t; });
-  EXPECT_EQ(driver(), 0);
-  run.signals[Signal::omega] = series(1e-3, 2, [](double) { return 180.0; });
-  EXPECT_EQ(driver(), 8) << "it is on its way";
-}
-
 TEST(PrepareRun, LeavesItOpenWhetherAShaftTurnsWhoseCoarseSpeedDoesNotTell) {
   constexpr double step = 0.4;  // [rad/s]
   const auto speeds = [&](double first) {

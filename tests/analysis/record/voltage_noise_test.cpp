@@ -41,18 +41,18 @@ Run held_fast(double real, double noise, const std::function<double(int)>& set) 
 }
 
 double steps(int k) { return std::array{0.0, 3.0, -2.0, 5.0, 1.0, -4.0}.at(static_cast<std::size_t>(k / 50 % 6)); }
-double slope(int k) { return 6 * std::sin(0.01 * k); }
+double swings(int k) { return 6 * std::sin(0.01 * k); }
 
 bool hops_alone(const emtb::Run& run) { return voltage_hops_alone(std::span(&run, 1), driven_by_voltage()); }
 
 TEST(VoltageNoise, IsThatOfTheInstrumentWhereTheCurrentDoesNotFollow) {
   EXPECT_TRUE(hops_alone(held_fast(0, 0.1, steps)));
-  EXPECT_TRUE(hops_alone(held_fast(0, 0.1, slope))) << "without edges";
+  EXPECT_TRUE(hops_alone(held_fast(0, 0.1, swings))) << "without edges";
 }
 
 TEST(VoltageNoise, IsTheMotorsWhereTheCurrentFollows) {
   EXPECT_FALSE(hops_alone(held_fast(0.1, 0, steps))) << "a controller passes on the noise of what it reads";
-  EXPECT_FALSE(hops_alone(held_fast(0.1, 0, slope)));
+  EXPECT_FALSE(hops_alone(held_fast(0.1, 0, swings)));
   EXPECT_FALSE(hops_alone(held_fast(0.1, 0.05, steps))) << "most of it";
 }
 
