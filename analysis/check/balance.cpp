@@ -50,6 +50,14 @@ std::vector<Share> shares(const MotionWindows& w, Column y, std::span<const Colu
   return result;
 }
 
+/// A torque that goes with the speed, as a generator's does, and is read a little late: what its column says, that of
+/// the speed takes back.
+bool is_taken_back(const MotionWindows& w, const Share& torque) {
+  constexpr double most = 2;  // times as much as the current varies
+  return std::abs(torque.value) * variation(column(w, &MotionWindow::torque)) >
+         most * variation(column(w, &MotionWindow::current));
+}
+
 double alike(const MotionWindows& w, Column a, Column b) {
   double ab = 0, aa = 0, bb = 0;
   for (const MotionWindow& m : w.all) ab += m.*a * m.*b, aa += m.*a * m.*a, bb += m.*b * m.*b;
@@ -80,6 +88,7 @@ MotorBalance balance_of(const MotionWindows& w) {
   const std::vector<Column> of{&MotionWindow::acceleration, &MotionWindow::speed, &MotionWindow::torque};
   const auto s = shares(w, &MotionWindow::current, of);
   b.inertia = s[0], b.viscous = s[1], b.torque = s[2];
+  if (is_taken_back(w, b.torque)) b.torque.t = b.torque.partial = 0;
   return b;
 }
 

@@ -200,11 +200,12 @@ std::optional<Addition> Search::best_that_stays(std::vector<Addition>& additions
   return std::nullopt;
 }
 
-/// Do the data tell an effect by its size, or where a model is far off, by what it carries? Where several parameters go
-/// with each other no error tells one of them.
+/// Do the data tell an effect by its size, or while most is left, by what it carries? Where several parameters go with
+/// each other no error tells one of them.
 bool Search::told(const Trial& with, std::size_t effect, const Loss& without) {
   if (trials_.determined(with.model(), effect)) return true;
-  return criterion_.far_off(without) && carries_most(without, with.held_out) && trials_.can_be(with.model(), effect);
+  const bool most_is_left = !removes_most(as_given_, without);
+  return most_is_left && carries_most(without, with.held_out) && trials_.can_be(with.model(), effect);
 }
 
 /// The best of several refits that all removed something material: lowest loss, but at equal gain the fewest

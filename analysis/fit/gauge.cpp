@@ -242,10 +242,13 @@ std::optional<Model> with_pins_elsewhere(std::span<const Record> records, const 
   Model elsewhere = without_pins(fitted);
   const std::vector<std::size_t> places = places_to_hold(records, elsewhere);
   for (const std::size_t place : places) pin(elsewhere.at(place), elsewhere.at(place).value);
+  std::size_t pins = 0;
+  bool same = true;
   for (std::size_t place = 0; place < fitted.names().size(); ++place) {
-    if (fitted.at(place).pinned != elsewhere.at(place).pinned) return elsewhere;
+    if (fitted.at(place).pinned) ++pins;
+    same = same && fitted.at(place).pinned == elsewhere.at(place).pinned;
   }
-  return std::nullopt;
+  return !same && pins == places.size() ? std::optional(elsewhere) : std::nullopt;
 }
 
 namespace {

@@ -71,8 +71,9 @@ bool told(std::span<const Record> records, const Model& fitted, std::size_t plac
 /// The same model with those pins free that its effects let the data tell; none where all stay.
 std::optional<Model> with_told_pins_free(std::span<const Record> records, const Model& fitted);
 
-/// The same model with those parameters held, where they are, that its effects leave untold; none where they are those
-/// that are held. A B that adds to K_b is told beside a friction, and what was told without it may share a factor now.
+/// The same model with those parameters held, where they are, that its effects leave untold, as many as are held; none
+/// where they are the same. A B that adds to K_b is told beside a friction, and what was told without it may share a
+/// factor now.
 std::optional<Model> with_pins_elsewhere(std::span<const Record> records, const Model& fitted);
 
 /// The pins of a fitted model, and what goes with each.

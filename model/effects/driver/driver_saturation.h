@@ -1,9 +1,12 @@
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "model/dual.h"
 #include "model/effect.h"
+#include "model/plausible.h"
 
 namespace emtb {
 
@@ -33,6 +36,11 @@ struct DriverSaturation {
     std::vector<StartValues> limits;
     for (const double share : {0.997, 0.99, 0.98, 0.94, 0.88, 0.8, 0.7}) limits.push_back({share * seen.voltage});
     return limits;
+  }
+
+  /// One beyond the limit that is known lifts it.
+  static std::string implausible(std::span<const double> p, const FittedMachine& machine) {
+    return Plausible(info, p).at_most(0, machine.seen.supply, "the driver's known limit");
   }
 };
 

@@ -10,6 +10,7 @@
 #include "analysis/diagnose/fitted_trials.h"
 #include "analysis/diagnose/told_from_nothing.h"
 #include "analysis/fit/calibrate.h"
+#include "analysis/record/supply.h"
 #include "model/catalogue.h"
 #include "tests/analysis/diagnose/answers.h"
 #include "tests/analysis/synthetic.h"
@@ -52,6 +53,13 @@ bool told(double rise, double error) {
   fit.model.driver = DriverModel{.gain = 4, .rise = 200, .fall = 200};
   for (Parameter& p : fit.model.parameters_of(effect_index("driver_slew"))) p.std_error = error;
   return told_from_zero(fit, effect_index("driver_slew"));
+}
+
+TEST(Plausibility, ASupplyGivesNoMoreThanIsKnownOfIt) {
+  const Model& model = blind::fast_bench().model;
+  const double known = supply_of(data_of_the_servo().train, model);
+  EXPECT_THAT(said_of("driver_saturation", {1.3 * known}), HasSubstr("the driver's known limit"));
+  EXPECT_EQ(said_of("driver_saturation", {0.9 * known}), "");
 }
 
 TEST(Plausibility, ALimitIsToldFromTheOneThatIsKnown) {
