@@ -129,9 +129,8 @@ class Judgement {
   /// Then no error tells it, only what is lost without it.
   bool is_there_or_not(std::size_t effect) const { return errors_->model.about(effect).has_no_size(); }
 
-  /// Where most comes back without an effect, and runs tell it by its ratio to a base parameter alone, neither by
-  /// itself nor without the other: the answer with that parameter held. A valley that the effect opens tells nothing of
-  /// it.
+  /// Where most comes back without an effect, and runs tell it by its ratio to a base parameter alone: the answer with
+  /// that parameter held. A valley that the effect opens tells nothing of it.
   std::optional<Model> with_ratios_told(std::size_t effect, const Trial& rest) const {
     if (!removes_most(rest.held_out, found_.current.held_out)) return std::nullopt;
     const FreeParameters free(errors_->model);
@@ -345,8 +344,7 @@ std::optional<Calibration> keep_what_is_told(Road& road, const SearchWithout& wi
         keep_what_errors_tell(road, without, search, criterion, data, worth, drops, likeliest);
     const Loss &after = road.found.current.held_out, &best = likeliest.road.found.current.held_out;
     const bool comparable = trials.training_judges() == likeliest.training_judged;
-    const bool nothing_else =
-        comparable && removes_most(after, best) && gain(*after.quality, *best.quality) > by_far_likelier;
+    const bool nothing_else = comparable && carries_most(after, best);
     if (drops.costly.empty() || !criterion.remainder(after) || !nothing_else) return judged;
     // Nothing has taken the place of what went: its errors are wide since something else is missing beside it. What
     // carried most stays from now on.
