@@ -239,16 +239,16 @@ std::optional<Model> with_told_pins_free(std::span<const Record> records, const 
 }
 
 std::optional<Model> with_pins_elsewhere(std::span<const Record> records, const Model& fitted) {
-  Model elsewhere = without_pins(fitted);
-  const std::vector<std::size_t> places = places_to_hold(records, elsewhere);
-  for (const std::size_t place : places) pin(elsewhere.at(place), elsewhere.at(place).value);
-  std::size_t pins = 0;
-  bool same = true;
+  std::vector<std::size_t> pinned;
   for (std::size_t place = 0; place < fitted.names().size(); ++place) {
-    if (fitted.at(place).pinned) ++pins;
-    same = same && fitted.at(place).pinned == elsewhere.at(place).pinned;
+    if (fitted.at(place).pinned) pinned.push_back(place);
   }
-  return !same && pins == places.size() ? std::optional(elsewhere) : std::nullopt;
+  Model elsewhere = without_pins(fitted);
+  std::vector<std::size_t> places = places_to_hold(records, elsewhere);
+  std::ranges::sort(places);
+  if (places == pinned || places.size() != pinned.size()) return std::nullopt;
+  for (const std::size_t place : places) pin(elsewhere.at(place), elsewhere.at(place).value);
+  return elsewhere;
 }
 
 namespace {

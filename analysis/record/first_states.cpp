@@ -34,6 +34,12 @@ std::optional<FirstValue> first_value_of(const Observation& o, std::span<const d
   return tell(times, std::span(o.value).first(times.size()), grid.front(), o.lsb);
 }
 
+/// So many rows of a series lie before the first change of the input.
+/// @param end so many grid points lie before it
+std::size_t rows_before(const Series& series, std::span<const double> grid, std::size_t end) {
+  return static_cast<std::size_t>(std::ranges::upper_bound(series.t, grid[end - 1]) - series.t.begin());
+}
+
 /// The first angles of an encoder: they begin with the run, where the readings of a speed that is their slope begin in
 /// the middle of the first line, and a small servo is at full speed by then.
 /// @param end so many grid points lie before the first change of the input
@@ -41,7 +47,7 @@ std::optional<FirstValue> first_angle(const Run& run, std::span<const double> gr
   const auto found = run.signals.find(Signal::theta);
   if (found == run.signals.end()) return std::nullopt;
   const Series& theta = found->second;
-  const auto before = static_cast<std::size_t>(std::ranges::upper_bound(theta.t, grid[end - 1]) - theta.t.begin());
+  const std::size_t before = rows_before(theta, grid, end);
   const std::span<const double> t = std::span(theta.t).first(before), value = std::span(theta.value).first(before);
   std::optional<FirstValue> first = first_value(t, value, grid.front(), theta.lsb);
   // As long as nothing is counted, it turns by less than a count.
@@ -59,7 +65,7 @@ std::optional<FirstValue> first_angle(const Run& run, std::span<const double> gr
 /// The same of the rows of a file, where each reading stands in several: fewer than three of them may lie before the
 /// first change.
 std::optional<FirstValue> first_value_of_rows(const Series& series, std::span<const double> grid, std::size_t end) {
-  const auto before = static_cast<std::size_t>(std::ranges::upper_bound(series.t, grid[end - 1]) - series.t.begin());
+  const std::size_t before = rows_before(series, grid, end);
   return first_value(std::span(series.t).first(before), std::span(series.value).first(before), grid.front(),
                      series.lsb);
 }
