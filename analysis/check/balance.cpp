@@ -1,17 +1,21 @@
 #include "analysis/check/balance.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <span>
 
 #include "analysis/numerics/regression.h"
 
 namespace emtb {
 namespace {
 
-using Column = double MotionWindow::*;
+using Column = std::function<double(const MotionWindow&)>;
 
-std::vector<double> column(const MotionWindows& w, Column c) {
+std::vector<double> column(const MotionWindows& w, const Column& c) {
   std::vector<double> x;
-  for (const MotionWindow& m : w.all) x.push_back(m.*c);
+  for (const MotionWindow& m : w.all) x.push_back(c(m));
   return x;
 }
 
@@ -23,7 +27,7 @@ double variation(const std::vector<double>& x) {
 }
 
 /// Least squares of y on columns and a constant; a column that does not vary has no share.
-std::vector<Share> shares(const MotionWindows& w, Column y, std::span<const Column> of) {
+std::vector<Share> shares(const MotionWindows& w, const Column& y, std::span<const Column> of) {
   std::vector<Share> result(of.size());
   std::vector<std::vector<double>> columns;
   std::vector<std::size_t> place;
@@ -58,9 +62,9 @@ bool is_taken_back(const MotionWindows& w, const Share& torque) {
          most * variation(column(w, &MotionWindow::current));
 }
 
-double alike(const MotionWindows& w, Column a, Column b) {
+double alike(const MotionWindows& w, const Column& a, const Column& b) {
   double ab = 0, aa = 0, bb = 0;
-  for (const MotionWindow& m : w.all) ab += m.*a * m.*b, aa += m.*a * m.*a, bb += m.*b * m.*b;
+  for (const MotionWindow& m : w.all) ab += a(m) * b(m), aa += a(m) * a(m), bb += b(m) * b(m);
   return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
 }
 
@@ -90,6 +94,19 @@ MotorBalance balance_of(const MotionWindows& w) {
   b.inertia = s[0], b.viscous = s[1], b.torque = s[2];
   if (is_taken_back(w, b.torque)) b.torque.t = b.torque.partial = 0;
   return b;
+}
+
+MotorConstants constants_of(const MotionWindows& w) {
+  if (!w.voltage || !w.speed) return {};
+  constexpr double at_rest = 0.02;  // of the fastest
+  double fastest = 0;
+  for (const MotionWindow& m : w.all) fastest = std::max(fastest, std::abs(m.speed));
+  const auto direction = [still = at_rest * fastest](const MotionWindow& m) {
+    return std::abs(m.speed) <= still ? 0.0 : std::copysign(1.0, m.speed);
+  };
+  const Column beside = w.current ? &MotionWindow::current : &MotionWindow::acceleration;
+  const auto s = shares(w, &MotionWindow::voltage, std::array<Column, 3>{beside, &MotionWindow::speed, direction});
+  return {w.current ? s[0] : Share{}, s[1]};
 }
 
 }  // namespace emtb

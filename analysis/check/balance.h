@@ -1,7 +1,5 @@
 #pragma once
 
-#include <functional>
-#include <span>
 #include <vector>
 
 #include "analysis/check/windows.h"
@@ -31,5 +29,16 @@ struct MotorBalance {
 };
 
 MotorBalance balance_of(const MotionWindows& w);
+
+/// The balance of voltage as it can be held against that of another run: what goes with the direction of motion alone,
+/// as a brush drop or a dead zone, is no part of it.
+///
+///     e_a = R i_a + K ω + V sign(ω) + c            or, without a current,  e_a = K ω + a dω/dt + V sign(ω) + c
+struct MotorConstants {
+  Share resistance;  ///< R [ohm]; zero without a current
+  Share back_emf;    ///< K [V s/rad]; without a current with what viscous friction adds
+};
+
+MotorConstants constants_of(const MotionWindows& w);
 
 }  // namespace emtb

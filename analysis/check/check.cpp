@@ -7,6 +7,7 @@
 #include "analysis/check/angle_speed.h"
 #include "analysis/check/balance.h"
 #include "analysis/check/begins_anew.h"
+#include "analysis/check/between_runs.h"
 #include "analysis/check/beyond_driver.h"
 #include "analysis/check/clipped.h"
 #include "analysis/check/dead_reference.h"
@@ -20,6 +21,7 @@
 #include "analysis/check/scale.h"
 #include "analysis/check/spikes.h"
 #include "analysis/check/stops_dead.h"
+#include "analysis/check/swapped.h"
 #include "analysis/numerics/parallel.h"
 
 namespace emtb {
@@ -72,18 +74,22 @@ DataFindings check(std::span<const Run> train, std::span<const Run> held_out, co
 
   DataFindings findings;
   MotionWindows windows;
+  std::vector<MotionWindows> of_each;
   for (Looked& l : looked) {
     append(windows, l.windows);
+    of_each.push_back(std::move(l.windows));
     add(findings, std::move(l.findings));
   }
   add(findings, duplicates(train, held_out));
   add(findings, resting(runs));
   add(findings, dead_reference(runs));
   add(findings, begins_anew(runs));
+  const MotorBalance together = balance_of(windows);
+  if (!stops(findings)) add(findings, swapped(windows, together));
+  if (!stops(findings)) add(findings, scales_between_runs(runs, of_each));
   const bool sign_known =
       std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::sign && f.stops; });
   const bool scale_known = std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::scale; });
-  const MotorBalance together = balance_of(windows);
   if (sign_known) add(findings, turned_signs(windows, together, {}, 0));
   if (sign_known && scale_known) {
     DataFindings scales = wrong_scales(windows, together, model);

@@ -95,6 +95,15 @@ class Sweep {
           }));
   }
 
+  /// One run whose signal has another unit than in the others.
+  void plant_other_scale(Signal s, double factor) {
+    plant("other scale", {Flaw::scale}, s, [=](std::vector<Run>& runs) {
+      if (runs.size() < 2 || !runs.back().has(s)) return false;
+      scale(runs.back(), s, factor);
+      return true;
+    });
+  }
+
   void plant_in_rows() {
     const auto middle = [](const Run& run) { return 0.5 * run.duration(); };
     plant("gap", {Flaw::gap}, {}, [&](std::vector<Run>& runs) {

@@ -1,6 +1,8 @@
 // Benches drawn at random, with an effect hidden or none, whose recordings are good; then something is planted.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/analysis/check/sweep.h"
 #include "tests/blind/case.h"
 
@@ -12,6 +14,7 @@ using blind::CaseKind;
 TEST(WideCheck, EffectsAreNoFlawsAndWhatIsPlantedIsNamed) {
   planted::Counts all;
   int cases = 0, flawed = 0;
+  constexpr double rpm = 60 / (2 * std::numbers::pi), milli = 1000;
   for (const CaseKind kind : {CaseKind::healthy, CaseKind::single, CaseKind::outside}) {
     for (std::size_t number = 0; number < (kind == CaseKind::single ? 12 : 4); ++number) {
       const blind::Case c = make_case(kind, number, 4, blind::Setting::brief);
@@ -27,6 +30,8 @@ TEST(WideCheck, EffectsAreNoFlawsAndWhatIsPlantedIsNamed) {
         if (is_sparse(runs.front(), signal)) continue;
         s.plant_in_signal(signal, signal != Signal::e_a || runs.front().has(Signal::i_a));
       }
+      s.plant_other_scale(Signal::omega, rpm);
+      s.plant_other_scale(Signal::i_a, milli);
       s.plant_in_rows();
       all.add(s.counts());
     }

@@ -1,0 +1,88 @@
+#include "analysis/check/between_runs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "analysis/check/balance.h"
+#include "analysis/check/readings.h"
+#include "analysis/check/units.h"
+
+namespace emtb {
+namespace {
+
+bool sure(const Share& s) { return s.t > 10 && s.partial > 0.5; }
+
+/// What a run says of a constant, where it says it surely.
+using Constants = std::vector<std::optional<double>>;
+
+/// How many times the constant of a run is that of the others, where these agree.
+std::optional<double> against_others(const Constants& all, std::size_t run) {
+  constexpr double agree = 1.6;  // heat, and what a balance without effects is off
+  std::vector<double> others;
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    if (r != run && all[r]) others.push_back(*all[r]);
+  }
+  if (!all[run] || others.empty()) return std::nullopt;
+  const auto [low, high] = std::ranges::minmax(others);
+  if (high > agree * low) return std::nullopt;
+  return *all[run] / std::sqrt(low * high);
+}
+
+bool is_off(std::optional<double> ratio, double limit) { return ratio && (*ratio > limit || *ratio < 1 / limit); }
+
+std::string in_unit(Signal signal, double too_large) {
+  constexpr double within = 1.3;
+  if (signal == Signal::omega || signal == Signal::theta) {
+    const auto unit = speed_unit(too_large, within);
+    if (unit && signal == Signal::omega) return ", as if it were in " + std::string(unit->unit);
+    return unit ? ", as if it were in deg" : "";
+  }
+  const auto unit = milli_unit(too_large, within);
+  return unit ? ", as if it were in " + std::string(unit->unit) : "";
+}
+
+/// A signal that alone makes R_a and K_b of a run so many times those of the others.
+struct OtherScale {
+  Signal signal{};
+  double factor = 1;  ///< the signal is so many times as large
+};
+
+std::optional<OtherScale> other_scale(std::optional<double> R, std::optional<double> K, const MotionWindows& w) {
+  constexpr double both = 1.6;
+  // Inductance, a driver that is not measured and brushes bend R_a more than K_b; friction bends K_b without a current.
+  const bool R_is_off = is_off(R, 5), K_is_off = is_off(K, w.current ? 2.5 : 4);
+  if (R_is_off && K && *R < both * *K && *K < both * *R) return OtherScale{*w.voltage, std::sqrt(*R * *K)};
+  if (K_is_off && (!w.current || (R && !is_off(R, both)))) return OtherScale{*w.speed, 1 / *K};
+  if (R_is_off && K && !is_off(K, both)) return OtherScale{Signal::i_a, 1 / *R};
+  return std::nullopt;
+}
+
+}  // namespace
+
+DataFindings scales_between_runs(std::span<const Run> runs, std::span<const MotionWindows> windows) {
+  Constants R(runs.size()), K(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const MotionWindows& w = windows[r];
+    if (w.voltage != windows[0].voltage || w.speed != windows[0].speed || w.current != windows[0].current) return {};
+    const MotorConstants c = constants_of(w);
+    if (sure(c.resistance)) R[r] = c.resistance.value;
+    if (sure(c.back_emf)) K[r] = c.back_emf.value;
+  }
+  DataFindings findings;
+  const bool two = std::ranges::count_if(K, [](const auto& k) { return k.has_value(); }) == 2;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const auto other = other_scale(against_others(R, r), against_others(K, r), windows[r]);
+    if (!other) continue;
+    const std::string name = name_of(other->signal);
+    findings.push_back({runs[r].name, other->signal, Flaw::scale, 0, runs[r].duration(),
+                        name + " is " + short_number(other->factor) + " times what the other run" + (two ? "" : "s") +
+                            " would make it, by R_a and K_b" + in_unit(other->signal, other->factor) +
+                            ": give one of them another scale (--map, unit: or scale:), or leave the run out",
+                        true});
+    if (two) break;  // the other one says the same of this
+  }
+  return findings;
+}
+
+}  // namespace emtb

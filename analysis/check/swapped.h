@@ -1,0 +1,12 @@
+#pragma once
+
+#include "analysis/check/balance.h"
+#include "analysis/check/finding.h"
+
+namespace emtb {
+
+/// The columns of e_a and i_a, each named as the other. What a motor makes of i_a = e/R - K/R ω then reads as a voltage
+/// that falls with the speed that it drives.
+DataFindings swapped(const MotionWindows& w, const MotorBalance& b);
+
+}  // namespace emtb

@@ -1,0 +1,98 @@
+#include "analysis/check/between_runs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analysis/check/check.h"
+#include "tests/analysis/check/planted.h"
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+struct Motor {
+  double R_a = 2.2, K = 0.4, V_b = 0;
+};
+
+/// A motor in both directions, at voltages up to the one given.
+emtb::Run driven(const std::string& name, double voltage, const Motor& m) {
+  constexpr double B = 5e-4, J = 1.07e-2, T_c = 0.05, dt = 1e-3;
+  synthetic::Noise noise(name.back());
+  emtb::Run run;
+  run.name = name;
+  double omega = 0;
+  for (int k = 0; k < 12000; ++k) {
+    const double e = voltage * std::array{0.0, 0.5, 1.0, -0.3, -0.8, 0.3}.at(static_cast<std::size_t>(k / 2000));
+    const double i = (e - m.K * omega - m.V_b * std::tanh(omega)) / m.R_a;
+    omega += dt * (m.K * i - B * omega - T_c * std::tanh(omega)) / J;
+    const auto read = [&](Signal signal, double value, double by) {
+      run.signals[signal].t.push_back(k * dt);
+      run.signals[signal].value.push_back(value + noise(by));
+    };
+    read(Signal::e_a, e, 0.01);
+    read(Signal::i_a, i, 5e-3);
+    read(Signal::omega, omega, 0.05);
+  }
+  return run;
+}
+
+DataFindings other_scales(const std::vector<emtb::Run>& runs) {
+  DataFindings stopping = check(runs);
+  std::erase_if(stopping, [](const DataFinding& f) { return !f.stops; });
+  return stopping;
+}
+
+MATCHER_P3(IsOtherScale, run, signal, text, "") {
+  return arg.what == Flaw::scale && arg.run == run && arg.signal == signal && arg.text.find(text) != std::string::npos;
+}
+
+TEST(ScalesBetweenRuns, NameTheRunAndTheSignalThatIsInAnotherUnit) {
+  const std::vector<emtb::Run> good{driven("a", 60, {}), driven("b", 30, {}), driven("c", 45, {})};
+  ASSERT_THAT(other_scales(good), IsEmpty());
+  const auto with = [&](Signal signal, double factor) {
+    std::vector<emtb::Run> runs = good;
+    planted::scale(runs[1], signal, factor);
+    return other_scales(runs);
+  };
+  EXPECT_THAT(with(Signal::omega, 30 / std::numbers::pi), ElementsAre(IsOtherScale("b", Signal::omega, "in rpm")));
+  EXPECT_THAT(with(Signal::i_a, 10), ElementsAre(IsOtherScale("b", Signal::i_a, "10 times")));
+  EXPECT_THAT(with(Signal::i_a, 1000), ElementsAre(IsOtherScale("b", Signal::i_a, "mA")));
+  EXPECT_THAT(with(Signal::e_a, 10), ElementsAre(IsOtherScale("b", Signal::e_a, "10 times")));
+}
+
+TEST(ScalesBetweenRuns, OfTwoRunsNameOneThatTheOtherContradicts) {
+  std::vector<emtb::Run> runs{driven("a", 60, {}), driven("b", 30, {})};
+  planted::scale(runs[0], Signal::omega, 30 / std::numbers::pi);
+  EXPECT_THAT(other_scales(runs), ElementsAre(IsOtherScale("a", Signal::omega, "the other run")));
+}
+
+TEST(ScalesBetweenRuns, AreTheSameForBrushesThatTakeMostOfALowVoltage) {
+  const Motor brushes{.V_b = 4};
+  EXPECT_THAT(other_scales({driven("a", 60, brushes), driven("b", 7, brushes), driven("c", 55, brushes)}), IsEmpty());
+}
+
+TEST(ScalesBetweenRuns, AreTheSameForAHotArmature) {
+  EXPECT_THAT(other_scales({driven("a", 60, {}), driven("b", 60, {.R_a = 3.3}), driven("c", 45, {})}), IsEmpty());
+}
+
+TEST(Swapped, ColumnsOfVoltageAndCurrentAreNamed) {
+  std::vector<emtb::Run> runs{driven("a", 60, {}), driven("b", 30, {})};
+  for (emtb::Run& run : runs) std::swap(run.signals.at(Signal::e_a), run.signals.at(Signal::i_a));
+  const DataFindings found = other_scales(runs);
+  ASSERT_EQ(found.size(), 1);
+  EXPECT_THAT(found[0].text, HasSubstr("e_a and i_a seem to be swapped"));
+}
+
+}  // namespace
+}  // namespace emtb
