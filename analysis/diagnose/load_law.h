@@ -46,4 +46,7 @@ Readings leave_out(Dataset& data, const std::function<bool(Signal)>& these);
 /// Puts them back.
 void put_back(Dataset& data, Readings readings);
 
+/// The torque alone of some runs, in rows as far apart as the shaft allows: what a law of it is sought in.
+Dataset torque_alone(const Dataset& data);
+
 }  // namespace emtb

@@ -108,11 +108,11 @@ Finding WholeSearch::search_and_settle(const Trial& first, const Resettle& reset
 
 /// The law of the measured torque, from its reading alone, with a model held fast; put on the first one.
 std::optional<Finding> WholeSearch::law_beside(const Model& fitted, const Trial& first) {
-  Readings others = leave_out(data_, std::not_fn(is_torque));
+  Dataset whole = std::exchange(data_, torque_alone(data_));
   const std::optional<Trial> start = trials_.fit(with_only_the_load_open(fitted, first.model()), nullptr);
   std::optional<Finding> law;
   if (start) law = search(*start);
-  put_back(data_, std::move(others));
+  data_ = std::move(whole);
   if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out)) return std::nullopt;
   return put_on(*law, first, trials_, criterion_);
 }

@@ -149,10 +149,11 @@ void drive_by_voltage(ObservedRun& record, const Series& e_a, const Model& model
 
 void set_steps(Excitation& x, const Model& model) {
   // A step is exact for a linear motor under a steady voltage. At a tenth of the mechanical time constant what the
-  // effects add at its middle is good to 1e-3; those with a time constant of their own need a fiftieth.
+  // effects add at its middle is good to 1e-3; those with a time constant of their own need a fiftieth. Where a shaft
+  // comes to rest within a step is known to a share of it: the longest of all keep that below what instruments see.
   const double time_constant = model.mechanical_time_constant();
-  x.longest_step = std::clamp(time_constant / 10, 2e-4, 1e-2);
-  x.quick_step = std::clamp(time_constant / 50, 2e-4, 1e-2);
+  x.longest_step = std::clamp(time_constant / 10, 2e-4, 5e-2);
+  x.quick_step = std::clamp(time_constant / 50, 2e-4, 2e-2);
 }
 
 const Observation* ObservedRun::find(Signal signal) const {

@@ -1,0 +1,72 @@
+#include "analysis/record/thinned.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "analysis/record/dataset.h"
+#include "tests/analysis/synthetic.h"
+
+namespace emtb {
+namespace {
+
+/// A machine whose speed and torque go up and down within seconds.
+emtb::Run swinging(double step) {
+  emtb::Run run;
+  run.name = "swinging";
+  synthetic::Noise noise(5);
+  for (int k = 0; k * step < 10; ++k) {
+    const double t = k * step;
+    const auto read = [&](Signal signal, double value) {
+      run.signals[signal].t.push_back(t);
+      run.signals[signal].value.push_back(value);
+    };
+    read(Signal::u_ref, 2);
+    read(Signal::e_a, 8 + std::sin(t) + noise(0.01));
+    read(Signal::i_a, 1 + noise(0.01));
+    read(Signal::omega, 180 + 20 * std::sin(t) + noise(0.1));
+    read(Signal::torque, 0.02 + 0.005 * std::sin(t) + noise(1e-4));
+  }
+  return run;
+}
+
+Record recorded(double step) {
+  Model model = synthetic::servo_model();
+  return prepare(std::vector{swinging(step)}, {}, model).train.front();
+}
+
+TEST(Thinned, LeavesRowsAsFarApartAsTheShaftAllowsAndTheirReadings) {
+  const Record whole = recorded(1e-4), few = thinned(whole);
+  const std::vector<double>& t = few.excitation.t;
+  ASSERT_LT(few.length(), whole.length() / 10);
+  EXPECT_EQ(t.front(), whole.excitation.t.front());
+  EXPECT_EQ(t.back(), whole.excitation.t.back());
+  for (std::size_t k = 1; k < t.size(); ++k)
+    ASSERT_LE(t[k] - t[k - 1], few.excitation.longest_step * (1 + 1e-9)) << k;
+  const Observation *torque = few.find(Signal::torque), *before = whole.find(Signal::torque);
+  ASSERT_NE(torque, nullptr);
+  ASSERT_EQ(torque->size(), few.length());
+  for (std::size_t i = 0; i < torque->size(); ++i) {
+    const auto at = static_cast<std::size_t>(std::lround(t[torque->last[i]] / 1e-4));
+    ASSERT_EQ(torque->value[i], before->value[at]) << i;
+    ASSERT_EQ(few.excitation.omega[i], whole.excitation.omega[at]) << i;
+    ASSERT_EQ(torque->sigma[i], before->sigma[at]) << i;
+  }
+}
+
+TEST(Thinned, IsARecordOfFewRowsItself) {
+  const Record whole = recorded(4e-3);
+  EXPECT_EQ(thinned(whole).length(), whole.length());
+}
+
+TEST(SetSteps, OfASlowMotorAreLongInLongRows) {
+  Model slow = synthetic::servo_model();
+  slow.base[base::J].value *= 100;
+  Excitation x;
+  set_steps(x, slow);
+  EXPECT_EQ(x.longest_step, 5e-2);
+}
+
+}  // namespace
+}  // namespace emtb
