@@ -86,6 +86,15 @@ std::vector<Experiment> allowed_menu(double low, double high, const Model& model
   return allowed;
 }
 
+/// The mean of a signal over so many rows before row k, or over those that there are.
+double mean_before(const std::vector<double>& signal, std::size_t k, std::size_t rows) {
+  const std::size_t over = std::min(rows, k);
+  if (over == 0) return signal[k];
+  double sum = 0.5 * (signal[k - over] + signal[k]);
+  for (std::size_t j = k - over + 1; j < k; ++j) sum += signal[j];
+  return sum / static_cast<double>(over);
+}
+
 /// What the instruments would read of a model. @param fastest [s] between rows
 std::optional<Run> simulated(const Profile& profile, const Model& model, const std::vector<Instrument>& instruments,
                              double fastest) {
@@ -103,11 +112,9 @@ std::optional<Run> simulated(const Profile& profile, const Model& model, const s
     series.lsb = instrument.lsb;
     const auto stride = static_cast<std::size_t>(std::max(1.0, std::round(instrument.interval / fastest)));
     const auto over = static_cast<std::size_t>(std::round(instrument.window / fastest));
-    for (std::size_t k = over; k < signal.size(); k += stride) {
-      double mean = over == 0 ? signal[k] : 0.5 * (signal[k] + signal[k - over]);
-      for (std::size_t j = k - over + 1; over > 0 && j < k; ++j) mean += signal[j];
+    for (std::size_t k = 0; k < signal.size(); k += stride) {
       series.t.push_back(x.t[k]);
-      series.value.push_back(over == 0 ? mean : mean / static_cast<double>(over));
+      series.value.push_back(mean_before(signal, k, over));
     }
     if (series.t.size() >= 10) run.signals[instrument.signal] = std::move(series);
   }

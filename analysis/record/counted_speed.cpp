@@ -306,15 +306,19 @@ std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
     const std::optional<double> step = step_of(measured_time);
     if (!step) continue;
     constexpr double no_chance = 1e-3,
-                     close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times
+                     close = 1e-2,     // of a step: a converter's code hits that once in 500, in 50 times
+        is_round = 1e-2;
     constexpr std::size_t brief = 8, long_enough = 32;
     const double off = off_a_turn(*step);
-    const bool hardly_else = off < no_chance && rather_of_a_turn(*step, mean_interval(speeds.front().t));
+    const double interval = mean_interval(speeds.front().t);
+    const bool hardly_else = off < no_chance && rather_of_a_turn(*step, interval);
+    // A display of whole rpm parts a turn as an encoder does wherever rows last a round time.
+    const bool of_a_turn = off < close && off_a_round_number(*step / interval) > is_round;
     if (!measured_time) {
       if (const auto mean = mean_of_counts(speeds, *step)) return mean;
     }
     if (adds_up(speeds, *step) || errs_as_a_counter(speeds, *step) ||
-        (off < close && only_counts(speeds, *step, long_enough, often)) ||
+        (of_a_turn && only_counts(speeds, *step, long_enough, often)) ||
         (hardly_else && only_counts(speeds, *step, brief, hardly_ever)))
       return CountedSpeed{.step = *step, .measured_time = measured_time};
   }

@@ -80,6 +80,18 @@ TEST(NextExperiment, StaysWithinTheReferencesThatTheDataHaveShown) {
   }
 }
 
+TEST(NextExperiment, FillsTheFirstWindowOfAVoltageThatIsAMean) {
+  const blind::Bench bench = blind::fast_bench();
+  std::vector<emtb::Run> runs = record(bench, bench.train, 1);
+  ASSERT_TRUE(runs.front().has(Signal::e_a));
+  const Dataset data = prepare(runs, {}, bench.model);
+  for (emtb::Run& run : runs) run.signals.at(Signal::e_a).window = 0.05;
+  const Model friction = with(bench.model, "coulomb_friction", {0.01});
+  const std::vector<Proposal> all = next_experiments(runs, data, friction, std::vector{bench.model});
+  ASSERT_FALSE(all.empty());
+  EXPECT_GT(all.front().separation, worth_an_experiment);
+}
+
 TEST(BroaderExperiments, AreLongerOnesOfAllKindsThatTheBenchAllows) {
   const Model model = blind::fast_bench().model;
   const auto names = [](const std::vector<Profile>& all) {

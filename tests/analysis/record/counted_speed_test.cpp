@@ -220,6 +220,21 @@ TEST(CountedSpeed, IsNotThatOfSpeedsThatWereRoundedToWholeRevolutionsPerMinute) 
   for (const double rpm : {1.0, 2.0, 0.5}) EXPECT_FALSE(look_at(restless(0.05, rpm * per_line / 60))) << rpm;
 }
 
+TEST(CountedSpeed, IsNotThatOfADisplayOfWholeRevolutionsPerMinuteInRowsOfARoundTime) {
+  // In such rows a turn is a whole number of steps, and half a revolution of noise is no more than counts make.
+  constexpr double lsb = per_line / 60, sigma = 0.5 * lsb;
+  for (const double row : {0.02, 0.05, 0.1}) {
+    synthetic::Noise noise(7);
+    Series omega;
+    for (int k = 0; k < 1200; ++k) {
+      const double level = std::min(0.1 * k, 40 + 15.0 * (k / 150 % 4));
+      omega.t.push_back(row * k);
+      omega.value.push_back(lsb * std::round((level + noise(sigma)) / lsb));
+    }
+    EXPECT_FALSE(look_at({.name = "display", .signals = {{Signal::omega, omega}}})) << row;
+  }
+}
+
 TEST(CountedSpeed, IsNotThatOfATachogeneratorBehindACoarseConverter) {
   for (const double noise : {0.1, 0.3, 1.0, 5.0}) EXPECT_FALSE(look_at(converted(0.23, noise))) << noise << " LSB";
 }
