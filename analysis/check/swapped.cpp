@@ -20,8 +20,8 @@ DataFindings swapped(const MotionWindows& w, const MotorBalance& b) {
            0,
            0,
            "e_a = " + short_number(b.resistance.value) + " ohm i_a - " + short_number(-b.back_emf.value) +
-               " V s/rad omega, which no motor does: e_a and i_a seem to be swapped (then R_a = " +
-               short_number(R_a) + " ohm, K_b = " + short_number(K_b) + " V s/rad). Swap their columns with --map",
+               " V s/rad omega, which no motor does: e_a and i_a seem to be swapped (then R_a = " + short_number(R_a) +
+               " ohm, K_b = " + short_number(K_b) + " V s/rad). Swap their columns with --map",
            true}};
 }
 

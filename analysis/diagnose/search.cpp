@@ -118,8 +118,9 @@ void Search::forward() {
 }
 
 /// Where much is left and nothing promising mends it, each effect is refitted before that is said, also those whose
-/// first steps do little; if none helps alone, two in turn: any where the model is far off, else that which helps
-/// most, but by values that it cannot have, which may be since the other is missing beside.
+/// first steps do little; if none helps alone, two in turn: where the model is not far off, that which helps most, but
+/// by values that it cannot have, which may be since the other is missing beside. Between two that bend a parameter
+/// each its own way, as dry friction and windage do B, neither helps runs that it was not fitted to.
 bool Search::add_what_the_scores_passed_by(Round& of_current) {
   if (!criterion_.worth_trying_all(found_.current.held_out) || trials_.exhausted()) return false;
   tell(0.5, "trying all effects");
@@ -132,7 +133,10 @@ bool Search::add_what_the_scores_passed_by(Round& of_current) {
     if (!dropped_.contains(a.effect()) && helps && (refused == nullptr || a.trial.fit.cost < refused->trial.fit.cost))
       refused = &a;
   }
-  return refused != nullptr && add_two_in_turn(of_current, {*refused});
+  if (refused != nullptr && add_two_in_turn(of_current, {*refused})) return true;
+  std::vector<Addition> others = all;
+  if (refused != nullptr) std::erase_if(others, [&](const Addition& a) { return a.effect() == refused->effect(); });
+  return add_two_in_turn(of_current, others);
 }
 
 /// Half of the truth may foretell new runs worse than nothing: a weight that no friction holds swings on. What helps in

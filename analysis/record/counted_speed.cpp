@@ -306,7 +306,7 @@ std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
     const std::optional<double> step = step_of(measured_time);
     if (!step) continue;
     constexpr double no_chance = 1e-3,
-                     close = 1e-2,     // of a step: a converter's code hits that once in 500, in 50 times
+                     close = 1e-2,  // of a step: a converter's code hits that once in 500, in 50 times
         is_round = 1e-2;
     constexpr std::size_t brief = 8, long_enough = 32;
     const double off = off_a_turn(*step);

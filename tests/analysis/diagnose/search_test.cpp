@@ -265,6 +265,16 @@ TEST_F(SearchOnMadeUpFits, TriesASecondBesideWhatIsNoneThatItCanBeAlone) {
   EXPECT_THAT(found().effects, IsEmpty());
 }
 
+TEST_F(SearchOnMadeUpFits, TriesASecondBesideWhatDoesHardlyAnythingByItself) {
+  // As dry friction does beside windage, where B has bent between the two.
+  trials.errors = {{{}, 9}, {{dry}, 8.5}, {{dry, air}, 1}};
+  criterion.is_far_off = false;
+  EXPECT_THAT(found().effects, UnorderedElementsAre(dry, air));
+  trials.errors[{brush}] = 5;  // would be tried first, but for what it cannot be
+  trials.implausible = {{brush}};
+  EXPECT_THAT(found().effects, UnorderedElementsAre(dry, air));
+}
+
 TEST_F(SearchOnMadeUpFits, AddsAgainWhereADroppedMemberLeftRoom) {
   // `brush` does nothing before `air` has gone, and `air` goes when `dry` and `coil` are there.
   trials.unpromising = {brush};

@@ -42,8 +42,7 @@ TEST(Thinned, LeavesRowsAsFarApartAsTheShaftAllowsAndTheirReadings) {
   ASSERT_LT(few.length(), whole.length() / 10);
   EXPECT_EQ(t.front(), whole.excitation.t.front());
   EXPECT_EQ(t.back(), whole.excitation.t.back());
-  for (std::size_t k = 1; k < t.size(); ++k)
-    ASSERT_LE(t[k] - t[k - 1], few.excitation.longest_step * (1 + 1e-9)) << k;
+  for (std::size_t k = 1; k < t.size(); ++k) ASSERT_LE(t[k] - t[k - 1], few.excitation.longest_step * (1 + 1e-9)) << k;
   const Observation *torque = few.find(Signal::torque), *before = whole.find(Signal::torque);
   ASSERT_NE(torque, nullptr);
   ASSERT_EQ(torque->size(), few.length());
