@@ -17,8 +17,8 @@ bool sure(const Share& s) { return s.t > 10 && s.partial > 0.5; }
 using Constants = std::vector<std::optional<double>>;
 
 /// How many times the constant of a run is that of the others, where these agree.
-std::optional<double> against_others(const Constants& all, std::size_t run) {
-  constexpr double agree = 1.6;  // heat, and what a balance without effects is off
+/// @param agree factor within which they do
+std::optional<double> against_others(const Constants& all, std::size_t run, double agree) {
   std::vector<double> others;
   for (std::size_t r = 0; r < all.size(); ++r) {
     if (r != run && all[r]) others.push_back(*all[r]);
@@ -58,6 +58,37 @@ std::optional<OtherScale> other_scale(std::optional<double> R, std::optional<dou
   return std::nullopt;
 }
 
+/// K_b of a run that is clearly another than that of two others or more, which agree far better.
+DataFindings other_motors(std::span<const Run> runs, std::span<const MotionWindows> windows) {
+  constexpr double precisely = 150;       // of its standard errors; coils, noise and quick runs bend others
+  constexpr double clearly = 0.08;        // of it: what effects bend K_b by between runs is less
+  constexpr double far_better = 1.0 / 6;  // of that difference
+  DataFindings findings;
+  if (windows[0].voltage != Signal::e_a || !windows[0].current) return findings;
+  Constants K(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const Share k = constants_of(windows[r]).back_emf;
+    if (k.t > precisely) K[r] = k.value;
+  }
+  if (std::ranges::count_if(K, [](const auto& k) { return k.has_value(); }) < 3) return findings;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const auto ratio = against_others(K, r, HUGE_VAL);
+    if (!ratio || std::abs(*ratio - 1) < clearly) continue;
+    if (!against_others(K, r, 1 + far_better * std::abs(*ratio - 1))) continue;
+    findings.push_back({runs[r].name,
+                        {},
+                        Flaw::scale,
+                        0,
+                        runs[r].duration(),
+                        "voltage, current and speed give K_b = " + short_number(*K[r]) + " V s/rad here, " +
+                            short_number(*K[r] / *ratio) +
+                            " in the other runs: is it another motor, or has a signal another scale? Then leave the "
+                            "run out, or mend it with --map",
+                        false});
+  }
+  return findings;
+}
+
 }  // namespace
 
 DataFindings scales_between_runs(std::span<const Run> runs, std::span<const MotionWindows> windows) {
@@ -69,10 +100,11 @@ DataFindings scales_between_runs(std::span<const Run> runs, std::span<const Moti
     if (sure(c.resistance)) R[r] = c.resistance.value;
     if (sure(c.back_emf)) K[r] = c.back_emf.value;
   }
+  constexpr double alike = 1.6;  // heat, and what a balance without effects is off
   DataFindings findings;
   const bool two = std::ranges::count_if(K, [](const auto& k) { return k.has_value(); }) == 2;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const auto other = other_scale(against_others(R, r), against_others(K, r), windows[r]);
+    const auto other = other_scale(against_others(R, r, alike), against_others(K, r, alike), windows[r]);
     if (!other) continue;
     const std::string name = name_of(other->signal);
     findings.push_back({runs[r].name, other->signal, Flaw::scale, 0, runs[r].duration(),
@@ -82,7 +114,7 @@ DataFindings scales_between_runs(std::span<const Run> runs, std::span<const Moti
                         true});
     if (two) break;  // the other one says the same of this
   }
-  return findings;
+  return findings.empty() ? other_motors(runs, windows) : findings;
 }
 
 }  // namespace emtb

@@ -58,7 +58,9 @@ Looked look_at(const Run& run) {
   add(l.findings, std::move(stays));
   add(l.findings, std::move(turned));
   const bool told = std::ranges::any_of(l.findings, [](const DataFinding& f) { return f.what == Flaw::sign; });
-  if (!told) add(l.findings, turned_signs(l.windows, balance_of(l.windows), run.name, run.duration()));
+  const MotorBalance balance = balance_of(l.windows);
+  if (!told) add(l.findings, turned_signs(l.windows, balance, run.name, run.duration()));
+  if (!stops(l.findings)) add(l.findings, swapped(l.windows, balance, run.name, run.duration()));
   add(l.findings, stops_dead(run));
   add(l.findings, drive_without_sign(l.windows, run.name, run.duration()));
   return l;
@@ -85,7 +87,7 @@ DataFindings check(std::span<const Run> train, std::span<const Run> held_out, co
   add(findings, dead_reference(runs));
   add(findings, begins_anew(runs));
   const MotorBalance together = balance_of(windows);
-  if (!stops(findings)) add(findings, swapped(windows, together));
+  if (!stops(findings)) add(findings, swapped(windows, together, {}, 0));  // several runs tell more
   if (!stops(findings)) add(findings, scales_between_runs(runs, of_each));
   const bool sign_known =
       std::ranges::none_of(findings, [](const DataFinding& f) { return f.what == Flaw::sign && f.stops; });

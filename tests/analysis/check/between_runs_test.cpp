@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/check/balance.h"
 #include "analysis/check/check.h"
+#include "analysis/check/windows.h"
 #include "tests/analysis/check/planted.h"
 #include "tests/analysis/synthetic.h"
 
@@ -86,11 +88,38 @@ TEST(ScalesBetweenRuns, AreTheSameForAHotArmature) {
   EXPECT_THAT(other_scales({driven("a", 60, {}), driven("b", 60, {.R_a = 3.3}), driven("c", 45, {})}), IsEmpty());
 }
 
+TEST(ScalesBetweenRuns, RemarkARunOfAnotherMotor) {
+  DataFindings found =
+      check(std::vector{driven("a", 60, {}), driven("b", 30, {.R_a = 1.6, .K = 0.34}), driven("c", 45, {})});
+  std::erase_if(found, [](const DataFinding& f) { return f.run.empty(); });
+  ASSERT_EQ(found.size(), 1);
+  EXPECT_EQ(found[0].run, "b");
+  EXPECT_FALSE(found[0].stops);
+  EXPECT_THAT(found[0].text, HasSubstr("K_b = 0.34 V s/rad here, 0.4 in the other runs"));
+}
+
+TEST(MotionWindows, AreThoseOfALogInWhichEachSignalHasRowsOfItsOwn) {
+  emtb::Run run = driven("events", 60, {});
+  const auto keep = [&](Signal signal, std::size_t every, std::size_t first) {
+    Series& s = run.signals.at(signal);
+    Series kept;
+    for (std::size_t k = first; k < s.t.size(); k += every) kept.t.push_back(s.t[k]), kept.value.push_back(s.value[k]);
+    s = std::move(kept);
+  };
+  keep(Signal::omega, 5, 1);
+  keep(Signal::i_a, 7, 2);
+  ASSERT_TRUE(is_sparse(run, Signal::omega));
+  const MotorConstants constants = constants_of(motion_windows(run));
+  EXPECT_NEAR(constants.back_emf.value, 0.4, 0.02);
+  EXPECT_NEAR(constants.resistance.value, 2.2, 0.2);
+}
+
 TEST(Swapped, ColumnsOfVoltageAndCurrentAreNamed) {
   std::vector<emtb::Run> runs{driven("a", 60, {}), driven("b", 30, {})};
-  for (emtb::Run& run : runs) std::swap(run.signals.at(Signal::e_a), run.signals.at(Signal::i_a));
+  std::swap(runs[1].signals.at(Signal::e_a), runs[1].signals.at(Signal::i_a));
   const DataFindings found = other_scales(runs);
   ASSERT_EQ(found.size(), 1);
+  EXPECT_EQ(found[0].run, "b");
   EXPECT_THAT(found[0].text, HasSubstr("e_a and i_a seem to be swapped"));
 }
 
