@@ -11,6 +11,7 @@
 #include "hal/error.h"
 #include "hal/printable.h"
 #include "session/csv.h"
+#include "session/held_reference.h"
 #include "session/hdf5.h"
 #include "session/mat.h"
 #include "session/resolution.h"
@@ -234,6 +235,7 @@ Session read_session(const std::filesystem::path& path, const Mapping& mapping) 
 
 std::vector<Run> read_runs(std::string_view spec, const Mapping& mapping) {
   std::vector<Run> runs = read_one(spec, mapping);
+  hold_references(runs);
   unwind_angles(runs);
   return runs;
 }
@@ -255,6 +257,7 @@ std::vector<Run> read_runs(const std::vector<std::string>& specs, const Mapping&
     }
   }
   if (specs.size() > 1) estimate_resolutions(all);
+  hold_references(all);
   unwind_angles(all);
   return all;
 }

@@ -44,13 +44,34 @@ void add(ObservedRun& record, Observation o) {
   record.observations.push_back(std::move(o));
 }
 
+/// Is it a log of events, in which each instrument has rows of its own? Then there is none that is read in nearly all
+/// of them, and few rows without a reading.
+bool is_of_events(const Run& run, std::span<const double> grid) {
+  constexpr double few = 0.2, nearly_all = 0.9;
+  std::size_t most = 0, sum = 0;
+  for (const Signal signal : {Signal::omega, Signal::theta, Signal::i_a, Signal::e_a, Signal::torque}) {
+    if (!run.has(signal)) continue;
+    most = std::max(most, run.at(signal).t.size());
+    sum += run.at(signal).t.size();
+  }
+  const auto rows = static_cast<double>(grid.size());
+  return static_cast<double>(most) < nearly_all * rows && static_cast<double>(sum) > (1 - few) * rows;
+}
+
+/// Does an instrument give so few readings that each is a mean over the time between them? In a log of events the
+/// instruments that are read often are no meters, though they have a part of the rows each.
+bool is_a_meter(const Run& run, Signal signal, std::span<const double> grid) {
+  const std::size_t rows_each = is_of_events(run, grid) ? 10 : 2;
+  return rows_each * run.at(signal).t.size() < grid.size();
+}
+
 /// A signal as its instrument read it: an instant, or where readings are few, means. A mean over less than a row is an
 /// instant, as late as its half, which the timing tells. What a logger repeats from row to row counts once.
 Observation read(const Run& run, Signal signal, std::span<const double> grid) {
   const Series& series = run.at(signal);
   constexpr double whole = 0.99;  // rows, but for rounding
   const bool averages = series.window > 0 && series.window >= whole * mean_interval(grid);
-  const bool slow = averages || 2 * series.t.size() < grid.size();
+  const bool slow = averages || is_a_meter(run, signal, grid);
   return slow ? observe(series, signal, grid, slow) : observe(updates_of(series), signal, grid, slow);
 }
 

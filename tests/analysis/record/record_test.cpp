@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/record/dataset.h"
 #include "analysis/record/driver_voltage.h"
 #include "hal/error.h"
 #include "tests/analysis/synthetic.h"
