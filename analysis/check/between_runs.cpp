@@ -92,6 +92,7 @@ DataFindings other_motors(std::span<const Run> runs, std::span<const MotionWindo
 }  // namespace
 
 DataFindings scales_between_runs(std::span<const Run> runs, std::span<const MotionWindows> windows) {
+  if (runs.size() < 2) return {};
   Constants R(runs.size()), K(runs.size());
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const MotionWindows& w = windows[r];

@@ -54,8 +54,8 @@ bool is_of_events(const Run& run, std::span<const double> grid) {
     most = std::max(most, run.at(signal).t.size());
     sum += run.at(signal).t.size();
   }
-  const auto rows = static_cast<double>(grid.size());
-  return static_cast<double>(most) < nearly_all * rows && static_cast<double>(sum) > (1 - few) * rows;
+  const auto share = [&](std::size_t count) { return static_cast<double>(count) / static_cast<double>(grid.size()); };
+  return share(most) < nearly_all && share(sum) > 1 - few;
 }
 
 /// Does an instrument give so few readings that each is a mean over the time between them? In a log of events the
