@@ -72,7 +72,7 @@ Observation read(const Run& run, Signal signal, std::span<const double> grid) {
   constexpr double whole = 0.99;  // rows, but for rounding
   const bool averages = series.window > 0 && series.window >= whole * mean_interval(grid);
   const bool slow = averages || is_a_meter(run, signal, grid);
-  return slow ? observe(series, signal, grid, slow) : observe(updates_of(series), signal, grid, slow);
+  return slow ? observe(series, signal, grid, slow) : observe(readings_of(series), signal, grid, slow);
 }
 
 /// The terminal voltage. While the armature is open it is the driver's on one side of the switch and what the motor

@@ -27,6 +27,67 @@ std::size_t rows_an_update(std::span<const double> value, std::size_t* first) {
   return 1;
 }
 
+namespace {
+
+/// The smallest step of a signal, but for a few by chance; 0: it never changes.
+double step_of(std::span<const double> value) {
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < value.size(); ++k) {
+    if (value[k] != value[k - 1]) steps.push_back(std::abs(value[k] - value[k - 1]));
+  }
+  if (steps.empty()) return 0;
+  const auto small = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 20);
+  std::ranges::nth_element(steps, small);
+  return *small;
+}
+
+/// The rows amid a steady motion, in which a signal goes on by several of its steps each.
+std::vector<std::size_t> moving_rows(std::span<const double> value) {
+  constexpr std::size_t part = 4;  // rows; three of them in a row go on alike, which no single edge does
+  constexpr double several = 4;
+  const double least = several * step_of(value) * static_cast<double>(part);
+  std::vector<std::size_t> rows;
+  for (std::size_t end = 3 * part; end < value.size() && least > 0; ++end) {
+    const auto gone = [&](std::size_t parts) { return value[end - parts * part] - value[end - (parts + 1) * part]; };
+    const double on = std::copysign(1.0, gone(1));
+    if (on * gone(0) > least && on * gone(1) > least && on * gone(2) > least) rows.push_back(end - 3 * part / 2);
+  }
+  return rows;
+}
+
+/// The rows between changes while a signal moves, in the mean.
+double rows_between_changes(std::span<const double> value, std::span<const std::size_t> moving) {
+  const auto changes = std::ranges::count_if(moving, [&](std::size_t k) { return value[k] != value[k - 1]; });
+  return static_cast<double>(moving.size()) / static_cast<double>(std::max<std::ptrdiff_t>(1, changes));
+}
+
+/// Of a signal that repeats unevenly.
+Series uneven_updates_of(const Series& series) {
+  constexpr double usual = 2;  // times the rows between changes: nobody knows when what stays was read
+  const std::vector<double>& value = series.value;
+  const double longest = usual * rows_between_changes(value, moving_rows(value));
+  Series updates = series;
+  updates.t.clear();
+  updates.value.clear();
+  std::size_t last = 0;
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    if (k > 0 && value[k] == value[k - 1] && static_cast<double>(k - last) < longest) continue;
+    updates.t.push_back(series.t[k]);
+    updates.value.push_back(value[k]);
+    last = k;
+  }
+  return updates;
+}
+
+}  // namespace
+
+bool repeats_unevenly(std::span<const double> value) {
+  constexpr std::size_t enough = 50;
+  constexpr double often = 1.3;  // rows between changes
+  const std::vector<std::size_t> moving = moving_rows(value);
+  return moving.size() >= enough && rows_between_changes(value, moving) > often;
+}
+
 Series updates_of(const Series& series) {
   std::size_t first = 0;
   const std::size_t rows = rows_an_update(series.value, &first);
@@ -39,6 +100,11 @@ Series updates_of(const Series& series) {
     updates.value.push_back(series.value[k]);
   }
   return updates;
+}
+
+Series readings_of(const Series& series) {
+  const bool evenly = rows_an_update(series.value) > 1;
+  return !evenly && repeats_unevenly(series.value) ? uneven_updates_of(series) : updates_of(series);
 }
 
 Series straight_between_updates(const Series& series) {

@@ -12,9 +12,16 @@ namespace emtb {
 /// @param first the row of the first update
 std::size_t rows_an_update(std::span<const double> value, std::size_t* first = nullptr);
 
+/// Does a log write the last value of a signal again in rows that are those of others, at no fixed rate? Told where the
+/// signal moves by several of its steps from row to row, and stays in many rows all the same.
+bool repeats_unevenly(std::span<const double> value);
+
 /// The series without the rows that only repeat the one before: a reading counts once, and its noise is that between
 /// updates.
 Series updates_of(const Series& series);
+
+/// The same where the repeats may be uneven: what stays for long is then taken to be read at about the usual rate.
+Series readings_of(const Series& series);
 
 /// The series with the rows that only repeat the one before on the straight line from update to update: what is held is
 /// late, by half of the rows between them in the mean.

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <vector>
 
 namespace emtb {
 namespace {
@@ -57,6 +59,40 @@ TEST(Repeats, AreStraightBetweenUpdates) {
   EXPECT_NEAR(straight.value[10], 10.25, 1e-9);
   EXPECT_EQ(straight.value[12], 12);
   EXPECT_EQ(straight.value[399], held.value[399]) << "nobody knows what came then";
+}
+
+/// A motor that runs up and down, in steps of an instrument; a row brings a new reading, or the last one again.
+/// @param share of the rows that bring one
+Series driven(double share) {
+  std::mt19937 random(4);
+  std::bernoulli_distribution is_read(share);
+  Series series;
+  double shown = 0, speed = 0;
+  for (int k = 0; k < 1500; ++k) {
+    speed += 0.02 * ((k / 250 % 2 == 0 ? 1000 : 200) - speed);
+    if (is_read(random)) shown = std::round(speed);
+    series.t.push_back(1e-2 * k);
+    series.value.push_back(shown);
+  }
+  return series;
+}
+
+TEST(Repeats, AtNoFixedRateAreToldWhereTheSignalMoves) {
+  EXPECT_TRUE(repeats_unevenly(driven(0.4).value));
+  EXPECT_FALSE(repeats_unevenly(driven(1).value));
+  Series steps = driven(1);
+  for (std::size_t k = 0; k < steps.value.size(); ++k) steps.value.edit()[k] = k / 5 % 7 < 3 ? 100 : 20;
+  EXPECT_FALSE(repeats_unevenly(steps.value)) << "edges are no motion";
+}
+
+TEST(Repeats, AtNoFixedRateCountOnceAndStandAtAboutTheUsualRate) {
+  const Series logged = driven(0.4), updates = readings_of(logged);
+  EXPECT_LT(updates.value.size(), 0.6 * static_cast<double>(logged.value.size()));
+  EXPECT_GT(updates.value.size(), 0.2 * static_cast<double>(logged.value.size()));
+  for (std::size_t k = 1; k < updates.t.size(); ++k) {
+    const auto row = static_cast<std::size_t>(std::lround(updates.t[k] / 1e-2));
+    ASSERT_TRUE(logged.value[row] != logged.value[row - 1] || updates.t[k] - updates.t[k - 1] > 0.035) << row;
+  }
 }
 
 TEST(Repeats, TooFewToTellAreLeft) { EXPECT_EQ(rows_an_update(std::vector<double>(100, 1.0)), 1U); }
