@@ -78,9 +78,13 @@ Model with_only_the_load_open(Model fitted, const Model& given) {
   return fitted;
 }
 
-bool follows_the_torque(const Loss& without, const Loss& with) {
+bool follows_the_torque(const Loss& without, double mean_square) {
   constexpr double a_fifth = 0.2;  // by hand
-  return with.mean_square(Signal::torque) - 1 <= a_fifth * a_fifth * (without.mean_square(Signal::torque) - 1);
+  return mean_square - 1 <= a_fifth * a_fifth * (without.mean_square(Signal::torque) - 1);
+}
+
+bool follows_the_torque(const Loss& without, const Loss& with) {
+  return follows_the_torque(without, with.mean_square(Signal::torque));
 }
 
 std::optional<Finding> put_on(const Finding& law, const Trial& first, Trials& trials, const Criterion& criterion) {

@@ -25,6 +25,8 @@ Model with_only_the_load_open(Model fitted, const Model& given);
 /// reading no error of the model.
 /// @param without no law: the torque is foretold to be nothing
 bool follows_the_torque(const Loss& without, const Loss& with);
+/// @param mean_square in squared floors, that it leaves of the torque
+bool follows_the_torque(const Loss& without, double mean_square);
 
 /// A law that was found with all else held fast, put on a model as given and fitted. The gauge alone may not tell a
 /// weight from an offset of its own, the motion does: of what ties with a member, the likeliest is taken.
@@ -46,7 +48,7 @@ Readings leave_out(Dataset& data, const std::function<bool(Signal)>& these);
 /// Puts them back.
 void put_back(Dataset& data, Readings readings);
 
-/// The torque alone of some runs, in rows as far apart as the shaft allows: what a law of it is sought in.
+/// The torque alone of some runs, in rows as far apart as the shaft allows: whether it may have a law is asked of them.
 Dataset torque_alone(const Dataset& data);
 
 }  // namespace emtb

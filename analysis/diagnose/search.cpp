@@ -120,7 +120,8 @@ void Search::forward() {
 /// Where much is left and nothing promising mends it, each effect is refitted before that is said, also those whose
 /// first steps do little; if none helps alone, two in turn: where the model is not far off, that which helps most, but
 /// by values that it cannot have, which may be since the other is missing beside. Between two that bend a parameter
-/// each its own way, as dry friction and windage do B, neither helps runs that it was not fitted to.
+/// each its own way, as dry friction and windage do B, neither helps runs that it was not fitted to: two such have to
+/// explain all that is left, for two of anything explain something.
 bool Search::add_what_the_scores_passed_by(Round& of_current) {
   if (!criterion_.worth_trying_all(found_.current.held_out) || trials_.exhausted()) return false;
   tell(0.5, "trying all effects");
@@ -136,12 +137,12 @@ bool Search::add_what_the_scores_passed_by(Round& of_current) {
   if (refused != nullptr && add_two_in_turn(of_current, {*refused})) return true;
   std::vector<Addition> others = all;
   if (refused != nullptr) std::erase_if(others, [&](const Addition& a) { return a.effect() == refused->effect(); });
-  return add_two_in_turn(of_current, others);
+  return add_two_in_turn(of_current, others, PairExplains::all);
 }
 
 /// Half of the truth may foretell new runs worse than nothing: a weight that no friction holds swings on. What helps in
 /// training is followed by one step, and judged by that.
-bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition>& first_steps) {
+bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition>& first_steps, PairExplains explains) {
   std::optional<Pair> best;
   for (const Addition* step : near_the_best(first_steps, of_current.fitted.fit.cost, {})) {
     if (trials_.exhausted()) break;
@@ -150,6 +151,7 @@ bool Search::add_two_in_turn(const Round& of_current, const std::vector<Addition
     for (const Addition& second : rounds_.explored(with, [&] { return step->trial; })->refits) {
       const Trial& both = second.trial;
       if (!removes_most(found_.current.held_out, both.held_out)) continue;
+      if (explains == PairExplains::all && criterion_.remainder(both.held_out)) continue;
       if (!criterion_.worth_a_step(found_.current.held_out, both.held_out)) continue;
       if (best && !likelier(both.held_out, best->trial.held_out)) continue;
       if (!told(both, step->effect(), found_.current.held_out) || !told(both, second.effect(), step->trial.held_out))

@@ -65,7 +65,9 @@ class Search {
   bool add_pair(Round& round);
   bool add_what_the_scores_passed_by(Round& round);
   bool add_beside_what_is_alike();
-  bool add_two_in_turn(const Round& round, const std::vector<Addition>& first_steps);
+  enum class PairExplains { most, all };  ///< of what is left
+  bool add_two_in_turn(const Round& round, const std::vector<Addition>& first_steps,
+                       PairExplains explains = PairExplains::most);
   void take(Pair two);
   void settle();
   void try_cogging_first();

@@ -106,15 +106,39 @@ Finding WholeSearch::search_and_settle(const Trial& first, const Resettle& reset
   return anew ? this->search(*anew) : search.run();
 }
 
+/// Searches for a law of the measured torque, of which the data hold the readings alone, with a model held fast.
+std::optional<WholeSearch::Law> WholeSearch::law_of(const Model& open) {
+  std::optional<Trial> without = trials_.fit(open, nullptr);
+  if (!without) return std::nullopt;
+  Finding found = search(*without);
+  return Law{std::move(*without), std::move(found)};
+}
+
+/// Is there an effect that a law of the torque may be made of, as few rows tell? One that comes near enough and is not
+/// refused for its values.
+bool WholeSearch::may_have_a_law(const Model& open) {
+  Dataset whole = std::exchange(data_, torque_alone(data_));
+  const std::optional<Law> law = law_of(open);
+  data_ = std::move(whole);
+  if (!law) return false;
+  const Loss& without = law->without.held_out;
+  if (follows_the_torque(without, law->found.current.held_out)) return true;
+  return std::ranges::any_of(law->found.candidates, [&](const Candidate& c) {
+    return c.held_out_error && !trials_.refused().contains(c.score.effect) &&
+           follows_the_torque(without, *c.held_out_error * *c.held_out_error);
+  });
+}
+
 /// The law of the measured torque, from its reading alone, with a model held fast; put on the first one.
 std::optional<Finding> WholeSearch::law_beside(const Model& fitted, const Trial& first) {
-  Dataset whole = std::exchange(data_, torque_alone(data_));
-  const std::optional<Trial> start = trials_.fit(with_only_the_load_open(fitted, first.model()), nullptr);
-  std::optional<Finding> law;
-  if (start) law = search(*start);
-  data_ = std::move(whole);
-  if (!law || law->effects.empty() || !follows_the_torque(start->held_out, law->current.held_out)) return std::nullopt;
-  return put_on(*law, first, trials_, criterion_);
+  const Model open = with_only_the_load_open(fitted, first.model());
+  if (!may_have_a_law(open)) return std::nullopt;
+  Readings others = leave_out(data_, std::not_fn(is_torque));
+  const std::optional<Law> law = law_of(open);
+  put_back(data_, std::move(others));
+  if (!law || law->found.effects.empty() || !follows_the_torque(law->without.held_out, law->found.current.held_out))
+    return std::nullopt;
+  return put_on(law->found, first, trials_, criterion_);
 }
 
 }  // namespace emtb

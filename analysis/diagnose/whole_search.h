@@ -59,6 +59,12 @@ class WholeSearch {
   Finding search_and_settle(const Trial& first, const Resettle& resettle);
   bool spoils_the_motion(const Trial& with_law, const Trial& without) const;
   Finding with_the_motion(Finding law, const Trial& first);
+  struct Law {
+    Trial without;
+    Finding found;
+  };
+  std::optional<Law> law_of(const Model& open);
+  bool may_have_a_law(const Model& open);
   std::optional<Finding> law_beside(const Model& fitted, const Trial& first);
 
   Dataset& data_;

@@ -1,6 +1,7 @@
 #include "analysis/record/counted_speed.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -83,6 +84,16 @@ double off_a_round_number(double speed) {
     least = std::min(least, std::abs(digits - std::round(digits)));
   }
   return least;
+}
+
+/// Is a speed the last digit of a display: one revolution a minute, a tenth ..., or so of turns or degrees a second?
+bool is_last_digit(double speed) {
+  constexpr double rpm = 2 * std::numbers::pi / 60, turns = 2 * std::numbers::pi, degrees = std::numbers::pi / 180;
+  constexpr double close = 1e-3;
+  return std::ranges::any_of(std::array{rpm, turns, degrees}, [&](double unit) {
+    const double digit = std::log10(speed / unit);
+    return digit < 0.5 && std::abs(digit - std::round(digit)) < close;
+  });
 }
 
 /// Is a step far nearer to a part of a turn than the speed of one in a row is to a round number? One that was rounded
@@ -306,14 +317,13 @@ std::optional<CountedSpeed> counts_of(std::span<const Series> speeds) {
     const std::optional<double> step = step_of(measured_time);
     if (!step) continue;
     constexpr double no_chance = 1e-3,
-                     close = 1e-2,  // of a step: a converter's code hits that once in 500, in 50 times
-        is_round = 1e-2;
+                     close = 1e-2;  // of a step: a converter's code hits that once in 500, in 50 times
     constexpr std::size_t brief = 8, long_enough = 32;
     const double off = off_a_turn(*step);
     const double interval = mean_interval(speeds.front().t);
     const bool hardly_else = off < no_chance && rather_of_a_turn(*step, interval);
     // A display of whole rpm parts a turn as an encoder does wherever rows last a round time.
-    const bool of_a_turn = off < close && off_a_round_number(*step / interval) > is_round;
+    const bool of_a_turn = off < close && !is_last_digit(*step / interval);
     if (!measured_time) {
       if (const auto mean = mean_of_counts(speeds, *step)) return mean;
     }

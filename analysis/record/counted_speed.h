@@ -22,10 +22,10 @@ struct CountedSpeed {
 /// All of its values times the time between them are whole multiples of a step. Where rows last unlike long, and each
 /// value counts by the length of its own, that is proof. Else a coarse converter does as much, so that more has to
 /// speak for counts. A turn is a whole number of steps, and steady stretches show no more noise than whole counts make;
-/// brief ones will do where it is so to a thousandth; neither where one step a row is a round number of rpm, say, for
-/// so are those of a display. Or the counts add up: of a counter the sum over any time is right to a count, whereas
-/// noise that hops between two codes adds up like a walk, from one reading to the fourth as well as over long steady
-/// pieces.
+/// brief ones will do where it is so to a thousandth and the step is no round number of rpm, say; neither where one
+/// step a row is the last digit of a display, as one rpm is. Or the counts add up: of a counter the sum over any time
+/// is right to a count, whereas noise that hops between two codes adds up like a walk, from one reading to the fourth
+/// as well as over long steady pieces.
 ///
 /// A logger that writes the mean of its last n rows writes multiples of an n-th of the step: an encoder n times as
 /// fine, which it is not. From a run that begins at rest the counts of each row come back to the last one: the mean

@@ -51,26 +51,36 @@ Excitation at(const Excitation& x, const std::vector<std::size_t>& rows) {
   return kept;
 }
 
+/// The means of what was read between two rows, so that nothing is lost of what noise lets through.
 /// @param every [rows] of those before, on average
 Observation at(const Observation& o, const std::vector<std::size_t>& rows, double every) {
   Observation kept;
   kept.signal = o.signal;
+  kept.functional = Functional::mean;
   kept.origin = o.origin;
   kept.autocorrelation = std::pow(o.autocorrelation, every);
   kept.lsb = o.lsb;
   kept.window = o.window;
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < o.size(); ++i) {
-    while (next < rows.size() && rows[next] < o.last[i]) ++next;
-    if (next == rows.size()) break;
-    if (rows[next] != o.last[i] || o.first[i] != o.last[i]) continue;
-    const auto row = static_cast<std::uint32_t>(next);
-    kept.begin.push_back(o.begin[i]);
-    kept.end.push_back(o.end[i]);
-    kept.first.push_back(row);
-    kept.last.push_back(row);
-    kept.value.push_back(o.value[i]);
-    kept.sigma.push_back(o.sigma[i]);
+  kept.slow = true;
+  const double remembered = (1 + o.autocorrelation) / (1 - o.autocorrelation);  // of the variance of a long mean
+  std::size_t i = 0;
+  for (std::size_t row = 1; row < rows.size(); ++row) {
+    double sum = 0, variance = 0, count = 0, begin = 0, end = 0;
+    for (; i < o.size() && o.last[i] <= rows[row]; ++i) {
+      if (o.last[i] <= rows[row - 1] && row > 1) continue;
+      if (count == 0) begin = o.begin[i];
+      end = o.end[i];
+      sum += o.value[i];
+      variance += o.sigma[i] * o.sigma[i];
+      ++count;
+    }
+    if (count == 0) continue;
+    kept.begin.push_back(begin);
+    kept.end.push_back(end);
+    kept.first.push_back(static_cast<std::uint32_t>(row - 1));
+    kept.last.push_back(static_cast<std::uint32_t>(row));
+    kept.value.push_back(sum / count);
+    kept.sigma.push_back(std::sqrt(variance / count * std::min(1.0, remembered / count)));
   }
   return kept;
 }

@@ -5,7 +5,7 @@
 namespace emtb {
 
 /// A record with only so many of its rows as its motor needs (set_steps()): for questions to instruments that are no
-/// quicker than the shaft. Readings of single rows are kept where their row is; other readings are left out.
+/// quicker than the shaft. What was read between two rows is kept as its mean.
 Record thinned(const Record& record);
 
 }  // namespace emtb

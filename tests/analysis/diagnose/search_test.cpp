@@ -270,6 +270,9 @@ TEST_F(SearchOnMadeUpFits, TriesASecondBesideWhatDoesHardlyAnythingByItself) {
   trials.errors = {{{}, 9}, {{dry}, 8.5}, {{dry, air}, 1}};
   criterion.is_far_off = false;
   EXPECT_THAT(found().effects, UnorderedElementsAre(dry, air));
+  trials.errors[{dry, air}] = 2;
+  EXPECT_THAT(found().effects, IsEmpty()) << "two of anything explain something";
+  trials.errors[{dry, air}] = 1;
   trials.errors[{brush}] = 5;  // would be tried first, but for what it cannot be
   trials.implausible = {{brush}};
   EXPECT_THAT(found().effects, UnorderedElementsAre(dry, air));
