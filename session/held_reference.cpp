@@ -23,9 +23,7 @@ std::vector<double> all_times(const Run& run, double from) {
 /// Is it written clearly less often than something is read?
 bool is_seldom(const Run& run, Signal signal) {
   constexpr double about_as_often = 0.8;
-  std::size_t most = 0;
-  for (const auto& [other, series] : run.signals) most = std::max(most, series.t.size());
-  return static_cast<double>(run.at(signal).t.size()) < about_as_often * static_cast<double>(most);
+  return static_cast<double>(run.at(signal).t.size()) < about_as_often * static_cast<double>(most_readings(run));
 }
 
 void hold(Run& run, Signal signal) {

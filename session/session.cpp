@@ -20,11 +20,13 @@ void share_times(std::map<Signal, Series>& signals) {
   }
 }
 
-bool is_sparse(const Run& run, Signal signal) {
-  std::size_t fastest = 0;
-  for (const auto& [other, series] : run.signals) fastest = std::max(fastest, series.t.size());
-  return 2 * run.at(signal).t.size() < fastest;
+std::size_t most_readings(const Run& run) {
+  std::size_t most = 0;
+  for (const auto& [signal, series] : run.signals) most = std::max(most, series.t.size());
+  return most;
 }
+
+bool is_sparse(const Run& run, Signal signal) { return 2 * run.at(signal).t.size() < most_readings(run); }
 
 double window_start(const Series& series, std::size_t k) {
   const auto& t = series.t;

@@ -62,6 +62,9 @@ struct Run {
 /// Signals of a run that were read at the same times hold these once, for all.
 void share_times(std::map<Signal, Series>& signals);
 
+/// Of the signal of which a run has most.
+std::size_t most_readings(const Run& run);
+
 /// A slow meter among faster signals: fewer than half the samples of the fastest signal of the run. Where it has no
 /// window, each of its readings is the mean since the reading before it; see window_start().
 bool is_sparse(const Run& run, Signal signal);

@@ -11,6 +11,8 @@ struct Share {
   double value = 0;
   double t = 0;        ///< in its standard errors
   double partial = 0;  ///< correlation with what the other columns leave
+
+  bool sure() const { return t > 10 && partial > 0.5; }
 };
 
 /// The balances of voltage and of torque over windows, by least squares with a constant:

@@ -11,8 +11,6 @@
 namespace emtb {
 namespace {
 
-bool sure(const Share& s) { return s.t > 10 && s.partial > 0.5; }
-
 /// What a run says of a constant, where it says it surely.
 using Constants = std::vector<std::optional<double>>;
 
@@ -59,16 +57,15 @@ std::optional<OtherScale> other_scale(std::optional<double> R, std::optional<dou
 }
 
 /// K_b of a run that is clearly another than that of two others or more, which agree far better.
-DataFindings other_motors(std::span<const Run> runs, std::span<const MotionWindows> windows) {
+/// @param of_each what its voltage, current and speed say
+DataFindings other_motors(std::span<const Run> runs, std::span<const MotorConstants> of_each) {
   constexpr double precisely = 150;       // of its standard errors; coils, noise and quick runs bend others
   constexpr double clearly = 0.08;        // of it: what effects bend K_b by between runs is less
   constexpr double far_better = 1.0 / 6;  // of that difference
   DataFindings findings;
-  if (windows[0].voltage != Signal::e_a || !windows[0].current) return findings;
   Constants K(runs.size());
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const Share k = constants_of(windows[r]).back_emf;
-    if (k.t > precisely) K[r] = k.value;
+    if (of_each[r].back_emf.t > precisely) K[r] = of_each[r].back_emf.value;
   }
   if (std::ranges::count_if(K, [](const auto& k) { return k.has_value(); }) < 3) return findings;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -93,13 +90,14 @@ DataFindings other_motors(std::span<const Run> runs, std::span<const MotionWindo
 
 DataFindings scales_between_runs(std::span<const Run> runs, std::span<const MotionWindows> windows) {
   if (runs.size() < 2) return {};
+  std::vector<MotorConstants> of_each;
   Constants R(runs.size()), K(runs.size());
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const MotionWindows& w = windows[r];
     if (w.voltage != windows[0].voltage || w.speed != windows[0].speed || w.current != windows[0].current) return {};
-    const MotorConstants c = constants_of(w);
-    if (sure(c.resistance)) R[r] = c.resistance.value;
-    if (sure(c.back_emf)) K[r] = c.back_emf.value;
+    const MotorConstants& c = of_each.emplace_back(constants_of(w));
+    if (c.resistance.sure()) R[r] = c.resistance.value;
+    if (c.back_emf.sure()) K[r] = c.back_emf.value;
   }
   constexpr double alike = 1.6;  // heat, and what a balance without effects is off
   DataFindings findings;
@@ -115,7 +113,8 @@ DataFindings scales_between_runs(std::span<const Run> runs, std::span<const Moti
                         true});
     if (two) break;  // the other one says the same of this
   }
-  return findings.empty() ? other_motors(runs, windows) : findings;
+  const bool measured = windows[0].voltage == Signal::e_a && windows[0].current;
+  return findings.empty() && measured ? other_motors(runs, of_each) : findings;
 }
 
 }  // namespace emtb

@@ -9,8 +9,6 @@
 namespace emtb {
 namespace {
 
-bool sure(const Share& s) { return s.t > 10 && s.partial > 0.5; }
-
 /// What a parameter may be: as the model says, widened by what a balance without effects may be off.
 struct Range {
   double low = 0, high = HUGE_VAL;
@@ -40,7 +38,8 @@ std::string in_unit(Signal signal, std::string_view unit) {
 
 /// K_b by the voltage over K_m by the gauge is one in SI.
 std::optional<DataFinding> by_gauge(const MotionWindows& w, const MotorBalance& b) {
-  if (!w.torque || !w.voltage || w.voltage != Signal::e_a || !sure(b.back_emf) || !sure(b.torque)) return std::nullopt;
+  if (!w.torque || !w.voltage || w.voltage != Signal::e_a || !b.back_emf.sure() || !b.torque.sure())
+    return std::nullopt;
   const double ratio = b.back_emf.value * b.torque.value;
   if (ratio > 0.4 && ratio < 2.5) return std::nullopt;
   const std::string start = "e_a over the speed gives " + short_number(b.back_emf.value) +
@@ -68,7 +67,7 @@ std::optional<DataFinding> by_model(const MotionWindows& w, const MotorBalance& 
   const double gain = commanded ? model.driver->gain : 1;
   const auto K = range_of(model, "K_b"), R = range_of(model, "R_a");
   if (!K || !R || gain <= 0) return std::nullopt;
-  const bool balanced = w.current && sure(b.back_emf);
+  const bool balanced = w.current && b.back_emf.sure();
   // Without a current the gain holds friction as well: it is K_b or more.
   const double k = gain * (balanced ? b.back_emf.value : b.gain);
   const double reach = balanced ? 1 : 3;
@@ -120,7 +119,7 @@ DataFindings wrong_scales(const MotionWindows& w, const MotorBalance& b, const M
 
 DataFindings unfixed_scale(const MotionWindows& w, const MotorBalance& b) {
   if (!w.speed || w.all.size() < 20) return {};
-  if (w.torque && sure(b.torque) && sure(b.back_emf)) return {};
+  if (w.torque && b.torque.sure() && b.back_emf.sure()) return {};
   DataFinding f =
       scale_finding(*w.speed, "nothing here fixes the scale of " + name_of(*w.speed) + (w.current ? " or i_a" : "") +
                                   ": see that the units are right; --model FILE holds them against its bounds");

@@ -41,19 +41,20 @@ bool tells_the_motion(const Run& run, Signal s) {
   return dense(run, s) || (run.has(s) && run.at(s).t.size() >= readings);
 }
 
-/// A meter each of whose readings is a window by itself: far fewer than the speed's.
-bool is_slow_meter(const Series& current, const Series& rows) {
+/// Is the current read by a meter each of whose readings is a window by itself? There are far fewer than of the speed.
+bool is_metered(const Run& run, const Series& speed) {
   constexpr std::size_t rows_each = 5;
-  return rows_each * current.t.size() < rows.t.size();
+  return run.has(Signal::i_a) && is_sparse(run, Signal::i_a) &&
+         rows_each * run.at(Signal::i_a).t.size() < speed.t.size();
 }
 
 struct Span {
   double from = 0, to = 0;  ///< [s]
 };
 
-std::vector<Span> spans_of(const Run& run, const Series& rows) {
+std::vector<Span> spans_of(const Run& run, const Series& rows, bool metered) {
   std::vector<Span> spans;
-  if (run.has(Signal::i_a) && is_sparse(run, Signal::i_a) && is_slow_meter(run.at(Signal::i_a), rows)) {
+  if (metered) {
     const Series& meter = run.at(Signal::i_a);
     for (std::size_t k = 1; k < meter.t.size(); ++k) spans.push_back({window_start(meter, k), meter.t[k]});
     return spans;
@@ -86,8 +87,8 @@ MotionWindows motion_windows(const Run& run) {
   w.torque = dense(run, Signal::torque);
   if (!w.speed) return w;
   const Series& rows = run.at(*w.speed);
-  const std::vector<Span> spans = spans_of(run, rows);
-  const bool slow_current = w.current && is_sparse(run, Signal::i_a) && is_slow_meter(run.at(Signal::i_a), rows);
+  const bool metered = is_metered(run, rows);
+  const std::vector<Span> spans = spans_of(run, rows, metered);
   const auto means_of = [&](Signal s, bool wanted) {
     static const Series none;
     return Means(wanted ? run.at(s) : none);
@@ -102,7 +103,7 @@ MotionWindows motion_windows(const Run& run) {
     m.speed = w.speed == Signal::omega ? speed.over(s.from, s.to) : speed.slope(s.from, s.to);
     if (w.voltage) m.voltage = voltage.over(s.from, s.to);
     // A slow meter's reading bears the time at which its window ends.
-    if (w.current) m.current = current.over(slow_current ? 0.5 * (s.from + s.to) : s.from, s.to);
+    if (w.current) m.current = current.over(metered ? 0.5 * (s.from + s.to) : s.from, s.to);
     if (w.torque) m.torque = torque.over(s.from, s.to);
     const double disconnected = open.over(s.from, s.to);
     whole.push_back(std::isfinite(m.speed) && std::isfinite(m.voltage) && std::isfinite(m.current) &&

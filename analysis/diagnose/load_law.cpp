@@ -5,8 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "analysis/record/thinned.h"
-
 namespace emtb {
 namespace {
 
@@ -164,15 +162,6 @@ void put_back(Dataset& data, Readings readings) {
       ++next;
     }
   }
-}
-
-Dataset torque_alone(const Dataset& data) {
-  Dataset alone = data;
-  leave_out(alone, [](Signal signal) { return signal != Signal::torque; });
-  for (std::vector<Record>* const records : std::array{&alone.train, &alone.held_out}) {
-    for (Record& record : *records) record = thinned(record);
-  }
-  return alone;
 }
 
 }  // namespace emtb

@@ -48,7 +48,4 @@ Readings leave_out(Dataset& data, const std::function<bool(Signal)>& these);
 /// Puts them back.
 void put_back(Dataset& data, Readings readings);
 
-/// The torque alone of some runs, in rows as far apart as the shaft allows: whether it may have a law is asked of them.
-Dataset torque_alone(const Dataset& data);
-
 }  // namespace emtb

@@ -1,16 +1,34 @@
 #include "analysis/diagnose/whole_search.h"
 
 #include <algorithm>
+#include <array>
+#include <functional>
 #include <utility>
 #include <vector>
 
 #include "analysis/diagnose/load_law.h"
 #include "analysis/diagnose/moves.h"
+#include "analysis/record/thinned.h"
 
 namespace emtb {
 namespace {
 
 bool is_torque(Signal signal) { return signal == Signal::torque; }
+
+/// The torque alone of some runs, in rows as far apart as the shaft allows; none where that leaves them all.
+std::optional<Dataset> torque_in_few_rows(const Dataset& data) {
+  Dataset few = data;
+  leave_out(few, std::not_fn(is_torque));
+  bool fewer = false;
+  for (std::vector<Record>* const records : std::array{&few.train, &few.held_out}) {
+    for (Record& record : *records) {
+      const std::size_t before = record.length();
+      record = thinned(record);
+      fewer = fewer || record.length() < before;
+    }
+  }
+  return fewer ? std::optional(std::move(few)) : std::nullopt;
+}
 
 }  // namespace
 
@@ -117,7 +135,9 @@ std::optional<WholeSearch::Law> WholeSearch::law_of(const Model& open) {
 /// Is there an effect that a law of the torque may be made of, as few rows tell? One that comes near enough and is not
 /// refused for its values.
 bool WholeSearch::may_have_a_law(const Model& open) {
-  Dataset whole = std::exchange(data_, torque_alone(data_));
+  std::optional<Dataset> few = torque_in_few_rows(data_);
+  if (!few) return true;  // it is asked of all rows anyway
+  Dataset whole = std::exchange(data_, std::move(*few));
   const std::optional<Law> law = law_of(open);
   data_ = std::move(whole);
   if (!law) return false;

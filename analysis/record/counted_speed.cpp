@@ -73,12 +73,14 @@ double off_a_turn(double step) {
   return a_turn > least && a_turn < most ? std::abs(a_turn - std::round(a_turn)) : 0.5;
 }
 
+/// [rad/s] Units of speed that part a turn as an encoder does: rpm, turns and degrees a second.
+constexpr std::array units_of_a_turn{2 * std::numbers::pi / 60, 2 * std::numbers::pi, std::numbers::pi / 180};
+
 /// By how much a speed is off a number of at most two digits, in the last of them, in that unit which parts a turn as
 /// an encoder does in which it is nearest to one.
 double off_a_round_number(double speed) {
-  constexpr double rpm = 2 * std::numbers::pi / 60, turns = 2 * std::numbers::pi, degrees = std::numbers::pi / 180;
   double least = 0.5;
-  for (const double unit : {rpm, turns, degrees}) {
+  for (const double unit : units_of_a_turn) {
     const double in_unit = speed / unit;
     const double digits = in_unit / std::pow(10, std::floor(std::log10(in_unit)) - 1);  // 10 to 100
     least = std::min(least, std::abs(digits - std::round(digits)));
@@ -88,9 +90,8 @@ double off_a_round_number(double speed) {
 
 /// Is a speed the last digit of a display: one revolution a minute, a tenth ..., or so of turns or degrees a second?
 bool is_last_digit(double speed) {
-  constexpr double rpm = 2 * std::numbers::pi / 60, turns = 2 * std::numbers::pi, degrees = std::numbers::pi / 180;
   constexpr double close = 1e-3;
-  return std::ranges::any_of(std::array{rpm, turns, degrees}, [&](double unit) {
+  return std::ranges::any_of(units_of_a_turn, [&](double unit) {
     const double digit = std::log10(speed / unit);
     return digit < 0.5 && std::abs(digit - std::round(digit)) < close;
   });

@@ -104,14 +104,12 @@ double unlike(std::span<const double> current, std::span<const double> voltage, 
 
 bool read_in_every_row(const Run& run, Signal signal, const Model& model) {
   return run.has(signal) && run.at(signal).window <= 0 && run.at(model.input).t.size() >= 10 &&
-         run.at(signal).t == run.at(model.input).t && rows_an_update(run.at(signal).value) == 1 &&
-         !repeats_unevenly(run.at(signal).value);
+         run.at(signal).t == run.at(model.input).t && !repeats(run.at(signal).value);
 }
 
 bool drives_the_motor(const Run& run, const Model& model) {
   return model.input == Signal::u_ref && run.has(Signal::u_ref) && run.has(Signal::e_a) &&
-         2 * run.at(Signal::e_a).t.size() > run.at(Signal::u_ref).t.size() &&
-         rows_an_update(run.at(Signal::e_a).value) == 1 && !repeats_unevenly(run.at(Signal::e_a).value);
+         2 * run.at(Signal::e_a).t.size() > run.at(Signal::u_ref).t.size() && !repeats(run.at(Signal::e_a).value);
 }
 
 double reference_acts_after(std::span<const Run> runs, const Model& model) {

@@ -2,30 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 namespace emtb {
-
-std::size_t rows_an_update(std::span<const double> value, std::size_t* first) {
-  constexpr std::size_t most_rows = 20;
-  constexpr double nearly_all = 0.97;  // of the changes: a clock may slip
-  constexpr double by_chance = 1e-6;   // that changes at any row are all at every so many
-  std::vector<std::size_t> changes;
-  for (std::size_t k = 1; k < value.size(); ++k) {
-    if (value[k] != value[k - 1]) changes.push_back(k);
-  }
-  if (changes.empty()) return 1;
-  for (std::size_t rows = std::min(most_rows, value.size() / changes.size()); rows > 1; --rows) {
-    if (std::pow(static_cast<double>(rows), 1 - static_cast<double>(changes.size())) > by_chance) continue;
-    std::vector<std::size_t> at_phase(rows, 0);
-    for (const std::size_t k : changes) ++at_phase[k % rows];
-    const auto most = std::ranges::max_element(at_phase);
-    if (static_cast<double>(*most) < nearly_all * static_cast<double>(changes.size())) continue;
-    if (first != nullptr) *first = static_cast<std::size_t>(most - at_phase.begin());
-    return rows;
-  }
-  return 1;
-}
 
 namespace {
 
@@ -55,17 +35,22 @@ std::vector<std::size_t> moving_rows(std::span<const double> value) {
   return rows;
 }
 
-/// The rows between changes while a signal moves, in the mean.
-double rows_between_changes(std::span<const double> value, std::span<const std::size_t> moving) {
+/// The rows between changes while a signal moves, in the mean, where these are clearly more than one.
+std::optional<double> uneven_rows_an_update(std::span<const double> value) {
+  constexpr std::size_t enough = 50;
+  constexpr double often = 1.3;  // rows between changes
+  const std::vector<std::size_t> moving = moving_rows(value);
+  if (moving.size() < enough) return std::nullopt;
   const auto changes = std::ranges::count_if(moving, [&](std::size_t k) { return value[k] != value[k - 1]; });
-  return static_cast<double>(moving.size()) / static_cast<double>(std::max<std::ptrdiff_t>(1, changes));
+  const double rows = static_cast<double>(moving.size()) / static_cast<double>(std::max<std::ptrdiff_t>(1, changes));
+  return rows > often ? std::optional(rows) : std::nullopt;
 }
 
-/// Of a signal that repeats unevenly.
-Series uneven_updates_of(const Series& series) {
+/// @param rows between changes, in the mean
+Series uneven_updates_of(const Series& series, double rows) {
   constexpr double usual = 2;  // times the rows between changes: nobody knows when what stays was read
   const std::vector<double>& value = series.value;
-  const double longest = usual * rows_between_changes(value, moving_rows(value));
+  const double longest = usual * rows;
   Series updates = series;
   updates.t.clear();
   updates.value.clear();
@@ -81,12 +66,30 @@ Series uneven_updates_of(const Series& series) {
 
 }  // namespace
 
-bool repeats_unevenly(std::span<const double> value) {
-  constexpr std::size_t enough = 50;
-  constexpr double often = 1.3;  // rows between changes
-  const std::vector<std::size_t> moving = moving_rows(value);
-  return moving.size() >= enough && rows_between_changes(value, moving) > often;
+std::size_t rows_an_update(std::span<const double> value, std::size_t* first) {
+  constexpr std::size_t most_rows = 20;
+  constexpr double nearly_all = 0.97;  // of the changes: a clock may slip
+  constexpr double by_chance = 1e-6;   // that changes at any row are all at every so many
+  std::vector<std::size_t> changes;
+  for (std::size_t k = 1; k < value.size(); ++k) {
+    if (value[k] != value[k - 1]) changes.push_back(k);
+  }
+  if (changes.empty()) return 1;
+  for (std::size_t rows = std::min(most_rows, value.size() / changes.size()); rows > 1; --rows) {
+    if (std::pow(static_cast<double>(rows), 1 - static_cast<double>(changes.size())) > by_chance) continue;
+    std::vector<std::size_t> at_phase(rows, 0);
+    for (const std::size_t k : changes) ++at_phase[k % rows];
+    const auto most = std::ranges::max_element(at_phase);
+    if (static_cast<double>(*most) < nearly_all * static_cast<double>(changes.size())) continue;
+    if (first != nullptr) *first = static_cast<std::size_t>(most - at_phase.begin());
+    return rows;
+  }
+  return 1;
 }
+
+bool repeats_unevenly(std::span<const double> value) { return uneven_rows_an_update(value).has_value(); }
+
+bool repeats(std::span<const double> value) { return rows_an_update(value) > 1 || repeats_unevenly(value); }
 
 Series updates_of(const Series& series) {
   std::size_t first = 0;
@@ -103,8 +106,10 @@ Series updates_of(const Series& series) {
 }
 
 Series readings_of(const Series& series) {
-  const bool evenly = rows_an_update(series.value) > 1;
-  return !evenly && repeats_unevenly(series.value) ? uneven_updates_of(series) : updates_of(series);
+  Series updates = updates_of(series);
+  if (updates.t.size() < series.t.size()) return updates;
+  const std::optional<double> rows = uneven_rows_an_update(series.value);
+  return rows ? uneven_updates_of(series, *rows) : updates;
 }
 
 Series straight_between_updates(const Series& series) {

@@ -16,6 +16,9 @@ std::size_t rows_an_update(std::span<const double> value, std::size_t* first = n
 /// signal moves by several of its steps from row to row, and stays in many rows all the same.
 bool repeats_unevenly(std::span<const double> value);
 
+/// Either: rows that only repeat the one before.
+bool repeats(std::span<const double> value);
+
 /// The series without the rows that only repeat the one before: a reading counts once, and its noise is that between
 /// updates.
 Series updates_of(const Series& series);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 namespace emtb {
@@ -67,7 +66,6 @@ Observation at(const Observation& o, const std::vector<std::size_t>& rows, doubl
   for (std::size_t row = 1; row < rows.size(); ++row) {
     double sum = 0, variance = 0, count = 0, begin = 0, end = 0;
     for (; i < o.size() && o.last[i] <= rows[row]; ++i) {
-      if (o.last[i] <= rows[row - 1] && row > 1) continue;
       if (count == 0) begin = o.begin[i];
       end = o.end[i];
       sum += o.value[i];

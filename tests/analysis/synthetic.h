@@ -69,6 +69,11 @@ struct Sigma {
   double omega = 0, i_a = 0, e_a = 0;
 };
 
+inline void add_reading(Run& run, Signal signal, double t, double value) {
+  run.signals[signal].t.push_back(t);
+  run.signals[signal].value.push_back(value);
+}
+
 /// Records u_ref, e_a, i_a and omega at a rate, from rest.
 inline Run record(const Truth& p, const std::vector<Hold>& plan, double interval, const Sigma& sigma = {},
                   unsigned seed = 1) {
@@ -79,10 +84,7 @@ inline Run record(const Truth& p, const std::vector<Hold>& plan, double interval
   Noise noise(seed);
   double t = 0, e = 0, omega = 0;
   const auto read = [&](double u) {
-    const auto add = [&](Signal s, double value) {
-      run.signals[s].t.push_back(t);
-      run.signals[s].value.push_back(value);
-    };
+    const auto add = [&](Signal s, double value) { add_reading(run, s, t, value); };
     add(Signal::u_ref, u);
     add(Signal::e_a, e + noise(sigma.e_a));
     add(Signal::i_a, (e - p.K_b * omega) / p.R_a + noise(sigma.i_a));

@@ -39,8 +39,7 @@ emtb::Run driven(const std::string& name, double voltage, const Motor& m) {
     const double i = (e - m.K * omega - m.V_b * std::tanh(omega)) / m.R_a;
     omega += dt * (m.K * i - B * omega - T_c * std::tanh(omega)) / J;
     const auto read = [&](Signal signal, double value, double by) {
-      run.signals[signal].t.push_back(k * dt);
-      run.signals[signal].value.push_back(value + noise(by));
+      synthetic::add_reading(run, signal, k * dt, value + noise(by));
     };
     read(Signal::e_a, e, 0.01);
     read(Signal::i_a, i, 5e-3);

@@ -29,8 +29,7 @@ std::vector<emtb::Run> loaded(const Load& load, double lag) {
     tacho += lag > 0 ? dt * (omega - tacho) / (lag / 2) : omega - tacho;
     gauge += lag > 0 ? dt * (torque - gauge) / lag : torque - gauge;
     const auto read = [&](Signal signal, double value, double by) {
-      run.signals[signal].t.push_back(k * dt);
-      run.signals[signal].value.push_back(value + noise(by));
+      synthetic::add_reading(run, signal, k * dt, value + noise(by));
     };
     read(Signal::e_a, e, 0.01);
     read(Signal::i_a, i, 5e-3);

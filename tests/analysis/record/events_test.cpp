@@ -17,8 +17,7 @@ emtb::Run events(double meter) {
   run.name = "events";
   synthetic::Noise noise(9);
   const auto read = [&](Signal signal, double first, double every, const auto& value) {
-    Series& s = run.signals[signal];
-    for (double t = first; t < 8; t += every) s.t.push_back(t), s.value.push_back(value(t));
+    for (double t = first; t < 8; t += every) synthetic::add_reading(run, signal, t, value(t));
   };
   read(Signal::u_ref, 0, 1, [](double t) { return t < 0.5 ? 0.0 : 1 + static_cast<int>(t) % 3; });
   read(Signal::omega, 0.003, 0.02, [&](double t) { return 50 * t + noise(0.1); });

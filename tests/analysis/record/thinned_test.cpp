@@ -16,18 +16,14 @@ emtb::Run swinging(double step) {
   emtb::Run run;
   run.name = "swinging";
   synthetic::Noise noise(5);
-  for (int k = 0; k * step < 10; ++k) {
-    const double t = k * step;
-    const auto read = [&](Signal signal, double value) {
-      run.signals[signal].t.push_back(t);
-      run.signals[signal].value.push_back(value);
-    };
-    read(Signal::u_ref, 2);
-    read(Signal::e_a, 8 + std::sin(t) + noise(0.01));
-    read(Signal::i_a, 1 + noise(0.01));
-    read(Signal::omega, 180 + 20 * std::sin(t) + noise(0.1));
-    read(Signal::torque, 0.02 + 0.005 * std::sin(t) + noise(1e-4));
-  }
+  const auto read = [&](Signal signal, double mean, double swing, double by) {
+    run.signals[signal] = synthetic::series(step, 10, [&](double t) { return mean + swing * std::sin(t) + noise(by); });
+  };
+  read(Signal::u_ref, 2, 0, 0);
+  read(Signal::e_a, 8, 1, 0.01);
+  read(Signal::i_a, 1, 0, 0.01);
+  read(Signal::omega, 180, 20, 0.1);
+  read(Signal::torque, 0.02, 0.005, 1e-4);
   return run;
 }
 
