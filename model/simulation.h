@@ -34,6 +34,7 @@ struct Excitation {
   bool e_a_held = false;            ///< a voltage that is set, not measured
   bool reads_circuit_late = false;  ///< a voltage or current that moves with the driver is read between the times
   bool reads_shaft_late = false;    ///< a signal that follows the shaft is
+  bool reads_means = false;         ///< an instrument averages over a row, or a few
   InitialState initial;
   double longest_step = 2e-3;                                   ///< [s] longer intervals are divided
   double quick_step = std::numeric_limits<double>::infinity();  ///< [s] the same, where an effect is quicker than the
@@ -104,12 +105,19 @@ struct ShaftCourse {
   }
 };
 
+/// What the model predicts that the instruments read on average, between the readings before and these.
+template <class Scalar>
+struct MeanReadings {
+  Scalar e_a{}, i_a{}, omega{};
+};
+
 /// What the model predicts that the instruments read at one time.
 template <class Scalar>
 struct SimulatedReadings {
   const Scalar &e_a, &i_a, &omega, &theta, &torque;
   const DriverMove<Scalar>* move = nullptr;     ///< null: none, or no one asks (Excitation::reads_circuit_late)
   const ShaftCourse<Scalar>* course = nullptr;  ///< null: no one asks (Excitation::reads_shaft_late)
+  const MeanReadings<Scalar>* means = nullptr;  ///< null: no one asks (Excitation::reads_means)
 
   const Scalar& of(Signal signal) const { return reading_of(signal, *this); }
 };

@@ -146,6 +146,51 @@ class ShaftFollower {
   ShaftCourse<Scalar> course_;
 };
 
+/// Sees what instruments read on average from row to row, where someone asks.
+template <class Scalar>
+class MeansFollower {
+ public:
+  MeansFollower(bool asked, Machine<Scalar>& machine) : asked_(asked) {
+    if (asked) machine.ask_for_means();
+  }
+
+  void begin(const Machine<Scalar>& machine) {
+    if (!asked_) return;
+    of_steps_ = means_ = {};
+    angle_ = machine.angle();
+    add_off_the_state(machine);
+  }
+
+  /// @param h [s] of the last step
+  void add(const Machine<Scalar>& machine, double h) {
+    if (!asked_) return;
+    of_steps_.e_a += h * machine.means().e_a;
+    of_steps_.i_a += h * machine.means().i_a;
+  }
+
+  void end(const Machine<Scalar>& machine, double interval) {
+    if (!asked_) return;
+    add_off_the_state(machine);
+    means_.e_a += (1 / interval) * of_steps_.e_a;
+    means_.i_a += (1 / interval) * of_steps_.i_a;
+    means_.omega += (1 / interval) * (machine.angle() - angle_);
+  }
+
+  /// Of the last interval; null where there is none.
+  const MeanReadings<Scalar>* means() const { return asked_ ? &means_ : nullptr; }
+
+ private:
+  /// What the instruments read beside the state goes straight from one end of the row to the other.
+  void add_off_the_state(const Machine<Scalar>& machine) {
+    means_.i_a += 0.5 * (machine.i_a_reading() - machine.i_a);
+    means_.omega += 0.5 * (machine.omega_reading() - machine.omega);
+  }
+
+  bool asked_;
+  Scalar angle_{};
+  MeanReadings<Scalar> of_steps_, means_;
+};
+
 /// [s] Of a step.
 /// @param even interval of the rows
 inline double longest_step_of(const ModelStructure& structure, const Excitation& x, const Variation& variation,
@@ -185,10 +230,11 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
   const DrivingRows rows(x, variation.angle.empty() ? std::span<const double>(x.angle) : variation.angle);
   DriverMove<Scalar> move;
   ShaftFollower<Scalar> shaft(x.reads_shaft_late);
+  MeansFollower<Scalar> means(x.reads_means, machine);
   const auto read = [&](std::size_t k, bool moves = false) {
     SimulatedReadings<Scalar> y = machine.readings();
     if (moves) y.move = &move;
-    y.course = shaft.course();
+    y.course = shaft.course(), y.means = means.means();
     reader.read(k, y);
   };
   StepInput in = rows.first();
@@ -203,18 +249,19 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     bool stands = false;
     Stand<Scalar> stand;
     in_steps(from, until, interval, longest_step, [&](double begin, double end, double h) {
-      if (stands) return machine.go_on_alike(in, h);
+      if (stands) return machine.go_on_alike(in, h), means.add(machine, h);
       rows.take(k, row, begin, end, in);
       edges.tell(machine, begin, end);
       const Scalar driver_before = may_stand ? machine.driver().voltage() : Scalar(0.0);
       machine.step(in, x.t[k] + begin * interval, h);
+      means.add(machine, h);
       if (machine.driver_moved_for() > 0) move.until = begin + machine.driver_moved_for() / interval;
       stands = may_stand && machine.stood_still(stand, driver_before);
     });
   };
   const double acts_after = shapes_edges(structure) ? std::min(0.0, x.acts_after) : x.acts_after;
   const bool all_plain = acts_after == 0 && x.rows_early == 0 && !edges.shaped() && !x.reads_circuit_late &&
-                         !x.reads_shaft_late && !x.e_a_held && x.armature_open.empty();
+                         !x.reads_shaft_late && !x.reads_means && !x.e_a_held && x.armature_open.empty();
   const PlainDrive drive{x.t, x.u_ref, x.e_a, x.e_a_bulge};
   for (std::size_t k = 0; k + 1 < n; ++k) {
     if (all_plain && machine.is_plain(rows.tell_angle())) {
@@ -233,6 +280,7 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
     const bool asked = x.reads_circuit_late;
     const Scalar speed_before = asked ? machine.omega : Scalar(0.0);
     shaft.begin(machine);
+    means.begin(machine);
     const std::size_t row_before = early ? own : k - 1;  // until then
     if (edges.shaped()) edges.look_ahead(machine, k, interval, longest_step, acts, row_before, row);
     if (acts > 0) advance(k, row_before, 0, acts, interval);
@@ -243,12 +291,14 @@ void simulate_here(const ModelStructure& structure, std::span<const Scalar> para
       rows.take(k, row, in);
       edges.tell(machine, 0, 1);
       machine.step(in, x.t[k], interval);
+      means.add(machine, interval);
       if (asked && machine.driver_moved_for() > 0) move.until = machine.driver_moved_for() / interval;
     } else if (acts < 1) {
       advance(k, row, acts, 1, interval);
     }
     if (asked && acts < 1) move.after = machine.current_taken_by(machine.omega - speed_at_edge) * (1 / (1 - acts));
     shaft.end(machine, interval);
+    means.end(machine, interval);
     read(k + 1, asked && (early || late || move.until > 0));
   }
 }

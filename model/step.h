@@ -34,8 +34,7 @@ namespace emtb {
 ///     K_m φ i = J dω/dt + B ω + T_load + T_smooth + T_dry        (4), (5)
 ///
 /// One step h solves both at once, second order, for any L_a >= 0:
-///  - the armature circuit exactly, for a voltage that is linear over the step (so L_a -> 0 is neither stiff nor
-///  special);
+///  - the armature circuit exactly, for a voltage that is linear over the step, so that L_a may be 0;
 ///  - the shaft by the trapezoidal rule, fitted to its own decay; dry friction by an implicit soft threshold, so that
 ///  the shaft sticks exactly, and the voltage that brushes drop alike;
 ///  - what the effects contribute at the extrapolated middle of the step.
@@ -73,7 +72,7 @@ class Machine : public Motion<Scalar> {
     is_steady_ = driver_.steady() && motor_.steady() && load_.steady() && structure.terms.empty();
   }
 
-  /// Goes on with other parameters, in place of those it was made with.
+  /// Goes on with other parameters.
   void follow(std::span<const Scalar> p) {
     equations_.p = p;
     driver_.forget();
@@ -113,7 +112,7 @@ class Machine : public Motion<Scalar> {
     if (!is_steady_ || motor_.any_brake()) look_at_middle(in, t, h);
     const Ramp<Scalar> driven = drive(in.u_ref, t, h);
     gather_motor_terms(in);
-    if (!is_linear_ || in.armature_open) {
+    if (!is_linear_ || in.armature_open || means_asked_) {
       step_in_general(in, driven, terminals(in, driven), h);
     } else if (added_) {
       const Ramp<Scalar> e = terminals(in, driven);
@@ -128,9 +127,8 @@ class Machine : public Motion<Scalar> {
     read_sensors(t + h, h, in);
   }
 
-  /// Has the machine come to a stand? Under the same inputs the next step will leave all as it was, if the machine
-  /// keeps_no_past().
-  /// @param driver_before its voltage before the last step
+  /// Does it stand, so that the next step leaves all as it was under the same inputs, if it keeps_no_past()?
+  /// @param driver_before [V] before the last step
   bool stood_still(Stand<Scalar>& stand, const Scalar& driver_before) const {
     const bool speed = stand.omega.see(omega_before, omega), current = stand.i_a.see(i_a_before, i_a);
     return stand.driver.see(driver_before, driver_.voltage()) && speed && current && !is_there_.bristle &&
@@ -141,13 +139,13 @@ class Machine : public Motion<Scalar> {
   void go_on_alike(const StepInput& in, double h) { angle_.advance(in, h, h * omega); }
 
   /// Is the step linear but for what brakes by the speed? Not told before the first step.
-  /// @param by_angle_read the angle is measured, and what sensors do puts it behind
+  /// @param by_angle_read the angle is measured, and put behind by sensors
   bool is_plain(bool by_angle_read) const {
     return is_linear_ && is_gathered_ && !motor_.any_detent() && (sensors_.read_the_state() || !by_angle_read);
   }
 
   /// Steps of such a machine with a closed armature, which take little more time than their sums.
-  /// @param row the first, in what drives it @param count how many, at most PlainRows::most @param h [s] of each
+  /// @param row the first, in what drives it @param count at most PlainRows::most @param h [s] of each
   void step_plainly(const PlainDrive& drive, std::size_t row, std::size_t count, double h, PlainRows<Scalar>& out) {
     solve_linear_step(h);
     const auto driven = [&](std::size_t j) { return this->drive(drive.reference(row + j), drive.t[row + j], h); };
@@ -189,6 +187,10 @@ class Machine : public Motion<Scalar> {
   using Motion<Scalar>::i_a, Motion<Scalar>::omega;
   Scalar e_a_reading{};  ///< [V] terminal voltage, as predicted from the reference
 
+  /// [V], [A] Over the last step; known where they are asked for.
+  const MeanReadings<Scalar>& means() const { return means_; }
+  void ask_for_means() { means_asked_ = true; }
+
   /// Those of now; good until the next step.
   SimulatedReadings<Scalar> readings() const {
     return {e_a_reading, i_a_reading(), omega_reading(), sensors_.theta_reading(angle_), sensors_.torque_reading};
@@ -202,8 +204,7 @@ class Machine : public Motion<Scalar> {
   /// [rad] of the shaft.
   const Scalar& angle() const { return angle_.theta(); }
 
-  /// [V] What a measured voltage adds to that of the driver in the next step. Thus the driver says how the voltage goes
-  /// on between two readings, which it does in no straight line where an edge falls between them.
+  /// [V] What a measured voltage adds to that of the driver in the next step: the driver says how it goes on within.
   void add_measured(const Ramp<Scalar>& added) { added_ = added; }
 
   /// The driver as it stands.
@@ -216,8 +217,7 @@ class Machine : public Motion<Scalar> {
     ahead.follow(u_ref, t, h, equations_);
   }
 
-  /// [s] of the last step, after which the driver's output stood still.
-  double driver_moved_for() const { return driver_.moved_for(); }
+  double driver_moved_for() const { return driver_.moved_for(); }  ///< [s] of the last step; then it stood still
 
   /// [A] What a rise of the speed takes of the current, at a steady voltage and without an inductance.
   Scalar current_taken_by(const Scalar& rise) const { return armature_.end().v1 * armature_.k_b() * rise; }
@@ -226,7 +226,6 @@ class Machine : public Motion<Scalar> {
   using Motion<Scalar>::i_a_before, Motion<Scalar>::omega_before;
   using Motion<Scalar>::i_a_in_middle, Motion<Scalar>::omega_in_middle;
 
-  /// The state at the end of a step.
   /// @param driven what the driver does @param e the voltage at the terminals
   void step_in_general(const StepInput& in, const Ramp<Scalar>& driven, Ramp<Scalar> e, double h) {
     const Circuit circuit = close_circuit(in, h, value_of(driven.mean()), e);
@@ -253,6 +252,10 @@ class Machine : public Motion<Scalar> {
     if (is_there_.current_limit && circuit == Circuit::closed) e_a_reading -= source_.withheld();
     omega_before = omega;
     omega = omega_end;
+    if (!means_asked_) return;
+    means_.i_a = mean_current - armature_.mean().v1 * back_emf;
+    means_.e_a =
+        driven.mean() + e_a_reading - driver_.voltage() + equations_.terms.output_resistance * (i_a - means_.i_a);
   }
 
   /// The same where it is linear, multiplied out.
@@ -280,7 +283,7 @@ class Machine : public Motion<Scalar> {
     linear_h_ = h;
   }
 
-  /// The voltage at the terminals over a step: the driver's, or as measured, or the driver's and what that adds to it.
+  /// The voltage at the terminals over a step.
   Ramp<Scalar> terminals(const StepInput& in, const Ramp<Scalar>& driven) const {
     if (!structure_.measured_voltage) return driven;
     if (!added_) return {Scalar(2 * in.e_a_mean - in.e_a_end), Scalar(in.e_a_end)};
@@ -337,8 +340,7 @@ class Machine : public Motion<Scalar> {
                  structure_.input != Signal::i_a;
   }
 
-  /// Armature circuit and air gap: the current is linear in the voltages across R and L at both ends of the step. What
-  /// depends on the current that is left at its end bends them first.
+  /// Armature circuit and air gap. What depends on the current that is left at the step's end bends the voltages first.
   /// @param driven [V] mean of what the driver does @param e [V] at the terminals; in, out
   Circuit close_circuit(const StepInput& in, double h, double driven, Ramp<Scalar>& e) {
     const Circuit circuit = in.armature_open                  ? Circuit::open
@@ -353,7 +355,7 @@ class Machine : public Motion<Scalar> {
       source_.limit(driver_.voltage() - equations_.terms.output_resistance * i_a, user_.voltage(), *this, armature_,
                     equations_.terms);
     }
-    // A measured voltage is the motor's own while the driver blocks, give or take noise: the driver tells.
+    // A measured voltage is the motor's own while the driver blocks: the driver tells.
     const bool follows_driver = structure_.input == Signal::u_ref;
     const Scalar source = (follows_driver ? Scalar(driven) : e.mean()) + user_.voltage();
     const bool asked = follows_driver ? driver_.asked() != 0 : in.e_a_mean != 0 || in.e_a_end != 0;
@@ -414,9 +416,7 @@ class Machine : public Motion<Scalar> {
     ShaftTorque<Scalar> torque{armature_.k_m() * mean_current - terms.braking_torque, terms.dry_friction, Scalar(0.0),
                                terms.bristle};
     if (circuit == Circuit::closed) torque.pull += shaft_.late() * (e.end - e.start);
-    if (is_there_.gear_friction) {
-      torque.dry_friction += terms.gear_friction * abs(torque_in_gears(in, mean_current, circuit));
-    }
+    if (is_there_.gear_friction) torque.dry_friction += terms.gear_friction * abs(torque_in_gears(in, mean_current));
     if (terms.behind_spring.there) {
       braked_ = take_behind_spring(equations_.terms, measured_load(in), omega_in_middle());
       torque.pull -= terms.behind_spring.felt();
@@ -433,11 +433,9 @@ class Machine : public Motion<Scalar> {
     return torque;
   }
 
-  /// [N m] What motor and load lay on the gears between them. The speed at the end of the step, which bends the mean
-  /// current, is extrapolated.
-  Scalar torque_in_gears(const StepInput& in, const Scalar& mean_current, Circuit circuit) const {
-    Scalar current = mean_current;
-    if (circuit == Circuit::closed) current -= armature_.mean().v1 * armature_.k_b() * this->omega_at_end();
+  /// [N m] What motor and load lay on the gears between them, by an extrapolated speed at the end of the step.
+  Scalar torque_in_gears(const StepInput& in, const Scalar& mean_current) const {
+    const Scalar current = mean_current - armature_.mean().v1 * armature_.k_b() * this->omega_at_end();
     const Balance<Scalar>& terms = equations_.terms;
     return armature_.k_m() * current + measured_load(in).value_or(terms.load_torque + braked_);
   }
@@ -486,8 +484,10 @@ class Machine : public Motion<Scalar> {
   SourceUnderLoad<Scalar> source_;
   Scalar contact_drop_{};  ///< [V] of the brushes, over the last step
   Scalar braked_{};        ///< [N m] by a brake of the load, over the last step
-  double field_on_ = 0;    ///< [s] for which the field had been on at the start
-  double solved_h_ = 0;    ///< [s] the step that armature and shaft are solved for
+  bool means_asked_ = false;
+  MeanReadings<Scalar> means_;
+  double field_on_ = 0;  ///< [s] for which the field had been on at the start
+  double solved_h_ = 0;  ///< [s] the step that armature and shaft are solved for
   bool solved_conducts_ = false;
   bool is_steady_ = false;    ///< all effects but the sensors' and those that only brake add the same in every step
   bool is_gathered_ = false;  ///< and were asked for it

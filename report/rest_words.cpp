@@ -135,6 +135,7 @@ std::string in_words(const Timing& timing, double interval, const Model& model) 
   for (const auto& [signal, late] : timing.late) {
     if (late > 0) text += "; " + word_for(signal) + " is read " + part_of_a_sample(late) + " late";
   }
+  if (timing.meters_at_once) text += "; slow meters read what is there, not means since the reading before";
   return text;
 }
 

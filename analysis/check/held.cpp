@@ -326,10 +326,12 @@ void find_repeats(const Run& run, Signal signal, DataFindings& findings) {
   }
   if (most.first < 2 || 10 * near < 9 * count) return;
   const double interval = series.t.back() / static_cast<double>(series.t.size() - 1);
+  const std::string name = name_of(signal), every = short_number(interval * static_cast<double>(most.first));
   findings.push_back({run.name, signal, Flaw::held, series.t.front(), series.t.back(),
-                      name_of(signal) + " is updated every " +
-                          short_number(interval * static_cast<double>(most.first)) + " s only, " +
-                          std::to_string(most.first) + " rows: leave the cells empty in which it repeats itself",
+                      name + " is updated every " + every + " s only, " + std::to_string(most.first) +
+                          " rows, and each update counts once; where it is a mean over that time, say so (--map, "
+                          "window: {" +
+                          name + ": " + every + "})",
                       false});
 }
 

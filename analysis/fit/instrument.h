@@ -41,8 +41,8 @@ class Instrument {
   Instrument(const Observation& o, const ModelStructure& structure)
       : o_(o),
         late_(o.late > 0 && !says_how_late(structure, o.signal) ? o.late : 0),
-        averages_(o.first != o.last),
-        at_once_(!averages_ && o.functional == Functional::instant && late_ <= 0) {}
+        averages_(!o.at_once && o.first != o.last),
+        at_once_(!averages_ && (o.at_once || o.functional == Functional::instant) && late_ <= 0) {}
 
   const Observation& observation() const { return o_; }
   bool at_once() const { return at_once_; }  ///< its readings are the signal's values at one grid point each
@@ -71,7 +71,7 @@ class Instrument {
       return;
     }
     if (averages_ && o_.functional != Functional::increment) {
-      if (k > 0) integral_ += 0.5 * (before_ + x);
+      if (k > 0) integral_ += y.means != nullptr && late_ <= 0 ? mean_of(*y.means, x) : 0.5 * (before_ + x);
       before_ = x;
       for (; begun_ < o_.size() && o_.first[begun_] == k; ++begun_) at_first_.begin(begun_, done_, integral_);
     }
@@ -95,6 +95,20 @@ class Instrument {
   bool first_is_of_before_the_run(const Scalar& first) const {
     const bool of_the_shaft = o_.functional == Functional::instant && o_.simulated() == Signal::omega;
     return late_ > 0 && of_the_shaft && o_.size() > 0 && o_.last.front() == 0 && value_of(first) != 0;
+  }
+
+  /// Between the last two grid points, of what is not straight there.
+  Scalar mean_of(const MeanReadings<Scalar>& means, const Scalar& now) const {
+    switch (o_.simulated()) {
+      case Signal::e_a:
+        return means.e_a;
+      case Signal::i_a:
+        return means.i_a;
+      case Signal::omega:
+        return means.omega;
+      default:
+        return 0.5 * (before_ + now);
+    }
   }
 
   /// The signal a part of a sample before a grid point: straight between the readings, but for what goes with the

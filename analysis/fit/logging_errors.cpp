@@ -29,6 +29,7 @@ std::vector<Signal> of_unknown_lateness(std::span<const Record> records, const M
 /// The timing of a record, with each instrument by so much of a sample later, or earlier where it is late.
 Timing shifted(const Record& record, double by) {
   Timing timing{record.excitation.acts_after, record.excitation.e_a_held, record.excitation.rows_early};
+  timing.meters_at_once = std::ranges::any_of(record.observations, &Observation::at_once);
   for (const Observation& o : record.observations) timing.late[o.signal] = o.late + (o.late > by ? -by : by);
   return timing;
 }

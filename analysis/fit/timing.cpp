@@ -72,6 +72,12 @@ double late_by_window(std::span<const Record> records, Signal signal) {
   return 0;
 }
 
+/// Are there slow meters of which nobody said whether they average?
+bool has_meters(std::span<const Record> records) {
+  return std::ranges::any_of(
+      records, [](const Record& record) { return std::ranges::any_of(record.observations, may_read_at_once); });
+}
+
 class TimingSearch {
  public:
   TimingSearch(std::vector<Record> records, const Model& fitted)
@@ -329,8 +335,15 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
     timing.late = search.late(timing, clear, left_of_a_sample + least_late);
     return timing;
   };
+  const bool meters = has_meters(records);
+  const auto with_meters = [&](const Timing& timing) {
+    Timing at_once = timing;
+    at_once.meters_at_once = true;
+    const bool told = meters && search.cost(at_once) < search.cost(timing) - clear;
+    return told && search.news_of(at_once, timing) > clear ? at_once : timing;
+  };
   if (held) look_at({0, true});
-  if (!input_is_seen) return with_late(best);
+  if (!input_is_seen) return with_meters(with_late(best));
   for (const double share : shares) {
     if (share < 0 || !late_is_told) look_at({share * interval, held});
   }
@@ -349,7 +362,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   // Edges in the middle of a row are rare, and an instrument that is behind looks like them: with it in its place, a
   // row is read before it is written, or after, unless the readings speak against both.
   const double place = best.acts_after / interval;
-  if (place == 0 || (place == just_before && best.rows_early == 0)) return best;
+  if (place == 0 || (place == just_before && best.rows_early == 0)) return with_meters(best);
   constexpr double good_to = 0.1;  // what parameters take is a straight line of them, and they have far to go
   double most = search.cost(best) * (1 + good_to) + clear;
   Timing usual = best;
@@ -364,7 +377,7 @@ Timing fitted_timing(std::span<const Record> records, const Model& fitted) {
   if (!late_is_told) rather({0, held});
   rather({just_before * interval, held});
   if (usual == best) rather({-interval, held});  // read before it is written, and written with the next row
-  return usual;
+  return with_meters(usual);
 }
 
 Timing timing_as_recorded(const Timing& timing) {
@@ -395,6 +408,7 @@ TimingChange settle_timing(Dataset& data, const Model& fitted) {
     if (signal != Signal::torque || !torque_loads) bends = std::max(bends, by);
   }
   const bool same_edges = timing.held == before.held && timing.rows_early == before.rows_early &&
+                          timing.meters_at_once == before.meters_at_once &&
                           (timing.acts_after < 0) == (before.acts_after < 0) &&
                           std::abs(timing.acts_after - before.acts_after) < same * interval;
   if (same_edges && moved < least_late) return TimingChange::none;

@@ -88,7 +88,17 @@ std::vector<double> late_by_row(double late, std::span<const double> t) {
   return parts;
 }
 
+/// Does an instrument average over so few rows that what the signal does within one of them shows?
+bool averages_over_few_rows(const Observation& o) {
+  constexpr std::uint32_t few = 10;
+  if (o.functional != Functional::mean || o.at_once || o.size() == 0) return false;
+  const std::size_t middle = o.size() / 2;  // readings are alike
+  return o.last[middle] - o.first[middle] <= few;
+}
+
 }  // namespace
+
+bool may_read_at_once(const Observation& o) { return o.slow && o.window <= 0 && o.functional == Functional::mean; }
 
 RecordRefs Dataset::all() const {
   RecordRefs records(train.begin(), train.end());
@@ -105,6 +115,8 @@ void set_timing(std::span<Record> records, const Timing& timing) {
     record.excitation.e_a_held = timing.held;
     record.excitation.rows_early = timing.rows_early;
     record.excitation.reads_circuit_late = record.excitation.reads_shaft_late = false;
+    for (Observation& o : record.observations) o.at_once = timing.meters_at_once && may_read_at_once(o);
+    record.excitation.reads_means = std::ranges::any_of(record.observations, averages_over_few_rows);
     for (Observation& o : record.observations) {
       const auto late = timing.late.find(o.signal);
       const bool told_by_runs = o.signal == Signal::e_a && late == timing.late.end();
@@ -209,8 +221,9 @@ Dataset prepare(std::span<const Run> train_as_read, std::span<const Run> held_ou
   if (chaining == Chaining::staged) {
     const double as_terminals_tell = reference_acts_after(train, model);
     voltage_late = terminals_are_late(train, model, as_terminals_tell);
+    const double early = voltage_late > 0 ? voltage_late : edges_come_early(train, model, as_terminals_tell);
     data.timing.acts_after = as_terminals_tell;
-    if (voltage_late > 0) data.timing.acts_after -= voltage_late * mean_interval(train.front().at(model.input).t);
+    if (early > 0) data.timing.acts_after -= early * mean_interval(train.front().at(model.input).t);
   }
   const Logging logging{.order = order,
                         .acts_after = data.timing.acts_after,

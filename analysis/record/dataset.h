@@ -22,9 +22,14 @@ struct Timing {
   std::map<Signal, double> late = {};  ///< [samples] see Observation::late; of those not in it, 0, but of the terminals
                                        ///< what their runs told (terminals_are_late())
   bool lags_in_itself = false;         ///< see Record
+  bool meters_at_once = false;         ///< slow meters read the signal as it is (Observation::at_once)
 
   bool operator==(const Timing&) const = default;
 };
+
+/// May the readings of an instrument be instants as well as means? Those of a slow meter of which nobody said what they
+/// are.
+bool may_read_at_once(const Observation& o);
 
 /// Runs as weighed records that share one noise floor: the one way from a session to what a model is compared with.
 struct Dataset {

@@ -47,6 +47,7 @@ struct Observation {
   double lsb = 0;              ///< SI, the instrument's step; 0: not known
   double window = 0;           ///< [s] over which the instrument averages; 0: not stated
   bool slow = false;           ///< fewer than half as many readings as the grid has points
+  bool at_once = false;        ///< it reads the signal as it is, though slow, and not its mean since the reading before
   double late = 0;             ///< [samples of the grid] by which the instrument is read behind the others; 0 to 1
   std::vector<double> late_by_row;  ///< of the interval of the grid that ends at each point, where these differ
   std::vector<double> weight;  ///< of a slope: one for each grid point of each reading, one reading after the other

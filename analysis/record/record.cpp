@@ -9,6 +9,7 @@
 #include "analysis/numerics/even_series.h"
 #include "analysis/record/angle_noise.h"
 #include "analysis/record/first_states.h"
+#include "analysis/record/interpolated.h"
 #include "analysis/record/reference_row.h"
 #include "analysis/record/repeats.h"
 #include "analysis/record/shaft_angle.h"
@@ -66,13 +67,14 @@ bool is_a_meter(const Run& run, Signal signal, std::span<const double> grid) {
 }
 
 /// A signal as its instrument read it: an instant, or where readings are few, means. A mean over less than a row is an
-/// instant, as late as its half, which the timing tells. What a logger repeats from row to row counts once.
+/// instant, as late as its half, which the timing tells. What a logger repeats from row to row counts once, and what
+/// somebody put between two readings is none.
 Observation read(const Run& run, Signal signal, std::span<const double> grid) {
-  const Series& series = run.at(signal);
+  const Series series = without_straight_rows(run.at(signal));
   constexpr double whole = 0.99;  // rows, but for rounding
   const bool averages = series.window > 0 && series.window >= whole * mean_interval(grid);
-  const bool slow = averages || is_a_meter(run, signal, grid);
-  return slow ? observe(series, signal, grid, slow) : observe(readings_of(series), signal, grid, slow);
+  const bool meter = is_a_meter(run, signal, grid);
+  return observe(meter ? series : readings_of(series), signal, grid, averages || meter);
 }
 
 /// The terminal voltage. While the armature is open it is the driver's on one side of the switch and what the motor

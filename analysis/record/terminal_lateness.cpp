@@ -61,7 +61,9 @@ class Voltage {
     x.t = std::move(t);
     x.u_ref = std::move(u);
     x.initial.e_driver = start;
-    x.acts_after = acts_after;
+    const double part = mean_interval(x.t);
+    x.rows_early = static_cast<std::size_t>(std::max(0.0, -acts_after / part));
+    x.acts_after = acts_after + static_cast<double>(x.rows_early) * part;
     value_ = driver_voltage(model, model.values(), x);
   }
 
@@ -132,9 +134,9 @@ std::map<Signal, Planes> planes_of(std::span<const Run> runs, const Model& model
 }
 
 /// By which part of a row a signal tells that the edges come earlier; none where it does not.
-std::optional<double> told_by(std::span<const Plane> planes) {
+/// @param much of the sum of squares is left at most
+std::optional<double> told_by(std::span<const Plane> planes, double much = 0.8) {
   constexpr double clear = 20;  // of the sum of squares: a nuisance is free, but not for a crumb
-  constexpr double much = 0.8;  // of it is left at most
   std::vector<double> squares;
   for (const Plane& plane : planes) squares.push_back(plane.squares_left());
   const auto place = static_cast<std::size_t>(std::ranges::min_element(squares) - squares.begin());
@@ -157,6 +159,22 @@ double terminals_are_late(std::span<const Run> runs, const Model& model, double 
   // A row is read before it is written or after: edges that come nearly with it do.
   const double with_its_row = rows > 0 ? rows : rows + 1;
   return late > 0 && std::abs(late - with_its_row) < near ? with_its_row : late;
+}
+
+double edges_come_early(std::span<const Run> runs, const Model& model, double acts_after) {
+  constexpr double with_a_row = 0.05, nearly_all = 0.75;  // of a row
+  constexpr double hardly_less = 0.97;                    // many rows of noise hold a few edges
+  if (runs.empty() || model.input != Signal::u_ref || !runs.front().has(Signal::u_ref)) return 0;
+  const double rows = acts_after / mean_interval(runs.front().at(Signal::u_ref).t);
+  if (rows >= 0 || rows < -with_a_row) return 0;
+  double early = 0;
+  bool all = false;
+  for (const auto& [signal, planes] : planes_of(runs, model, acts_after)) {
+    if (signal == Signal::i_a) continue;  // with which the terminals go, whenever the edge came
+    early = std::max(early, told_by(planes).value_or(0));
+    all = all || told_by(planes, hardly_less).value_or(0) > nearly_all;
+  }
+  return all ? 1 : early;
 }
 
 }  // namespace emtb

@@ -22,4 +22,10 @@ namespace emtb {
 /// @param runs of one file or set, logged alike
 double terminals_are_late(std::span<const Run> runs, const Model& model, double acts_after);
 
+/// By which part of a row the edges of a quick driver come before its terminals are read at their new voltage, 0 to 1:
+/// all of it where a log holds the reference that was in force until its row. The terminals tell no more than the row
+/// in which an edge falls; the motion tells when, by the equation above.
+/// @param acts_after [s] as the terminals tell; only where that is with a row can it be so
+double edges_come_early(std::span<const Run> runs, const Model& model, double acts_after);
+
 }  // namespace emtb

@@ -46,7 +46,7 @@ Excitation at(const Excitation& x, const std::vector<std::size_t>& rows) {
   kept.armature_open = at(x.armature_open, rows);
   kept.acts_after = 0;
   kept.rows_early = 0;
-  kept.reads_circuit_late = kept.reads_shaft_late = false;
+  kept.reads_circuit_late = kept.reads_shaft_late = kept.reads_means = false;
   return kept;
 }
 

@@ -118,6 +118,31 @@ TEST(TimingOfRows, IsFoundWhetherARowIsReadBeforeItIsWrittenOrAfter) {
   }
 }
 
+/// Of every fifth row's current alone, as it is or its mean over the five.
+Run with_slow_current(Run run, bool mean) {
+  constexpr std::size_t every = 5;
+  const Series all = run.signals[Signal::i_a];
+  std::vector<double> t, value;
+  for (std::size_t k = every; k < all.t.size(); k += every) {
+    double sum = 0;
+    for (std::size_t i = k - every + 1; i <= k; ++i) sum += all.value[i];
+    t.push_back(all.t[k]);
+    value.push_back(mean ? sum / every : all.value[k]);
+  }
+  run.signals[Signal::i_a].t = std::move(t);
+  run.signals[Signal::i_a].value = std::move(value);
+  return run;
+}
+
+TEST(TimingOfRows, TellsWhetherASlowMeterAverages) {
+  const Fitted at_once = fitted(with_slow_current(logged({}), false)),
+               mean = fitted(with_slow_current(logged({}), true));
+  EXPECT_TRUE(at_once.timing.meters_at_once);
+  EXPECT_NEAR(at_once.fit.model.at(base::R_a).value, R_a, 0.005);
+  EXPECT_NEAR(at_once.fit.model.at(base::J).value, J, 0.005 * J);
+  EXPECT_FALSE(mean.timing.meters_at_once);
+}
+
 TEST(TimingOfRows, IsFoundWhereTheReferenceOfARowIsWrittenWithTheNext) {
   const Fitted before = fitted(logged({.read_after = false, .behind = 1}), false);
   EXPECT_NEAR(before.timing.acts_after, -interval, 1e-9);

@@ -16,18 +16,20 @@
 namespace emtb::terminal_lateness {
 namespace {
 
-constexpr double row_time = 0.02, driver_gain = 4, slope = 160;  // s, V/V, V/s
+constexpr double row_time = 0.02, driver_gain = 4, slow = 160, quick = 1e9;  // s, V/V, V/s
 constexpr synthetic::Truth motor{.B = 1e-4, .J = 2e-4};
 
-/// A driver that moves 3.2 V from row to row.
-Model slow_driver() {
+Model with_driver(double slope) {
   Model m = synthetic::servo_model();
   m.driver = DriverModel{.gain = driver_gain, .rise = slope, .fall = slope, .min = -24, .max = 24};
   return m;
 }
 
+/// Its driver moves 3.2 V from row to row.
+Model slow_driver() { return with_driver(slow); }
+
 /// Steps of 12 rows, and readings as they were so many rows before each row's time.
-emtb::Run logged(const std::map<Signal, double>& late) {
+emtb::Run logged(const std::map<Signal, double>& late, double slope = slow) {
   constexpr std::array levels{0.0, 3.0, -2.0, 1.0, 4.0, -3.0, 0.0};
   constexpr std::size_t rows_a_level = 12, rows = 420, parts = 200;
   const std::map<Signal, double> sigma{
@@ -94,6 +96,30 @@ TEST(TerminalsReadAmidARow, DoNotMakeTheMotorLate) {
   EXPECT_NEAR(data.timing.late[Signal::e_a], 0.4, 0.05);
   EXPECT_NEAR(fit.model.at(base::R_a).value, motor.R_a, 2 * fit.model.at(base::R_a).std_error.value());
   EXPECT_NEAR(fit.model.at(base::J).value, motor.J, 2 * fit.model.at(base::J).std_error.value());
+}
+
+/// The run of a quick driver whose rows hold the reference that was in force until they were read.
+emtb::Run with_reference_in_force(emtb::Run run) {
+  std::vector<double> reference = run.at(Signal::u_ref).value;
+  std::shift_right(reference.begin(), reference.end(), 1);
+  run.signals[Signal::u_ref].value = reference;
+  return run;
+}
+
+TEST(ReferenceInForce, ActsARowBeforeItsOwnAsTheMotionTells) {
+  const Model model = with_driver(quick);
+  const emtb::Run run = logged({{Signal::e_a, 0}, {Signal::i_a, 0}, {Signal::omega, 0}}, quick);
+  EXPECT_EQ(prepare(std::vector{run}, {}, model).timing.acts_after, 0);
+  Dataset data = prepare(std::vector{with_reference_in_force(run)}, {}, model);
+  EXPECT_NEAR(data.timing.acts_after, -row_time, 0.01 * row_time);
+  const Calibration fit = calibrate(data, model);
+  EXPECT_NEAR(fit.model.at(base::J).value, motor.J, 3 * fit.model.at(base::J).std_error.value());
+  EXPECT_NEAR(fit.model.at(base::K_b).value, motor.K_b, 3 * fit.model.at(base::K_b).std_error.value());
+}
+
+TEST(ReferenceInForce, IsNotToldByTerminalsAlone) {
+  const emtb::Run run = with_reference_in_force(logged({{Signal::e_a, 0}, {Signal::i_a, 0}}, quick));
+  EXPECT_GT(prepare(std::vector{run}, {}, with_driver(quick)).timing.acts_after, -0.01 * row_time);
 }
 
 }  // namespace

@@ -94,5 +94,55 @@ TEST(LateInstrument, ReadsOfAShaftThatTurnsWhenARunBeginsWhatItDidBefore) {
   EXPECT_LT(std::abs(left.front().value[0]), 0.5 * std::abs(as_if_it_had_stood_still));
 }
 
+Model with_inductance(Model model) {
+  const std::size_t effect = effect_index("armature_inductance");
+  model.include(effect);
+  model.parameters_of(effect).front().value = 0.004;
+  return model;
+}
+
+/// [SI] The largest error of what a perfect instrument reads that averages over each row.
+/// @param straight the signal is taken as straight from row to row
+double mean_off_by(const Model& model, Signal signal, bool straight) {
+  Trajectory<double> fine;
+  simulate<double>(model.structure(), model.values(), stepping(model, finer), fine);
+  const std::vector<double>& y = fine.of(signal);
+  Observation o;
+  o.signal = signal;
+  o.functional = Functional::mean;
+  for (std::size_t k = 1; k <= rows; ++k) {
+    double sum = 0;
+    for (std::size_t j = (k - 1) * finer; j < k * finer; ++j) sum += 0.5 * (y[j] + y[j + 1]);
+    o.first.push_back(static_cast<std::uint32_t>(k - 1));
+    o.last.push_back(static_cast<std::uint32_t>(k));
+    o.value.push_back(sum / finer);
+  }
+  o.sigma.assign(o.value.size(), 1);
+  Record record;
+  record.excitation = stepping(model, 1);
+  record.excitation.quick_step = record.excitation.longest_step / 5;
+  record.observations = {o};
+  set_timing(std::span(&record, 1), {});
+  if (straight) record.excitation.reads_means = false;
+  const auto left = simulated_residuals(record, record.structure(model), model.values(), {});
+  return left.front().value.lpNorm<Eigen::Infinity>();
+}
+
+TEST(AveragingInstrument, ReadsTheMeanOfWhatHappensWithinALongRow) {
+  const Model model = coarsely_logged_servo(), coiled = with_inductance(model);
+  for (const Signal signal : {Signal::omega, Signal::i_a, Signal::e_a})
+    EXPECT_LT(mean_off_by(model, signal, false), 0.1 * mean_off_by(model, signal, true)) << info(signal).column;
+  EXPECT_LT(mean_off_by(coiled, Signal::i_a, false), 0.1 * mean_off_by(coiled, Signal::i_a, true));
+}
+
+TEST(AveragingInstrument, ReadsWhatItsOffsetAdds) {
+  Model model = coarsely_logged_servo();
+  const std::size_t effect = effect_index("current_offset");
+  model.include(effect);
+  const double without = mean_off_by(model, Signal::i_a, false);
+  model.parameters_of(effect).front().value = 0.1;
+  EXPECT_NEAR(mean_off_by(model, Signal::i_a, false), without, 1e-9);
+}
+
 }  // namespace
 }  // namespace emtb
