@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -21,11 +23,19 @@ std::vector<double> bends_of(const Series& series) {
   return bends;
 }
 
-/// The row, of the first `rows`, from which on every so many-th bends most.
-std::size_t most_bent(const std::vector<double>& bends, std::size_t rows) {
+/// The row, of the first `rows`, from which on every so many-th bends most; none where these have no more of all bends
+/// than others, as noise has it.
+std::optional<std::size_t> most_bent(const std::vector<double>& bends, std::size_t rows) {
+  constexpr double much = 0.3;  // of all: what last digits leave to it
   std::vector<double> sums(rows, 0.0);
-  for (std::size_t k = 0; k < bends.size(); ++k) sums[k % rows] += bends[k];
-  return static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
+  std::size_t place = 0;
+  for (const double bend : bends) {
+    sums[place] += bend;
+    if (++place == rows) place = 0;
+  }
+  const auto most = std::ranges::max_element(sums);
+  if (*most < much * std::accumulate(sums.begin(), sums.end(), 0.0)) return std::nullopt;
+  return static_cast<std::size_t>(most - sums.begin());
 }
 
 /// A signal in stretches of so many rows, from a first one on.
@@ -49,7 +59,7 @@ class Stretches {
     }
     const auto most = within.begin() + static_cast<std::ptrdiff_t>(nearly_all * static_cast<double>(within.size()));
     std::ranges::nth_element(within, most);
-    const double last_digits = *most, clear = clearly * last_digits + last_digit_of_double * largest;
+    const double exact = last_digit_of_double * largest, last_digits = *most + exact, clear = clearly * last_digits;
     std::size_t bends = 0, straight = 0;
     for (std::size_t i = 1; i < count_; ++i) {
       if (std::abs(bend(i)) <= clear) continue;
@@ -107,8 +117,8 @@ StraightRows straight_rows(const Series& series) {
   constexpr std::size_t fewest_rows = 3, most_rows = 100;  // of two, half of all rows bend
   const std::vector<double> bends = bends_of(series);
   for (std::size_t rows = std::min(most_rows, bends.size() / 10); rows >= fewest_rows; --rows) {
-    const std::size_t first = most_bent(bends, rows);
-    if (Stretches(series, bends.size(), rows, first).are_straight()) return {rows, first};
+    const std::optional<std::size_t> first = most_bent(bends, rows);
+    if (first && Stretches(series, bends.size(), rows, *first).are_straight()) return {rows, *first};
   }
   return {};
 }

@@ -49,6 +49,28 @@ TEST(Interpolated, RowsAreToldByTheirStraightLines) {
   }
 }
 
+TEST(Interpolated, RowsAreToldWhereTheirDigitsSayAllOfTheLines) {
+  Series coarse = put_into_rows(5, 1, 0.02);
+  std::vector<double> value = coarse.value;
+  for (std::size_t k = 1; k + 5 < value.size(); k += 5) {
+    const auto to_hundredths = [](double x) { return std::round(x * 100) / 100; };
+    const double from = to_hundredths(value[k]), to = to_hundredths(value[k + 5]);
+    for (std::size_t j = 0; j < 5; ++j) value[k + j] = from + 0.2 * static_cast<double>(j) * (to - from);
+    value[k + 5] = to;
+  }
+  coarse.value = value;
+  EXPECT_EQ(straight_rows(coarse).rows, 5U);
+}
+
+TEST(Interpolated, AreNotABriefMotionOfAQuietSignal) {
+  synthetic::Noise by(6);
+  const Series quiet = synthetic::series(row, until, [&](double t) {
+    const double within = std::fmod(t, 2);
+    return (within > 1 && within < 1.06 ? 5.0 : 0.0) + by(0.01);
+  });
+  EXPECT_EQ(straight_rows(quiet).rows, 1U);
+}
+
 TEST(Interpolated, AreNotWhatWasReadInEachRow) {
   synthetic::Noise by(4);
   const auto read = [](const std::function<double(double)>& of) { return synthetic::series(row, until, of); };
