@@ -10,16 +10,17 @@
 namespace emtb {
 namespace {
 
+/// How far a row is off the straight line from one row to another.
+double off_chord(const Series& series, std::size_t from, std::size_t k, std::size_t to) {
+  const double share = (series.t[k] - series.t[from]) / (series.t[to] - series.t[from]);
+  return series.value[k] - series.value[from] - share * (series.value[to] - series.value[from]);
+}
+
 /// By how much each row is off the line through its neighbours; the first and the last by nothing.
 std::vector<double> bends_of(const Series& series) {
   constexpr std::size_t enough = 20000;  // rows: what more would say takes time
-  const auto& t = series.t;
-  const auto& value = series.value;
-  std::vector<double> bends(std::min(enough, value.size()), 0.0);
-  for (std::size_t k = 1; k + 1 < bends.size(); ++k) {
-    const double share = (t[k] - t[k - 1]) / (t[k + 1] - t[k - 1]);
-    bends[k] = std::abs(value[k] - value[k - 1] - share * (value[k + 1] - value[k - 1]));
-  }
+  std::vector<double> bends(std::min(enough, series.value.size()), 0.0);
+  for (std::size_t k = 1; k + 1 < bends.size(); ++k) bends[k] = std::abs(off_chord(series, k - 1, k, k + 1));
   return bends;
 }
 
@@ -75,8 +76,7 @@ class Stretches {
   double value(std::size_t i) const { return series_.value[row(i)]; }
 
   double off_chord(std::size_t from, std::size_t k, std::size_t to) const {
-    const double share = (series_.t[k] - series_.t[from]) / (series_.t[to] - series_.t[from]);
-    return series_.value[k] - series_.value[from] - share * (series_.value[to] - series_.value[from]);
+    return emtb::off_chord(series_, from, k, to);
   }
 
   /// Over the i-th stretch.

@@ -133,6 +133,12 @@ std::map<Signal, Planes> planes_of(std::span<const Run> runs, const Model& model
   return planes;
 }
 
+/// [rows] Where the terminals tell the edges; none where no reference drives the runs.
+std::optional<double> rows_after(std::span<const Run> runs, const Model& model, double acts_after) {
+  if (runs.empty() || model.input != Signal::u_ref || !runs.front().has(Signal::u_ref)) return std::nullopt;
+  return acts_after / mean_interval(runs.front().at(Signal::u_ref).t);
+}
+
 /// By which part of a row a signal tells that the edges come earlier; none where it does not.
 /// @param much of the sum of squares is left at most
 std::optional<double> told_by(std::span<const Plane> planes, double much = 0.8) {
@@ -150,23 +156,21 @@ std::optional<double> told_by(std::span<const Plane> planes, double much = 0.8) 
 
 double terminals_are_late(std::span<const Run> runs, const Model& model, double acts_after) {
   constexpr double amid = 0.05, near = 0.15;  // of a row
-  if (runs.empty() || model.input != Signal::u_ref || !runs.front().has(Signal::u_ref)) return 0;
-  const double interval = mean_interval(runs.front().at(Signal::u_ref).t), rows = acts_after / interval;
-  if (std::abs(rows) < amid || std::abs(rows) > 1 - amid) return 0;  // no edge was seen amid a row
+  const std::optional<double> rows = rows_after(runs, model, acts_after);
+  if (!rows || std::abs(*rows) < amid || std::abs(*rows) > 1 - amid) return 0;  // no edge was seen amid a row
   double late = 0;
   for (const auto& [signal, planes] : planes_of(runs, model, acts_after))
     late = std::max(late, told_by(planes).value_or(0));
   // A row is read before it is written or after: edges that come nearly with it do.
-  const double with_its_row = rows > 0 ? rows : rows + 1;
+  const double with_its_row = *rows > 0 ? *rows : *rows + 1;
   return late > 0 && std::abs(late - with_its_row) < near ? with_its_row : late;
 }
 
 double edges_come_early(std::span<const Run> runs, const Model& model, double acts_after) {
   constexpr double with_a_row = 0.05, nearly_all = 0.75;  // of a row
   constexpr double hardly_less = 0.97;                    // many rows of noise hold a few edges
-  if (runs.empty() || model.input != Signal::u_ref || !runs.front().has(Signal::u_ref)) return 0;
-  const double rows = acts_after / mean_interval(runs.front().at(Signal::u_ref).t);
-  if (rows >= 0 || rows < -with_a_row) return 0;
+  const std::optional<double> rows = rows_after(runs, model, acts_after);
+  if (!rows || *rows >= 0 || *rows < -with_a_row) return 0;
   double early = 0;
   bool all = false;
   for (const auto& [signal, planes] : planes_of(runs, model, acts_after)) {

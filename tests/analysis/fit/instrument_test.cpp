@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "analysis/fit/residuals.h"
@@ -35,6 +37,20 @@ Excitation stepping(const Model& model, std::size_t times) {
   return x;
 }
 
+/// [SI] The largest error of readings, once a record of them is prepared.
+double largest_left(const Model& model, Observation o, const Timing& timing,
+                    const std::function<void(Excitation&)>& change) {
+  o.sigma.assign(o.value.size(), 1);
+  Record record;
+  record.excitation = stepping(model, 1);
+  record.excitation.quick_step = record.excitation.longest_step / 5;
+  record.observations = {std::move(o)};
+  set_timing(std::span(&record, 1), timing);
+  change(record.excitation);
+  const auto left = simulated_residuals(record, record.structure(model), model.values(), {});
+  return left.front().value.lpNorm<Eigen::Infinity>();
+}
+
 /// [SI] The largest error of a reading that is behind, were its instrument perfect.
 /// @param straight the signal is taken as straight from row to row
 double off_by(Signal signal, bool straight) {
@@ -48,16 +64,11 @@ double off_by(Signal signal, bool straight) {
     o.value.push_back(fine.of(signal)[k * finer - static_cast<std::size_t>(behind * finer)]);
   }
   o.last = o.first;
-  o.sigma.assign(o.value.size(), 1);
-  Record record;
-  record.excitation = stepping(model, 1);
-  record.observations = {o};
   Timing timing;
   timing.late[signal] = behind;
-  set_timing(std::span(&record, 1), timing);
-  if (straight) record.excitation.reads_shaft_late = false;
-  const auto left = simulated_residuals(record, record.structure(model), model.values(), {});
-  return left.front().value.lpNorm<Eigen::Infinity>();
+  return largest_left(model, o, timing, [&](Excitation& x) {
+    if (straight) x.reads_shaft_late = false;
+  });
 }
 
 TEST(LateInstrument, ReadsWhatTheShaftDoesWithinALongRow) {
@@ -117,15 +128,9 @@ double mean_off_by(const Model& model, Signal signal, bool straight) {
     o.last.push_back(static_cast<std::uint32_t>(k));
     o.value.push_back(sum / finer);
   }
-  o.sigma.assign(o.value.size(), 1);
-  Record record;
-  record.excitation = stepping(model, 1);
-  record.excitation.quick_step = record.excitation.longest_step / 5;
-  record.observations = {o};
-  set_timing(std::span(&record, 1), {});
-  if (straight) record.excitation.reads_means = false;
-  const auto left = simulated_residuals(record, record.structure(model), model.values(), {});
-  return left.front().value.lpNorm<Eigen::Infinity>();
+  return largest_left(model, o, {}, [&](Excitation& x) {
+    if (straight) x.reads_means = false;
+  });
 }
 
 TEST(AveragingInstrument, ReadsTheMeanOfWhatHappensWithinALongRow) {
